@@ -1,0 +1,21 @@
+# What a host can choose. A guest (add_subdirectory) builds the library and nothing else.
+option(LRT_BUILD_TESTS "Build the tests" ${PROJECT_IS_TOP_LEVEL})
+option(LRT_BUILD_EXAMPLES "Build the examples" ${PROJECT_IS_TOP_LEVEL})
+option(LRT_BUILD_BENCH "Build the timings in tests/bench" OFF)
+option(LRT_BUILD_FUZZERS "Build the fuzzers in tests/fuzz (needs clang)" OFF)
+option(LRT_TRANSPORT_ASIO "Boost.Beast on Boost.Asio" ON)
+set(LRT_SANITIZE "" CACHE STRING "Sanitizers for lrt's own targets: address, undefined, thread, a list of them, or nothing")
+
+# Warnings and sanitizers go on our targets only; global flags belong to the host.
+function(lrt_target_defaults target)
+  target_compile_features(${target} PUBLIC cxx_std_17)
+  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
+  if(PROJECT_IS_TOP_LEVEL)
+    target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion)
+  endif()
+  if(LRT_SANITIZE)
+    string(REPLACE ";" "," sanitizers "${LRT_SANITIZE}")
+    target_compile_options(${target} PUBLIC -fsanitize=${sanitizers} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+    target_link_options(${target} PUBLIC -fsanitize=${sanitizers})
+  endif()
+endfunction()

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include <lrt/base/result.hpp>
+
+namespace lrt {
+
+/// An IRI as a constant or argument: a view that marks its text as an IRI. Vocabulary terms are of this type; users write
+/// `Iri{"http://example.org/ns#colour"}`. The text must outlive the use.
+struct Iri {
+  std::string_view text;
+
+  constexpr Iri() noexcept = default;
+  constexpr explicit Iri(std::string_view iri) noexcept : text(iri) {}
+  constexpr explicit Iri(const char* iri) noexcept : text(iri) {}
+  constexpr bool empty() const noexcept { return text.empty(); }
+  friend constexpr bool operator==(Iri a, Iri b) noexcept { return a.text == b.text; }
+  friend constexpr bool operator!=(Iri a, Iri b) noexcept { return !(a == b); }
+};
+
+namespace iri {
+
+/// The five parts of an IRI reference (RFC 3986 3, RFC 3987). Views into the text given to split().
+struct Parts {
+  std::string_view scheme, authority, path, query, fragment;
+  bool has_scheme = false, has_authority = false, has_query = false, has_fragment = false;
+};
+
+/// Splits without judging characters (RFC 3986 appendix B).
+Parts split(std::string_view reference) noexcept;
+
+/// True if `text` has a scheme and only characters that RFC 3987 2.2 allows (UTF-8, no controls, no space, none of <>"{}|^`\,
+/// well-formed percent escapes).
+bool is_absolute(std::string_view text) noexcept;
+
+/// True if `text` is an IRI reference, absolute or relative, of allowed characters only.
+bool is_reference(std::string_view text) noexcept;
+
+/// Resolves a reference against an absolute base (RFC 3986 5.2, strict).
+/// @par Errors  expected_iri, when either is none.
+Result<std::string> resolve(std::string_view base, std::string_view reference);
+
+/// Percent-encodes a name for use as one path segment: everything but RFC 3986 unreserved and "!$&'()*+,;=:@" as UTF-8 bytes.
+std::string encode_segment(std::string_view name);
+
+/// Decodes percent escapes. An incomplete or non-hex escape is Errc::expected_iri with its offset.
+Result<std::string> decode(std::string_view text);
+
+}  // namespace iri
+}  // namespace lrt

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+
+namespace lrt {
+
+/// A media type with parameters (RFC 9110 8.3.1): `type "/" subtype *( OWS ";" OWS [ name "=" ( token / quoted-string ) ] )`.
+/// Type, subtype and parameter names are lower-cased; values are unquoted.
+struct MediaType {
+  std::string type;
+  std::string subtype;
+  std::vector<std::pair<std::string, std::string>> parameters;
+
+  /// @par Errors  expected_media_type, with the offset of the first byte that does not fit.
+  static Result<MediaType> parse(std::string_view text);
+
+  /// "text/turtle", without parameters.
+  std::string essence() const { return type + "/" + subtype; }
+  /// The value of a parameter, or an empty view.
+  std::string_view parameter(std::string_view name) const noexcept;
+};
+
+}  // namespace lrt

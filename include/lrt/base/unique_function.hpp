@@ -1,0 +1,43 @@
+#pragma once
+
+#include <memory>
+#include <type_traits>
+#include <utility>
+
+namespace lrt {
+
+template <class Signature>
+class UniqueFunction;
+
+/// A callable that may own move-only captures, as C++23's std::move_only_function. Calling an empty one is a precondition
+/// violation.
+template <class R, class... Args>
+class UniqueFunction<R(Args...)> {
+ public:
+  UniqueFunction() noexcept = default;
+  template <class F, class = std::enable_if_t<!std::is_same_v<std::decay_t<F>, UniqueFunction> &&
+                                              std::is_invocable_r_v<R, std::decay_t<F>&, Args...>>>
+  UniqueFunction(F&& f) : impl_(std::make_unique<Holder<std::decay_t<F>>>(std::forward<F>(f))) {}  // NOLINT: as std::function
+
+  explicit operator bool() const noexcept { return impl_ != nullptr; }
+  R operator()(Args... args) { return impl_->call(std::forward<Args>(args)...); }
+
+ private:
+  struct Base {
+    virtual ~Base() = default;
+    virtual R call(Args... args) = 0;
+  };
+  template <class F>
+  struct Holder final : Base {
+    explicit Holder(const F& f) : function(f) {}
+    explicit Holder(F&& f) : function(std::move(f)) {}
+    R call(Args... args) override {
+      if constexpr (std::is_void_v<R>) function(std::forward<Args>(args)...);
+      else return function(std::forward<Args>(args)...);
+    }
+    F function;
+  };
+  std::unique_ptr<Base> impl_;
+};
+
+}  // namespace lrt

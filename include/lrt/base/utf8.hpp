@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace lrt::utf8 {
+
+/// The offset of the first byte that is not part of well-formed UTF-8 (RFC 3629: no surrogates, no overlong forms, at most
+/// U+10FFFF), or nullopt when all is well.
+std::optional<std::size_t> find_invalid(std::string_view text) noexcept;
+
+/// Appends one code point. @pre it is a scalar value
+void append(std::string& out, char32_t code_point);
+
+/// Reads the code point at `offset` and advances past it. @pre the text is well-formed and offset < size
+char32_t decode(std::string_view text, std::size_t& offset) noexcept;
+
+}  // namespace lrt::utf8

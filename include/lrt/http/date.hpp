@@ -1,0 +1,11 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+
+namespace lrt::http {
+
+/// IMF-fixdate (RFC 9110 5.6.7): "Sun, 06 Nov 1994 08:49:37 GMT".
+std::string to_http_date(std::chrono::system_clock::time_point utc);
+
+}  // namespace lrt::http

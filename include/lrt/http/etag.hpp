@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace lrt::http {
+
+/// A strong entity tag with its quotes, computed from the media type and the bytes: it changes exactly when they do.
+/// @par Implements  R0.11, RFC 9110 8.8.3
+std::string entity_tag(std::string_view media_type, std::string_view bytes);
+
+enum class Match : unsigned char { yes, no, malformed };
+
+/// Whether an If-Match or If-None-Match field value (joined) names `tag`, or is `*` (which every existing representation matches).
+/// @param weak  compare weakly (If-None-Match, RFC 9110 13.1.2) or strongly (If-Match, 13.1.1)
+Match matches(std::string_view field, std::string_view tag, bool weak) noexcept;
+
+}  // namespace lrt::http

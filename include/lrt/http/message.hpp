@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace lrt::http {
+
+struct Field {
+  std::string_view name;   ///< as received; compare with iequals
+  std::string_view value;  ///< without surrounding white space
+};
+
+/// ASCII case-insensitive comparison, for field names and tokens.
+bool iequals(std::string_view a, std::string_view b) noexcept;
+
+/// A request whose head passed the checks of http/head.hpp and whose body is complete. All views belong to the transport and
+/// live for the call.
+struct Request {
+  std::string_view method;
+  std::string_view target;     ///< as received: origin-form, absolute-form, or "*"
+  int version = 11;            ///< 10 or 11
+  std::vector<Field> fields;   ///< in the order received, without those that framed the body (trailers are dropped)
+  std::string_view body;
+  std::string_view peer;       ///< numeric address of the client, "127.0.0.1"
+  bool secure = false;         ///< came over TLS
+
+  /// The value of the first field of that name.
+  std::optional<std::string_view> find(std::string_view name) const noexcept;
+  /// All values of that name, joined with ", " (RFC 9110 5.3).
+  std::string joined(std::string_view name) const;
+  std::size_t count(std::string_view name) const noexcept;
+};
+
+/// Header fields as the bytes that go on the wire, `Name: value CRLF` each; to copy or send them is to copy bytes.
+class Fields {
+ public:
+  /// Appends. CR, LF and NUL in a value become spaces: nothing that reached a value can start another field.
+  void add(std::string_view name, std::string_view value);
+  /// Replaces all fields of that name by one.
+  void set(std::string_view name, std::string_view value);
+  void remove(std::string_view name);
+  /// Appends a block of whole lines made by another Fields.
+  void append(const Fields& other) { block_ += other.block_; }
+
+  /// The value of the first field of that name; a view into this object.
+  std::optional<std::string_view> find(std::string_view name) const noexcept;
+  std::string joined(std::string_view name) const;
+  std::vector<Field> list() const;
+  const std::string& block() const noexcept { return block_; }
+
+ private:
+  std::string block_;
+};
+
+/// A response. The transport adds Date, Content-Length and Connection; a body given for HEAD is counted, not sent.
+struct Response {
+  int status = 200;
+  Fields fields;
+  std::shared_ptr<const std::string> body;  ///< shared: a cached representation is sent to many without a copy
+  bool close = false;                       ///< the connection must not be used after this answer
+
+  std::string_view content() const noexcept { return body ? std::string_view(*body) : std::string_view(); }
+  void set_body(std::string text) { body = std::make_shared<const std::string>(std::move(text)); }
+};
+
+/// "Not Found"; an empty view for a code that RFC 9110 does not know.
+std::string_view reason_phrase(int status) noexcept;
+
+/// False for 1xx, 204 and 304, which have no body and no Content-Length here.
+constexpr bool may_have_body(int status) noexcept { return status >= 200 && status != 204 && status != 304; }
+
+/// Writes the head of a response with its empty line.
+/// @param date  an IMF-fixdate
+/// @param version  of the request: an HTTP/1.0 client that keeps its connection is told so
+void write_head(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version);
+
+}  // namespace lrt::http

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+namespace lrt::http {
+
+/// Picks among the media types on offer by an Accept field (RFC 9110 12.5.1): the highest q-value wins, the more specific range
+/// decides a type's q, among equals the earlier offer wins. An absent or malformed member is skipped; an absent or empty field
+/// accepts everything. nullopt: none is acceptable.
+/// @param accept  the joined Accept fields, or nullopt
+/// @par Implements  R1.2
+std::optional<std::size_t> negotiate(std::optional<std::string_view> accept, const std::vector<std::string_view>& offers);
+
+}  // namespace lrt::http

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace lrt::http {
+
+/// The preferences of a Prefer field that lrt knows (RFC 7240, LDP 7.2). Unknown and malformed ones are ignored, the first of a
+/// repeated one counts.
+struct Preferences {
+  enum class Return : unsigned char { unsaid, minimal, representation };
+  Return return_ = Return::unsaid;
+  bool respond_async = false;
+  std::optional<std::chrono::seconds> wait;   ///< at most 24 h
+  std::vector<std::string> include, omit;     ///< IRIs of `return=representation; include="..."`
+};
+/// @param prefer  the joined Prefer fields
+Preferences parse_prefer(std::string_view prefer);
+
+}  // namespace lrt::http

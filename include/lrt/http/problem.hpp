@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace lrt::http {
+
+/// Problem details (RFC 9457). `type` is about:blank, `title` the reason phrase.
+struct Problem {
+  int status = 500;
+  std::string detail;  ///< what was found and where
+};
+
+/// application/problem+json
+std::string to_json(const Problem& problem);
+
+/// Text as a JSON string with its quotes; bytes that are not UTF-8 become U+FFFD.
+std::string json_string(std::string_view text);
+
+}  // namespace lrt::http

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+#include <lrt/rdf/graph.hpp>
+
+namespace lrt::rdf {
+
+/// The RDF syntaxes that have a codec.
+enum class Syntax : unsigned char { turtle, n_triples, rdf_xml };
+inline constexpr std::array<Syntax, 3> all_syntaxes = {Syntax::turtle, Syntax::n_triples, Syntax::rdf_xml};
+
+/// "text/turtle", "application/n-triples", "application/rdf+xml".
+std::string_view media_type(Syntax syntax) noexcept;
+/// The syntax of a media type without parameters, in lower case.
+std::optional<Syntax> syntax_of(std::string_view media_type) noexcept;
+
+/// Prefix and namespace IRI, for writing Turtle and RDF/XML.
+using Prefixes = std::vector<std::pair<std::string, std::string>>;
+/// The table of vocabularies that lrt speaks: hybrit, vom, maths, spatial, ros, xhv, ldp, sh, dcterms, rdf, rdfs, xsd, prov, ...
+const Prefixes& default_prefixes();
+
+struct ReadOptions {
+  std::string_view base;                  ///< absolute IRI that relative ones are resolved against; may be empty for N-Triples
+  std::size_t max_triples = 100'000;      ///< more: Errc::limit_exceeded
+};
+
+/// Reads a document. What Raptor lets pass at the edges (U+0000, surrogate escapes, illegal IRIs, invalid UTF-8) is refused.
+///
+/// @par Errors   expected_rdf with line, and column where known; limit_exceeded.
+/// @par Threads  Any. The first call on a thread makes that thread's Redland world.
+/// @par Implements  R1.2, RDF 1.1 Turtle, N-Triples, RDF/XML
+Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& options);
+
+/// Writes a graph. Deterministic: the same triples in the same order give the same bytes. IRIs are written absolute or with a
+/// prefix, never relative. Only prefixes that occur are declared.
+///
+/// @par Errors   unsupported_syntax when the syntax cannot carry the graph (RDF/XML and a predicate without a local name, or a
+///               character that XML 1.0 lacks).
+Result<std::string> write(const Graph& graph, Syntax syntax, const Prefixes& prefixes = default_prefixes());
+
+}  // namespace lrt::rdf

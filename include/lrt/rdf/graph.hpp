@@ -1,0 +1,162 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <lrt/rdf/term.hpp>
+
+namespace lrt::rdf {
+
+/// A term's number within one Graph. Small, dense, given in order of first use; means nothing in another graph.
+enum class TermId : std::uint32_t {};
+
+struct Triple {
+  TermId subject, predicate, object;
+  friend bool operator==(const Triple& a, const Triple& b) noexcept {
+    return a.subject == b.subject && a.predicate == b.predicate && a.object == b.object;
+  }
+};
+
+/// An RDF graph as a value: a set of triples over interned terms, with look-up by any position.
+///
+/// Copying copies; equal graphs may number their terms differently. Triples keep the order in which they were added, so that
+/// what is written from a graph is reproducible. Blank node labels are local: merging two graphs identifies blank nodes of equal
+/// label, which is what a builder that names its own nodes wants.
+///
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number that only read.
+/// @par Time     add, contains, find: constant on average. match: proportional to the rarest bound term's triples.
+class Graph {
+ public:
+  class Matches;
+
+  Graph() = default;
+
+  /// Adds a triple; false if it was there. Subject: IRI or blank node; predicate: IRI.
+  bool add(const TermView& subject, const TermView& predicate, const TermView& object);
+  bool add(TermId subject, TermId predicate, TermId object);
+  /// Adds every triple of `other`. Blank nodes of equal label become one.
+  void merge(const Graph& other);
+
+  std::size_t size() const noexcept { return triples_.size(); }
+  bool empty() const noexcept { return triples_.empty(); }
+  const std::vector<Triple>& triples() const noexcept { return triples_; }
+
+  /// The number of the term, which becomes known if it was not.
+  TermId intern(const TermView& term);
+  /// The number of a term that the graph knows.
+  std::optional<TermId> find(const TermView& term) const noexcept;
+  /// The term of a number; its views are valid until the graph changes or dies.
+  TermView term(TermId id) const noexcept;
+  std::size_t term_count() const noexcept { return terms_.size(); }
+  /// A new blank node whose label no term of this graph has.
+  TermId fresh_blank();
+
+  bool contains(TermId subject, TermId predicate, TermId object) const noexcept;
+  bool contains(const TermView& subject, const TermView& predicate, const TermView& object) const noexcept;
+
+  /// The triples that have the given terms, in the order they were added. Valid until the graph changes or dies.
+  Matches match(std::optional<TermId> subject, std::optional<TermId> predicate, std::optional<TermId> object) const noexcept;
+  /// The same with terms by value; a term the graph does not know matches nothing.
+  Matches match(const TermView* subject, const TermView* predicate, const TermView* object) const noexcept;
+
+  /// The object of the first triple with this subject and predicate.
+  std::optional<TermView> object(const TermView& subject, const TermView& predicate) const noexcept;
+  std::optional<TermId> object(TermId subject, TermId predicate) const noexcept;
+  /// All objects of a subject and predicate, in order.
+  std::vector<TermView> objects(const TermView& subject, const TermView& predicate) const;
+  /// All subjects of a predicate and object, in order.
+  std::vector<TermView> subjects(const TermView& predicate, const TermView& object) const;
+
+  /// The members of the RDF list that starts at `head`; nullopt if it is no well-formed, finite list.
+  std::optional<std::vector<TermId>> list(TermId head) const;
+
+ private:
+  static constexpr std::uint32_t none = 0xFFFFFFFF;
+  struct Chain {  // the triples that have a term in one position, linked in order
+    std::uint32_t first = none, last = none, count = 0;
+  };
+  struct Entry {
+    TermKind kind;
+    std::uint32_t offset, length;           // in text_
+    std::uint32_t datatype;                 // TermId of the datatype IRI, or none
+    std::uint32_t language_offset, language_length;
+    std::uint32_t hash;
+    Chain chain[3];
+  };
+  struct Links {
+    std::uint32_t next[3];
+  };
+
+  std::uint32_t hash_of(const TermView& term) const noexcept;
+  bool equals(const Entry& entry, const TermView& term) const noexcept;
+  void grow_terms();
+  void grow_triples();
+
+  std::string text_;                        // all lexical forms, one after the other
+  std::vector<Entry> terms_;
+  std::vector<std::uint32_t> term_slots_;   // open addressing over terms_
+  std::vector<Triple> triples_;
+  std::vector<Links> links_;
+  std::vector<std::uint32_t> triple_slots_; // open addressing over triples_
+  std::uint32_t next_blank_ = 0;
+};
+
+/// A range of triples: `for (const Triple& t : graph.match(...))`.
+class Graph::Matches {
+ public:
+  class iterator {
+   public:
+    using iterator_category = std::forward_iterator_tag;
+    using value_type = Triple;
+    using difference_type = std::ptrdiff_t;
+    using pointer = const Triple*;
+    using reference = const Triple&;
+
+    iterator() = default;
+    reference operator*() const noexcept { return range_->graph_->triples_[at_]; }
+    pointer operator->() const noexcept { return &**this; }
+    iterator& operator++() noexcept {
+      at_ = range_->next(at_);
+      return *this;
+    }
+    iterator operator++(int) noexcept {
+      iterator before = *this;
+      ++*this;
+      return before;
+    }
+    friend bool operator==(const iterator& a, const iterator& b) noexcept { return a.at_ == b.at_; }
+    friend bool operator!=(const iterator& a, const iterator& b) noexcept { return !(a == b); }
+
+   private:
+    friend class Matches;
+    iterator(const Matches* range, std::uint32_t at) noexcept : range_(range), at_(at) {}
+    const Matches* range_ = nullptr;
+    std::uint32_t at_ = Graph::none;
+  };
+
+  iterator begin() const noexcept { return {this, first_}; }
+  iterator end() const noexcept { return {this, Graph::none}; }
+  bool empty() const noexcept { return first_ == Graph::none; }
+
+ private:
+  friend class Graph;
+  explicit Matches(const Graph* graph) noexcept : graph_(graph) {}
+  bool fits(std::uint32_t at) const noexcept;
+  std::uint32_t next(std::uint32_t at) const noexcept;
+
+  const Graph* graph_;
+  std::uint32_t wanted_[3] = {Graph::none, Graph::none, Graph::none};
+  int position_ = 3;  // which chain is walked; 3: all triples
+  std::uint32_t first_ = Graph::none;
+};
+
+/// True if the graphs differ at most in the labels of their blank nodes (RDF 1.1 Concepts 3.6).
+/// @par Time  Exponential in the worst case (graphs of many interchangeable blank nodes); meant for tests and small graphs.
+bool isomorphic(const Graph& a, const Graph& b);
+
+}  // namespace lrt::rdf

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include <lrt/base/iri.hpp>
+
+namespace lrt::rdf {
+
+enum class TermKind : std::uint8_t { iri, blank, literal };
+
+/// An RDF term as a view (RDF 1.1 Concepts 3). Two terms are the same when all four parts are equal; a literal always has a
+/// datatype IRI, xsd:string when none was said and rdf:langString when it has a language.
+struct TermView {
+  TermKind kind = TermKind::iri;
+  std::string_view text;      ///< the IRI, the blank node's label without "_:", or the lexical form
+  std::string_view datatype;  ///< literals only: the datatype IRI
+  std::string_view language;  ///< literals only: the language tag, in lower case
+
+  constexpr TermView() noexcept = default;
+  constexpr TermView(Iri iri) noexcept : kind(TermKind::iri), text(iri.text) {}  // NOLINT: an Iri is a term
+  constexpr TermView(TermKind k, std::string_view t, std::string_view d = {}, std::string_view l = {}) noexcept
+      : kind(k), text(t), datatype(d), language(l) {}
+
+  constexpr bool is_iri() const noexcept { return kind == TermKind::iri; }
+  constexpr bool is_blank() const noexcept { return kind == TermKind::blank; }
+  constexpr bool is_literal() const noexcept { return kind == TermKind::literal; }
+
+  friend constexpr bool operator==(const TermView& a, const TermView& b) noexcept {
+    return a.kind == b.kind && a.text == b.text && a.datatype == b.datatype && a.language == b.language;
+  }
+  friend constexpr bool operator!=(const TermView& a, const TermView& b) noexcept { return !(a == b); }
+};
+
+constexpr TermView iri(std::string_view text) noexcept { return {TermKind::iri, text}; }
+constexpr TermView blank(std::string_view label) noexcept { return {TermKind::blank, label}; }
+/// A plain literal: datatype xsd:string.
+TermView literal(std::string_view lexical) noexcept;
+constexpr TermView literal(std::string_view lexical, Iri datatype) noexcept {
+  return {TermKind::literal, lexical, datatype.text};
+}
+/// A language-tagged literal. `language` must be in lower case already.
+TermView tagged_literal(std::string_view lexical, std::string_view language) noexcept;
+
+/// A term that owns its text.
+class Term {
+ public:
+  Term() = default;
+  Term(const TermView& view)  // NOLINT: a view converts to its owner
+      : kind_(view.kind), text_(view.text), datatype_(view.datatype), language_(view.language) {}
+  Term(Iri iri) : Term(TermView(iri)) {}  // NOLINT
+
+  TermView view() const noexcept { return {kind_, text_, datatype_, language_}; }
+  operator TermView() const noexcept { return view(); }  // NOLINT
+
+ private:
+  TermKind kind_ = TermKind::iri;
+  std::string text_, datatype_, language_;
+};
+
+/// The term in N-Triples, for messages: `<iri>`, `_:label`, `"lexical"^^<datatype>`; long text is not cut.
+std::string to_string(const TermView& term);
+
+}  // namespace lrt::rdf

@@ -1,0 +1,262 @@
+#pragma once
+
+#include <lrt/base/iri.hpp>
+
+/// The terms lrt uses, spelled as in their vocabularies (R1.5, SPEC section 4).
+namespace lrt::vocab {
+
+#define LRT_TERM(prefix, name) inline constexpr Iri name{LRT_VOCAB_##prefix #name}
+#define LRT_TERM_AS(prefix, cpp, name) inline constexpr Iri cpp{LRT_VOCAB_##prefix name}
+
+#define LRT_VOCAB_rdf "http://www.w3.org/1999/02/22-rdf-syntax-ns#"
+namespace rdf {
+LRT_TERM(rdf, type);
+LRT_TERM(rdf, value);
+LRT_TERM(rdf, first);
+LRT_TERM(rdf, rest);
+LRT_TERM(rdf, nil);
+LRT_TERM(rdf, List);
+LRT_TERM(rdf, Property);
+LRT_TERM(rdf, langString);
+}  // namespace rdf
+
+#define LRT_VOCAB_rdfs "http://www.w3.org/2000/01/rdf-schema#"
+namespace rdfs {
+LRT_TERM(rdfs, label);
+LRT_TERM(rdfs, comment);
+LRT_TERM(rdfs, seeAlso);
+LRT_TERM(rdfs, isDefinedBy);
+LRT_TERM(rdfs, subClassOf);
+LRT_TERM(rdfs, Class);
+}  // namespace rdfs
+
+#define LRT_VOCAB_xsd "http://www.w3.org/2001/XMLSchema#"
+namespace xsd {
+LRT_TERM(xsd, string);
+LRT_TERM(xsd, boolean);
+LRT_TERM(xsd, integer);
+LRT_TERM(xsd, decimal);
+LRT_TERM_AS(xsd, float_, "float");
+LRT_TERM_AS(xsd, double_, "double");
+LRT_TERM_AS(xsd, byte_, "byte");
+LRT_TERM_AS(xsd, short_, "short");
+LRT_TERM_AS(xsd, int_, "int");
+LRT_TERM_AS(xsd, long_, "long");
+LRT_TERM(xsd, unsignedByte);
+LRT_TERM(xsd, unsignedShort);
+LRT_TERM(xsd, unsignedInt);
+LRT_TERM(xsd, unsignedLong);
+LRT_TERM(xsd, nonNegativeInteger);
+LRT_TERM(xsd, dateTime);
+LRT_TERM(xsd, dayTimeDuration);
+LRT_TERM(xsd, duration);
+LRT_TERM(xsd, anyURI);
+}  // namespace xsd
+
+#define LRT_VOCAB_dcterms "http://purl.org/dc/terms/"
+namespace dcterms {
+LRT_TERM(dcterms, title);
+LRT_TERM(dcterms, description);
+LRT_TERM(dcterms, identifier);
+LRT_TERM(dcterms, modified);
+LRT_TERM(dcterms, created);
+LRT_TERM(dcterms, format);
+}  // namespace dcterms
+
+#define LRT_VOCAB_ldp "http://www.w3.org/ns/ldp#"
+namespace ldp {
+LRT_TERM(ldp, Resource);
+LRT_TERM(ldp, RDFSource);
+LRT_TERM(ldp, Container);
+LRT_TERM(ldp, BasicContainer);
+LRT_TERM(ldp, contains);
+LRT_TERM(ldp, constrainedBy);
+LRT_TERM(ldp, PreferMinimalContainer);
+LRT_TERM(ldp, PreferContainment);
+}  // namespace ldp
+
+#define LRT_VOCAB_prov "http://www.w3.org/ns/prov#"
+namespace prov {
+LRT_TERM(prov, Activity);
+LRT_TERM(prov, startedAtTime);
+LRT_TERM(prov, endedAtTime);
+}  // namespace prov
+
+#define LRT_VOCAB_sh "http://www.w3.org/ns/shacl#"
+namespace sh {
+LRT_TERM(sh, NodeShape);
+LRT_TERM(sh, PropertyShape);
+LRT_TERM(sh, property);
+LRT_TERM(sh, path);
+LRT_TERM(sh, node);
+LRT_TERM(sh, datatype);
+LRT_TERM(sh, minCount);
+LRT_TERM(sh, maxCount);
+LRT_TERM(sh, minInclusive);
+LRT_TERM(sh, minExclusive);
+LRT_TERM(sh, maxInclusive);
+LRT_TERM(sh, maxExclusive);
+LRT_TERM(sh, minLength);
+LRT_TERM(sh, maxLength);
+LRT_TERM(sh, hasValue);
+LRT_TERM(sh, nodeKind);
+LRT_TERM(sh, targetNode);
+LRT_TERM(sh, targetClass);
+LRT_TERM_AS(sh, class_, "class");
+LRT_TERM_AS(sh, in_, "in");
+LRT_TERM_AS(sh, or_, "or");
+LRT_TERM(sh, name);
+LRT_TERM(sh, description);
+LRT_TERM(sh, resultMessage);
+LRT_TERM(sh, IRI);
+LRT_TERM(sh, BlankNode);
+LRT_TERM(sh, Literal);
+}  // namespace sh
+
+#define LRT_VOCAB_qudt "http://qudt.org/schema/qudt/"
+namespace qudt {
+LRT_TERM(qudt, unit);
+}
+
+#define LRT_VOCAB_unit "http://qudt.org/vocab/unit/"
+namespace unit {
+LRT_TERM(unit, RAD);
+LRT_TERM(unit, DEG);
+LRT_TERM(unit, M);
+LRT_TERM_AS(unit, MilliM, "MilliM");
+LRT_TERM_AS(unit, SEC, "SEC");
+LRT_TERM_AS(unit, M_PER_SEC, "M-PER-SEC");
+LRT_TERM_AS(unit, RAD_PER_SEC, "RAD-PER-SEC");
+LRT_TERM_AS(unit, DEG_PER_SEC, "DEG-PER-SEC");
+LRT_TERM_AS(unit, N, "N");
+LRT_TERM_AS(unit, N_M, "N-M");
+LRT_TERM_AS(unit, KiloGM, "KiloGM");
+LRT_TERM_AS(unit, DEG_C, "DEG_C");
+LRT_TERM_AS(unit, V, "V");
+LRT_TERM_AS(unit, A, "A");
+LRT_TERM_AS(unit, PERCENT, "PERCENT");
+LRT_TERM_AS(unit, UNITLESS, "UNITLESS");
+}  // namespace unit
+
+#define LRT_VOCAB_hybrit "https://hybr-it-projekt.de/ns/hybr-it#"
+namespace hybrit {
+LRT_TERM(hybrit, RoboticThing);
+LRT_TERM(hybrit, Property);
+LRT_TERM(hybrit, Action);
+LRT_TERM(hybrit, AsynchronousAction);
+LRT_TERM(hybrit, Subscription);
+LRT_TERM(hybrit, WebCallback);
+LRT_TERM(hybrit, WebSocket);
+LRT_TERM(hybrit, property);
+LRT_TERM(hybrit, action);
+LRT_TERM(hybrit, blueprint);
+LRT_TERM(hybrit, subscriptions);
+LRT_TERM(hybrit, binding);
+LRT_TERM(hybrit, consumes);
+LRT_TERM(hybrit, produces);
+LRT_TERM(hybrit, onResource);
+LRT_TERM(hybrit, callbackURL);
+LRT_TERM(hybrit, mediaType);
+}  // namespace hybrit
+
+#define LRT_VOCAB_vom "http://vocab.arvida.de/2015/06/vom/vocab#"
+namespace vom {
+LRT_TERM(vom, numericalValue);
+LRT_TERM(vom, unit);
+}  // namespace vom
+
+#define LRT_VOCAB_maths "http://vocab.arvida.de/2015/06/maths/vocab#"
+namespace maths {
+LRT_TERM(maths, Scalar);
+LRT_TERM(maths, Vector3D);
+LRT_TERM(maths, CoordinateSystem);
+LRT_TERM(maths, x);
+LRT_TERM(maths, y);
+LRT_TERM(maths, z);
+LRT_TERM(maths, Radian);
+LRT_TERM(maths, Degree);
+}  // namespace maths
+
+#define LRT_VOCAB_spatial "http://vocab.arvida.de/2015/06/spatial/vocab#"
+namespace spatial {
+LRT_TERM(spatial, AxisAngle);
+LRT_TERM(spatial, Rotation3D);
+LRT_TERM(spatial, rotationAngle);
+LRT_TERM(spatial, rotationAxis);
+LRT_TERM(spatial, Translation3D);
+}  // namespace spatial
+
+#define LRT_VOCAB_ros "http://ros.org/#"
+namespace ros {
+LRT_TERM(ros, RevoluteJoint);
+LRT_TERM(ros, Link);
+LRT_TERM(ros, rotation);
+LRT_TERM(ros, friction);
+LRT_TERM(ros, jointReferenceFrame);
+LRT_TERM(ros, preceedingLink);
+LRT_TERM(ros, succeedingLink);
+}  // namespace ros
+
+#define LRT_VOCAB_xhv "http://www.w3.org/1999/xhtml/vocab#"
+namespace xhv {
+LRT_TERM(xhv, prev);
+LRT_TERM(xhv, next);
+}  // namespace xhv
+
+#define LRT_VOCAB_http_core "http://www.w3.org/2011/http#"
+namespace http_core {
+LRT_TERM(http_core, Request);
+LRT_TERM(http_core, mthd);
+LRT_TERM(http_core, requestURI);
+LRT_TERM(http_core, body);
+}  // namespace http_core
+
+#define LRT_VOCAB_http_methods "http://www.w3.org/2011/http-methods#"
+namespace http_methods {
+LRT_TERM(http_methods, GET);
+LRT_TERM(http_methods, POST);
+LRT_TERM(http_methods, PUT);
+LRT_TERM(http_methods, DELETE);
+}  // namespace http_methods
+
+#define LRT_VOCAB_lrt "https://w3id.org/lrt/ns#"
+namespace lrt {
+LRT_TERM(lrt, state);
+LRT_TERM(lrt, Invocation);
+LRT_TERM(lrt, invocation);
+LRT_TERM(lrt, status);
+LRT_TERM(lrt, pending);
+LRT_TERM(lrt, running);
+LRT_TERM(lrt, succeeded);
+LRT_TERM(lrt, failed);
+LRT_TERM(lrt, cancelled);
+LRT_TERM(lrt, progress);
+LRT_TERM(lrt, error);
+LRT_TERM(lrt, input);
+LRT_TERM(lrt, result);
+LRT_TERM(lrt, policy);
+LRT_TERM(lrt, collection);
+}  // namespace lrt
+
+#undef LRT_TERM
+#undef LRT_TERM_AS
+#undef LRT_VOCAB_rdf
+#undef LRT_VOCAB_rdfs
+#undef LRT_VOCAB_xsd
+#undef LRT_VOCAB_dcterms
+#undef LRT_VOCAB_ldp
+#undef LRT_VOCAB_prov
+#undef LRT_VOCAB_sh
+#undef LRT_VOCAB_qudt
+#undef LRT_VOCAB_unit
+#undef LRT_VOCAB_hybrit
+#undef LRT_VOCAB_vom
+#undef LRT_VOCAB_maths
+#undef LRT_VOCAB_spatial
+#undef LRT_VOCAB_ros
+#undef LRT_VOCAB_xhv
+#undef LRT_VOCAB_http_core
+#undef LRT_VOCAB_http_methods
+#undef LRT_VOCAB_lrt
+
+}  // namespace lrt::vocab

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include <lrt/transport/transport.hpp>
+
+namespace lrt::transport {
+
+/// Requests and answers in the same process, without a network: for tests, and for hosts that have an HTTP server of their own
+/// and hand its requests over. Text goes through the same head checks as on a socket.
+class Loopback final : public Transport {
+ public:
+  explicit Loopback(Options options = {});
+  ~Loopback() override;
+
+  Result<void> start(engine::Handler& handler) override;
+  std::chrono::milliseconds poll(std::chrono::microseconds budget, std::chrono::milliseconds wait) override;
+  std::shared_ptr<Waker> waker() const noexcept override;
+  void stop() override;
+  Capabilities capabilities() const noexcept override { return {false, false, false}; }
+  std::uint16_t port() const noexcept override { return 0; }
+
+  /// Hands one request over. `done` is called once, now or from a later poll() or stop(), on the thread that calls those.
+  void submit(const http::Request& request, std::function<void(http::Response)> done);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace lrt::transport

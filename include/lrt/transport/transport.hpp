@@ -1,0 +1,75 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include <lrt/base/clock.hpp>
+#include <lrt/base/log.hpp>
+#include <lrt/base/result.hpp>
+#include <lrt/engine/handler.hpp>
+
+namespace lrt::transport {
+
+/// What a network client can make grow, and how long it may take. The same on every transport.
+struct Limits {
+  std::size_t head_bytes = 16 * 1024;                  ///< request line and fields; more: 431 (414 when the target alone is)
+  std::size_t body_bytes = 1024 * 1024;                ///< after de-chunking; more: 413
+  std::size_t connections = 1024;                      ///< more: accepted and closed with 503
+  std::size_t requests_per_connection = 1'000'000;     ///< the last is answered with Connection: close
+  std::chrono::milliseconds head_time{10'000};         ///< from the first byte of a head to its end; more: 408
+  std::chrono::milliseconds body_time{30'000};         ///< from the end of the head to the end of the body; more: 408
+  std::chrono::milliseconds idle_time{60'000};         ///< between requests
+  std::chrono::milliseconds write_time{30'000};        ///< during which the client must take some bytes of an answer
+  std::chrono::milliseconds linger_time{2'000};        ///< RFC 9112 9.6, after an early refusal
+  std::size_t linger_bytes = 256 * 1024;               ///< discarded while lingering
+  std::chrono::milliseconds stop_time{1'000};          ///< for answers still on their way when the server stops
+};
+
+struct Options {
+  std::string address = "127.0.0.1";  ///< numeric address to listen on
+  std::uint16_t port = 8080;          ///< 0: any free one
+  Limits limits;
+  const Clock* clock = nullptr;       ///< nullptr: system_clock()
+  LogCallback log;                    ///< may be empty
+};
+
+struct Capabilities {
+  bool network = true;      ///< has a port
+  bool websocket = false;   ///< can accept upgrades
+  bool tls = false;
+};
+
+/// Makes a transport's poll() return. Outlives the transport it belongs to; then waking does nothing.
+class Waker {
+ public:
+  virtual ~Waker() = default;
+  /// From any thread; no lock, no allocation, at most one system call.
+  virtual void wake() noexcept = 0;
+};
+
+/// Carries requests to a Handler and answers back. A host with an HTTP server of its own implements this.
+///
+/// @par Threads  One thread at a time; waker() and what it returns: any.
+class Transport {
+ public:
+  virtual ~Transport() = default;
+
+  /// Begins to listen. The handler must outlive the transport or its stop().
+  /// @par Errors  address_in_use, invalid_option, io_error
+  virtual Result<void> start(engine::Handler& handler) = 0;
+  /// Waits up to `wait` for something to do, then works for about `budget` (at least one step). Returns how long nothing will be
+  /// due if nothing arrives (milliseconds::max() for ever).
+  virtual std::chrono::milliseconds poll(std::chrono::microseconds budget, std::chrono::milliseconds wait) = 0;
+  /// Wakes poll(), from any thread.
+  virtual std::shared_ptr<Waker> waker() const noexcept = 0;
+  /// Stops accepting; answers what the handler still gives for open tickets, for at most limits.stop_time; closes everything.
+  virtual void stop() = 0;
+  virtual Capabilities capabilities() const noexcept = 0;
+  /// The port that is listened on; 0 before start() and for a transport without one.
+  virtual std::uint16_t port() const noexcept = 0;
+};
+
+}  // namespace lrt::transport
