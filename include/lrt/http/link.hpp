@@ -3,13 +3,15 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <lrt/http/message.hpp>
 
 namespace lrt::http {
 
 /// Builds Link field lines (RFC 8288) that clients with small limits can read: several links share a line of at most 4 KiB, and
-/// all lines together keep to a budget. A link that does not fit is left out whole; finish() then says where the rest is.
+/// all lines together keep to a budget. A link that does not fit is left out whole, with all that follow; finish() then says
+/// where the rest is.
 /// @par Implements  R0.9
 class LinkWriter {
  public:
@@ -22,10 +24,12 @@ class LinkWriter {
   bool cut() const noexcept { return cut_; }
 
  private:
+  bool put(const std::string& link);
+  void take_back();
+
   std::size_t budget_;
   std::size_t used_ = 0;
-  std::string line_;
-  Fields lines_;
+  std::vector<std::string> lines_;
   bool cut_ = false;
 };
 

@@ -39,7 +39,9 @@ struct Request {
 /// Header fields as the bytes that go on the wire, `Name: value CRLF` each; to copy or send them is to copy bytes.
 class Fields {
  public:
-  /// Appends. CR, LF and NUL in a value become spaces: nothing that reached a value can start another field.
+  /// Appends, without white space around the value. CR, LF, NUL and other controls in it become spaces: nothing that reached a
+  /// value can start another field.
+  /// @pre `name` is a token (RFC 9110 5.6.2); otherwise nothing is added
   void add(std::string_view name, std::string_view value);
   /// Replaces all fields of that name by one.
   void set(std::string_view name, std::string_view value);
@@ -74,7 +76,7 @@ std::string_view reason_phrase(int status) noexcept;
 /// False for 1xx, 204 and 304, which have no body and no Content-Length here.
 constexpr bool may_have_body(int status) noexcept { return status >= 200 && status != 204 && status != 304; }
 
-/// Writes the head of a response with its empty line.
+/// Writes the head of a response with its empty line. Date and Content-Length are left out where `response.fields` has them.
 /// @param date  an IMF-fixdate
 /// @param version  of the request: an HTTP/1.0 client that keeps its connection is told so
 void write_head(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version);

@@ -8,8 +8,9 @@
 namespace lrt::http {
 
 /// Picks among the media types on offer by an Accept field (RFC 9110 12.5.1): the highest q-value wins, the more specific range
-/// decides a type's q, among equals the earlier offer wins. An absent or malformed member is skipped; an absent or empty field
-/// accepts everything. nullopt: none is acceptable.
+/// decides a type's q, among equals the earlier offer wins. A range with parameters matches only offers that have them;
+/// charset=utf-8 is taken as true of every offer. A malformed member is skipped; a field that is absent, empty or has no
+/// well-formed member accepts everything. nullopt: none is acceptable. Does not allocate.
 /// @param accept  the joined Accept fields, or nullopt
 /// @par Implements  R1.2
 std::optional<std::size_t> negotiate(std::optional<std::string_view> accept, const std::vector<std::string_view>& offers);

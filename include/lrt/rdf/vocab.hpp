@@ -61,6 +61,8 @@ LRT_TERM(dcterms, identifier);
 LRT_TERM(dcterms, modified);
 LRT_TERM(dcterms, created);
 LRT_TERM(dcterms, format);
+LRT_TERM(dcterms, hasPart);
+LRT_TERM(dcterms, isPartOf);
 }  // namespace dcterms
 
 #define LRT_VOCAB_ldp "http://www.w3.org/ns/ldp#"
@@ -209,6 +211,9 @@ LRT_TERM(http_core, Request);
 LRT_TERM(http_core, mthd);
 LRT_TERM(http_core, requestURI);
 LRT_TERM(http_core, body);
+LRT_TERM(http_core, Response);
+LRT_TERM(http_core, statusCodeValue);
+LRT_TERM(http_core, reasonPhrase);
 }  // namespace http_core
 
 #define LRT_VOCAB_http_methods "http://www.w3.org/2011/http-methods#"

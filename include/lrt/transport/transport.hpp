@@ -9,6 +9,7 @@
 #include <lrt/base/clock.hpp>
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
+#include <lrt/base/waker.hpp>
 #include <lrt/engine/handler.hpp>
 
 namespace lrt::transport {
@@ -40,14 +41,6 @@ struct Capabilities {
   bool network = true;      ///< has a port
   bool websocket = false;   ///< can accept upgrades
   bool tls = false;
-};
-
-/// Makes a transport's poll() return. Outlives the transport it belongs to; then waking does nothing.
-class Waker {
- public:
-  virtual ~Waker() = default;
-  /// From any thread; no lock, no allocation, at most one system call.
-  virtual void wake() noexcept = 0;
 };
 
 /// Carries requests to a Handler and answers back. A host with an HTTP server of its own implements this.

@@ -1,0 +1,22 @@
+# `cmake --install`: the library, its headers, and the package that find_package(lrt) reads.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+set(LRT_INSTALL_CMAKEDIR ${CMAKE_INSTALL_LIBDIR}/cmake/lrt)
+get_target_property(LRT_LIBRARY_TYPE lrt TYPE)
+
+install(TARGETS lrt EXPORT lrtTargets
+        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+        RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/lrt DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.hpp)
+install(EXPORT lrtTargets NAMESPACE lrt:: DESTINATION ${LRT_INSTALL_CMAKEDIR})
+
+configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/lrtConfig.cmake.in ${PROJECT_BINARY_DIR}/cmake/lrtConfig.cmake
+                              INSTALL_DESTINATION ${LRT_INSTALL_CMAKEDIR})
+# Before 1.0 a minor version may break its users.
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/cmake/lrtConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/cmake/lrtConfig.cmake ${PROJECT_BINARY_DIR}/cmake/lrtConfigVersion.cmake
+              ${PROJECT_SOURCE_DIR}/cmake/FindRedland.cmake
+        DESTINATION ${LRT_INSTALL_CMAKEDIR})
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -1,0 +1,161 @@
+#include "examples/baxter/right_arm.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace baxter {
+namespace {
+
+constexpr double half_pi = 1.57079632679;    // as the robot's description rounds it
+constexpr double friction_of_new_arm = 0.7;  // [N m s/rad]
+constexpr double friction_share = 0.9;       // of the drive's torque that friction may eat at the greatest speed
+
+constexpr JointLimits limits_of(double lower, double upper, double velocity, double effort) {
+  return {lower, upper, velocity, effort, friction_share * effort / velocity};
+}
+
+// clang-format off
+//  name, parent link, child link
+//    xyz [m], rpy [rad], axis
+//    lower [rad], upper [rad], velocity [rad/s], effort [N m]; inertia [kg m^2]
+constexpr JointDescription descriptions[joint_count] = {
+    {"right_s0", "right_arm_mount", "right_upper_shoulder",
+     {0.055695, 0, 0.011038}, {0, 0, 0}, {0, 0, 1},
+     limits_of(-1.70167993878, 1.70167993878, 1.5, 50), 12.5},
+    {"right_s1", "right_upper_shoulder", "right_lower_shoulder",
+     {0.069, 0, 0.27035}, {-half_pi, 0, 0}, {0, 0, 1},
+     limits_of(-2.147, 1.047, 1.5, 100), 25},
+    {"right_e0", "right_lower_shoulder", "right_upper_elbow",
+     {0.102, 0, 0}, {half_pi, 0, half_pi}, {0, 0, 1},
+     limits_of(-3.05417993878, 3.05417993878, 1.5, 50), 10},
+    {"right_e1", "right_upper_elbow", "right_lower_elbow",
+     {0.069, 0, 0.26242}, {-half_pi, -half_pi, 0}, {0, 0, 1},
+     limits_of(-0.05, 2.618, 1.5, 50), 10},
+    {"right_w0", "right_lower_elbow", "right_upper_forearm",
+     {0.10359, 0, 0}, {half_pi, 0, half_pi}, {0, 0, 1},
+     limits_of(-3.059, 3.059, 4, 15), 1.5},
+    {"right_w1", "right_upper_forearm", "right_lower_forearm",
+     {0.01, 0, 0.2707}, {-half_pi, -half_pi, 0}, {0, 0, 1},
+     limits_of(-1.57079632679, 2.094, 4, 15), 1.5},
+    {"right_w2", "right_lower_forearm", "right_wrist",
+     {0.115975, 0, 0}, {half_pi, 0, half_pi}, {0, 0, 1},
+     limits_of(-3.059, 3.059, 4, 15), 1},
+};
+// clang-format on
+
+}  // namespace
+
+RightArm::RightArm() noexcept {
+  for (Joint& joint : joints_) joint.friction = friction_of_new_arm;
+}
+
+const JointDescription& RightArm::description(std::size_t joint) noexcept { return descriptions[joint]; }
+
+double RightArm::acceleration(std::size_t joint) const noexcept {
+  const JointDescription& d = descriptions[joint];
+  return (d.limits.effort_nm - joints_[joint].friction * d.limits.velocity_rad_s) / d.inertia_kgm2;
+}
+
+double RightArm::deceleration(std::size_t joint) const noexcept {
+  const JointDescription& d = descriptions[joint];
+  return d.limits.effort_nm / d.inertia_kgm2;
+}
+
+double RightArm::set_friction(std::size_t joint, double friction_nms_rad) noexcept {
+  double& friction = joints_[joint].friction;
+  if (!std::isnan(friction_nms_rad)) friction = std::clamp(friction_nms_rad, 0.0, limits(joint).friction_nms_rad);
+  return friction;
+}
+
+double RightArm::progress(std::size_t joint) const noexcept {
+  const Joint& j = joints_[joint];
+  return moving(joint) ? static_cast<double>(j.step) / static_cast<double>(j.last_step) : 1.0;
+}
+
+MoveResult RightArm::move_to(std::size_t joint, double target_rad) noexcept {
+  if (std::isnan(target_rad)) return MoveResult::not_a_number;
+  if (target_rad < limits(joint).lower_rad) return MoveResult::below_lower_limit;
+  if (target_rad > limits(joint).upper_rad) return MoveResult::above_upper_limit;
+  start(joint, target_rad, false);
+  return MoveResult::accepted;
+}
+
+void RightArm::stop(std::size_t joint) noexcept {
+  if (moving(joint)) start(joint, 0, true);
+}
+
+void RightArm::start(std::size_t joint, double target, bool only_brake) noexcept {
+  Joint& j = joints_[joint];
+  const JointLimits& limit = limits(joint);
+  Profile p;
+  p.acceleration = acceleration(joint);
+  p.deceleration = deceleration(joint);
+
+  // Can the present velocity be kept, or must the joint come to rest first, since it moves the wrong way or too fast?
+  const double speed = std::abs(j.velocity);
+  const double direction = j.velocity < 0 ? -1 : 1;
+  const double braking_distance = speed * speed / (2 * p.deceleration);
+  p.turn = j.position;
+  p.turn_velocity = speed;
+  p.sign = direction;
+  if (speed > 0 && (only_brake || direction * (target - j.position) < braking_distance)) {
+    p.start_braking = -direction * p.deceleration;
+    p.t_turn = speed / p.deceleration;
+    // Every move ends within the limits, so the way to brake from its present point does too, but for rounding.
+    p.turn = std::clamp(j.position + direction * braking_distance, limit.lower_rad, limit.upper_rad);
+    p.turn_velocity = 0;
+  }
+  if (only_brake) target = p.turn;
+  if (p.turn_velocity == 0) p.sign = target < p.turn ? -1 : 1;
+
+  // Accelerate to the peak, brake from there: what both take of the way must not exceed it.
+  const double way = std::abs(target - p.turn);
+  const double v = p.turn_velocity;
+  p.peak = std::sqrt((way + v * v / (2 * p.acceleration)) / (1 / (2 * p.acceleration) + 1 / (2 * p.deceleration)));
+  p.peak = std::max(v, std::min(p.peak, limit.velocity_rad_s));
+  const double way_cruising = way - (p.peak * p.peak - v * v) / (2 * p.acceleration) - p.peak * p.peak / (2 * p.deceleration);
+  p.t_accelerated = p.t_turn + (p.peak - v) / p.acceleration;
+  p.t_brake = p.t_accelerated + (way_cruising > 0 ? way_cruising / p.peak : 0);
+  p.duration = p.t_brake + p.peak / p.deceleration;
+
+  j.profile = p;
+  j.target = target;
+  j.step = 0;
+  // Whole periods; one millionth of a period more is rounding.
+  j.last_step = static_cast<std::uint32_t>(std::ceil(p.duration / step_period_s - 1e-6));
+  if (j.last_step == 0) {
+    j.position = target;
+    j.velocity = 0;
+  }
+}
+
+void RightArm::step() noexcept {
+  ++steps_;
+  for (std::size_t i = 0; i < joint_count; ++i) {
+    Joint& j = joints_[i];
+    if (j.step >= j.last_step) continue;
+    const Profile& p = j.profile;
+    const double t = static_cast<double>(++j.step) * step_period_s;
+    if (j.step == j.last_step) {
+      j.position = j.target;
+      j.velocity = 0;
+    } else if (t < p.t_turn) {
+      const double left = p.t_turn - t;  // counted from its end, so that the end is met exactly
+      j.position = p.turn + p.start_braking * left * left / 2;
+      j.velocity = -p.start_braking * left;
+    } else if (t < p.t_accelerated) {
+      const double gone = t - p.t_turn;
+      j.position = p.turn + p.sign * (p.turn_velocity + p.acceleration * gone / 2) * gone;
+      j.velocity = p.sign * (p.turn_velocity + p.acceleration * gone);
+    } else if (t < p.t_brake) {
+      j.position = j.target - p.sign * (p.peak * p.peak / (2 * p.deceleration) + p.peak * (p.t_brake - t));
+      j.velocity = p.sign * p.peak;
+    } else {
+      const double left = std::max(0.0, p.duration - t);
+      j.position = j.target - p.sign * p.deceleration * left * left / 2;
+      j.velocity = p.sign * p.deceleration * left;
+    }
+  }
+}
+
+}  // namespace baxter

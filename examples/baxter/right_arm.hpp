@@ -1,0 +1,116 @@
+#pragma once
+
+// The right arm of a Rethink Robotics Baxter: seven revolute joints, each with its own drive.
+//
+// Units: angles rad, velocities rad/s, accelerations rad/s^2, torques N m, lengths m, times s.
+// Frames: a joint turns its child link about `axis`, which is given in the joint frame. The joint frame sits in the parent
+// link's frame at `xyz`, turned by `rpy` (fixed axes x, y, z in this order, as in URDF). At 0 rad both links' frames agree up to it.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace baxter {
+
+constexpr std::size_t joint_count = 7;
+constexpr double step_period_s = 0.001;
+
+/// Index of a joint, from the shoulder to the wrist.
+enum JointIndex : std::size_t { right_s0, right_s1, right_e0, right_e1, right_w0, right_w1, right_w2 };
+
+struct JointLimits {
+  double lower_rad;         ///< least position
+  double upper_rad;         ///< greatest position
+  double velocity_rad_s;    ///< greatest speed, both directions
+  double effort_nm;         ///< greatest torque of the drive
+  double friction_nms_rad;  ///< greatest friction coefficient that the model takes; the least is 0
+};
+
+/// What is fixed about a joint. The names are those of the robot's description.
+struct JointDescription {
+  const char* name;
+  const char* parent_link;  ///< the link before the joint, towards the torso
+  const char* child_link;   ///< the link after the joint, towards the hand
+  double xyz[3];            ///< origin of the joint frame in the parent link's frame [m]
+  double rpy[3];            ///< orientation of the joint frame in the parent link's frame [rad]
+  double axis[3];           ///< unit vector in the joint frame
+  JointLimits limits;
+  double inertia_kgm2;  ///< of all that the joint carries, about its axis, taken as constant; our estimate
+};
+
+enum class MoveResult : std::uint8_t {
+  accepted,
+  below_lower_limit,
+  above_upper_limit,
+  not_a_number,
+};
+
+/// Seven independent position drives with trapezoidal velocity profiles.
+///
+/// Not thread-safe: the control thread owns it. Nothing here allocates, locks or throws, and equal calls give equal numbers.
+/// Every `joint` argument must be less than joint_count.
+class RightArm {
+ public:
+  /// At rest, every joint at 0 rad, the friction as the robot's description gives it (0.7 N m s/rad).
+  RightArm() noexcept;
+
+  static const JointDescription& description(std::size_t joint) noexcept;
+  static const JointLimits& limits(std::size_t joint) noexcept { return description(joint).limits; }
+
+  /// Moves one control period of step_period_s on.
+  void step() noexcept;
+  /// Time since construction [s], a multiple of step_period_s.
+  double time() const noexcept { return static_cast<double>(steps_) * step_period_s; }
+
+  /// Starts a move from the present position and velocity, which replaces the present one. Unless accepted, nothing changes.
+  MoveResult move_to(std::size_t joint, double target_rad) noexcept;
+  /// Brakes as hard as the drive can. The braking then is the present move.
+  void stop(std::size_t joint) noexcept;
+
+  double position(std::size_t joint) const noexcept { return joints_[joint].position; }  ///< [rad]
+  double velocity(std::size_t joint) const noexcept { return joints_[joint].velocity; }  ///< [rad/s]
+  bool moving(std::size_t joint) const noexcept { return joints_[joint].step < joints_[joint].last_step; }
+  /// Where the present move ends [rad]; the position when at rest.
+  double target(std::size_t joint) const noexcept { return joints_[joint].target; }
+  /// Part of the present move's duration that has passed, 0..1; 1 when at rest.
+  double progress(std::size_t joint) const noexcept;
+  /// How long the present move takes from its start to its end [s]; 0 before the first.
+  double duration(std::size_t joint) const noexcept { return joints_[joint].profile.duration; }
+
+  /// Viscous friction of the joint [N m s/rad].
+  ///
+  /// The drive must overcome it to speed up: a move accelerates at (effort - friction * greatest speed) / inertia. Braking has
+  /// the drive's whole torque, effort / inertia, whatever the friction.
+  double friction(std::size_t joint) const noexcept { return joints_[joint].friction; }
+  /// Takes effect from the next move on. Clamped to 0..limits(joint).friction_nms_rad; NaN changes nothing.
+  /// @return the coefficient now in effect
+  double set_friction(std::size_t joint, double friction_nms_rad) noexcept;
+
+  /// What a move that starts now can reach [rad/s^2].
+  double acceleration(std::size_t joint) const noexcept;
+  /// What braking reaches [rad/s^2].
+  double deceleration(std::size_t joint) const noexcept;
+
+ private:
+  // One move in up to four phases: brake to rest (if it must turn round), accelerate, cruise, brake at the target.
+  // Times since its start [s]; `sign` is the direction of the last three.
+  struct Profile {
+    double start_braking = 0;            // acceleration in the first phase, against the motion
+    double turn = 0, turn_velocity = 0;  // position and speed where the second phase starts
+    double sign = 1, peak = 0;           // speed of the third phase
+    double acceleration = 0, deceleration = 0;
+    double t_turn = 0, t_accelerated = 0, t_brake = 0, duration = 0;
+  };
+  struct Joint {
+    double position = 0, velocity = 0, target = 0, friction = 0;
+    Profile profile;
+    std::uint32_t step = 0, last_step = 0;
+  };
+
+  void start(std::size_t joint, double target, bool only_brake) noexcept;
+
+  std::array<Joint, joint_count> joints_;
+  std::uint64_t steps_ = 0;
+};
+
+}  // namespace baxter

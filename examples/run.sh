@@ -1,0 +1,18 @@
+#!/bin/sh
+# Installs what is missing, builds, and serves Baxter's right arm at http://127.0.0.1:8080/ until Ctrl-C.
+#
+#   examples/run.sh [arguments of the example: --port N, --bind ADDRESS, --demo]
+set -eu
+
+root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
+"$root/vendor/install.sh"
+
+if command -v ninja >/dev/null; then export CMAKE_GENERATOR="${CMAKE_GENERATOR:-Ninja}"; fi
+if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER="${CMAKE_CXX_COMPILER_LAUNCHER:-ccache}"; fi
+
+(
+  cd "$root"
+  cmake --preset release --log-level=WARNING
+  cmake --build --preset release --target baxter
+)
+exec "$root/build/release/examples/baxter/baxter" "$@"

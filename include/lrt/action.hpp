@@ -1,0 +1,132 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include <lrt/model/detail/spec.hpp>
+#include <lrt/rdf/traits.hpp>
+#include <lrt/responder.hpp>
+
+namespace lrt {
+
+/// Handle to an Action of a Thing, for what is to be said of it before the thing is added.
+class Action {
+ public:
+  /// Unit and bounds of the input.
+  Action& consumes(const rdf::Facets& f) { return edit([&](auto& s) { s.input_facets = f; }); }
+  /// Unit and bounds of the output.
+  Action& produces(const rdf::Facets& f) { return edit([&](auto& s) { s.output_facets = f; }); }
+  /// What a second invocation meets. Default: queue(16).
+  Action& policy(ActionPolicy p) { return edit([&](auto& s) { s.policy = p; }); }
+  /// A domain predicate from the thing to this action, in addition to hybrit:action (R1.10).
+  Action& predicate(Iri p) { return edit([&](auto& s) { s.predicates.emplace_back(p.text); }); }
+  /// A further rdf:type (R1.4).
+  Action& type(Iri t) { return edit([&](auto& s) { s.classes.emplace_back(t.text); }); }
+  /// Any further triple about the action (R1.12).
+  Action& add(Iri predicate, Object object) {
+    return edit([&](auto& s) { s.statements.push_back({std::string(predicate.text), std::move(object)}); });
+  }
+
+ private:
+  friend class Thing;
+  explicit Action(std::shared_ptr<model::ActionSpec> spec) : spec_(std::move(spec)) {}
+  template <class F>
+  Action& edit(F f) {
+    if (!spec_->sealed) f(*spec_);
+    return *this;
+  }
+  std::shared_ptr<model::ActionSpec> spec_;
+};
+
+namespace model {
+
+template <class F>
+struct Signature : Signature<decltype(&F::operator())> {};
+template <class R, class... A>
+struct Signature<R (*)(A...)> {
+  using Return = R;
+  using Args = std::tuple<std::decay_t<A>...>;
+};
+template <class C, class R, class... A>
+struct Signature<R (C::*)(A...)> : Signature<R (*)(A...)> {};
+template <class C, class R, class... A>
+struct Signature<R (C::*)(A...) const> : Signature<R (*)(A...)> {};
+template <class C, class R, class... A>
+struct Signature<R (C::*)(A...) noexcept> : Signature<R (*)(A...)> {};
+template <class C, class R, class... A>
+struct Signature<R (C::*)(A...) const noexcept> : Signature<R (*)(A...)> {};
+
+template <class T>
+struct ResponderTraits : std::false_type {};
+template <>
+struct ResponderTraits<Responder> : std::true_type {
+  using Output = void;
+};
+template <class T>
+struct ResponderTraits<ResponderOf<T>> : std::true_type {
+  using Output = T;
+};
+
+template <class T>
+struct Unwrapped {
+  using type = rdf::detail::stored_t<T>;
+};
+template <>
+struct Unwrapped<void> {
+  using type = void;
+};
+template <class T>
+struct Unwrapped<Result<T>> : Unwrapped<T> {};
+
+/// What an action's callable takes and gives: `R()`, `R(In)`, `void(Responder)`, `void(In, Responder)`.
+template <class F>
+struct ActionShape {
+  using Args = typename Signature<F>::Args;
+  using Return = typename Signature<F>::Return;
+  static constexpr std::size_t count = std::tuple_size_v<Args>;
+  using Last = std::tuple_element_t<count == 0 ? 0 : count - 1, std::conditional_t<count == 0, std::tuple<void*>, Args>>;
+  static constexpr bool asynchronous = count > 0 && ResponderTraits<Last>::value;
+  static constexpr std::size_t inputs = count - (asynchronous ? 1 : 0);
+  static_assert(inputs <= 1, "lrt: an action takes at most one input and, last, a Responder; put several inputs into a struct");
+  static_assert(!asynchronous || std::is_void_v<Return>, "lrt: an action that takes a Responder returns void");
+  using Input = std::conditional_t<inputs == 1, std::tuple_element_t<0, std::conditional_t<count == 0, std::tuple<void*>, Args>>, void>;
+};
+
+/// The erased start function of an action.
+template <class F>
+auto erase_action(F f) {
+  using Shape = ActionShape<F>;
+  return [f = std::move(f)](const rdf::Value& input, const std::shared_ptr<InvocationLink>& link) mutable {
+    const auto call = [&](auto&&... more) -> typename Shape::Return {
+      if constexpr (std::is_void_v<typename Shape::Input>) {
+        return f(std::forward<decltype(more)>(more)...);
+      } else {
+        Result<typename Shape::Input> value = rdf::traits<typename Shape::Input>::decode(input);
+        return f(std::move(value).value(), std::forward<decltype(more)>(more)...);
+      }
+    };
+    using Return = typename Shape::Return;
+    if constexpr (Shape::asynchronous) {
+      call(typename Shape::Last(link));
+    } else if constexpr (std::is_void_v<Return>) {
+      call();
+      link->finish(rdf::Value());
+    } else if constexpr (std::is_same_v<Return, Result<void>>) {
+      Return r = call();
+      if (r) link->finish(rdf::Value());
+      else link->finish(Unexpected{std::move(r).error()});
+    } else if constexpr (std::is_same_v<Return, Result<typename Unwrapped<Return>::type>>) {
+      Return r = call();
+      if (r) link->finish(rdf::traits<typename Unwrapped<Return>::type>::encode(*r));
+      else link->finish(Unexpected{std::move(r).error()});
+    } else {
+      link->finish(rdf::traits<rdf::detail::stored_t<Return>>::encode(call()));
+    }
+  };
+}
+
+}  // namespace model
+}  // namespace lrt

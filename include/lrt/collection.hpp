@@ -1,0 +1,67 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include <lrt/model/detail/spec.hpp>
+#include <lrt/rdf/traits.hpp>
+
+namespace lrt {
+
+/// Handle to a collection of a Thing: a container of values whose members clients create by POST and remove by DELETE (way-points,
+/// tasks, saved poses). The server keeps the members; your lambdas hear of each before it counts and may refuse it.
+template <class T>
+class Collection {
+ public:
+  /// Allows POST. `create(id, T)` or `create(T)` returns void or Result<void>; an error answers 409 and nothing is created.
+  template <class F>
+  Collection& on_create(F create) {
+    if (!spec_->sealed)
+      spec_->create = [create = std::move(create)](const std::string& id, const rdf::Value& v) mutable -> Result<void> {
+        Result<T> value = rdf::traits<T>::decode(v);
+        if (!value) return Unexpected{std::move(value).error()};
+        if constexpr (std::is_invocable_v<F&, const std::string&, T>) return call([&] { return create(id, *std::move(value)); });
+        else return call([&] { return create(*std::move(value)); });
+      };
+    return *this;
+  }
+  /// Allows DELETE of members. `remove(id)` returns void or Result<void>; an error answers 409 and the member stays.
+  template <class F>
+  Collection& on_remove(F remove) {
+    if (!spec_->sealed)
+      spec_->remove = [remove = std::move(remove)](const std::string& id) mutable -> Result<void> {
+        return call([&] { return remove(id); });
+      };
+    return *this;
+  }
+  Collection& facets(const rdf::Facets& f) { return edit([&](auto& s) { s.facets = f; }); }
+  /// The most members; a POST beyond is answered 409. Default 1000.
+  Collection& most(std::size_t n) { return edit([&](auto& s) { s.most = n; }); }
+  Collection& predicate(Iri p) { return edit([&](auto& s) { s.predicates.emplace_back(p.text); }); }
+  Collection& add(Iri predicate, Object object) {
+    return edit([&](auto& s) { s.statements.push_back({std::string(predicate.text), std::move(object)}); });
+  }
+
+ private:
+  friend class Thing;
+  explicit Collection(std::shared_ptr<model::CollectionSpec> spec) : spec_(std::move(spec)) {}
+  template <class F>
+  static Result<void> call(F f) {
+    if constexpr (std::is_void_v<std::invoke_result_t<F&>>) {
+      f();
+      return {};
+    } else {
+      return f();
+    }
+  }
+  template <class F>
+  Collection& edit(F f) {
+    if (!spec_->sealed) f(*spec_);
+    return *this;
+  }
+  std::shared_ptr<model::CollectionSpec> spec_;
+};
+
+}  // namespace lrt

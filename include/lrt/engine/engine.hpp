@@ -1,0 +1,102 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <lrt/base/clock.hpp>
+#include <lrt/base/ids.hpp>
+#include <lrt/base/log.hpp>
+#include <lrt/base/result.hpp>
+#include <lrt/base/unique_function.hpp>
+#include <lrt/base/waker.hpp>
+#include <lrt/engine/handler.hpp>
+#include <lrt/http/message.hpp>
+#include <lrt/rdf/codec.hpp>
+#include <lrt/thing.hpp>
+
+namespace lrt::engine {
+
+/// What an authorizer says of a request.
+enum class Access : std::uint8_t {
+  granted,
+  unauthenticated,  ///< 401, with Options::challenge
+  forbidden,        ///< 403
+};
+using Authorizer = std::function<Access(const http::Request&)>;
+
+struct Options {
+  /// Absolute IRI that representations use as base, "https://robot.example/arm". Empty: from each request's Host (SPEC 3.7).
+  std::string public_base;
+  /// Further hosts that a request may name when there is no public base: "robot.local" (with the listening port) or "name:port".
+  std::vector<std::string> allowed_hosts;
+  std::chrono::milliseconds host_time{2'000};    ///< a request waits so long for the host to run a lambda; then 503
+  std::chrono::seconds retry_after{1};           ///< said with that 503
+  std::size_t waiting_requests = 1'000;          ///< more at once: 503
+  std::size_t finished_invocations = 32;         ///< kept per action, the newest
+  std::size_t page_members = 500;                ///< members of a container in one page
+  std::size_t cache_bytes = 32 * 1024 * 1024;    ///< rendered representations kept, least recently used go first
+  std::size_t link_bytes = 8 * 1024;             ///< of Link fields in one answer (R0.9)
+  std::size_t body_triples = 10'000;             ///< of a request body
+  std::size_t list_members = 10'000;             ///< of one value
+  rdf::Prefixes prefixes = rdf::default_prefixes();
+  Authorizer authorize;                          ///< empty: all may do all; called where I/O runs, must be quick
+  std::string challenge = "Bearer";              ///< WWW-Authenticate of a 401
+  Dispatch dispatch = Dispatch::in_poll;         ///< of things that do not say
+  const Clock* clock = nullptr;                  ///< nullptr: system_clock()
+  std::shared_ptr<IdSource> ids;                 ///< nullptr: RandomIds
+  LogCallback log;
+};
+
+/// A user lambda to be run where its thing's Dispatch says. Running it twice, or not at all, is allowed; it never throws.
+struct Job {
+  Dispatch where = Dispatch::in_poll;
+  UniqueFunction<void()> run;
+};
+
+/// The rules R0 and R1 as a function of request, state and time: no sockets, no threads, no clock of its own.
+///
+/// @par Threads  One at a time. Jobs may run on any thread, and Responders and publish() work from any.
+/// @par Implements  R0.3-R0.11, R1.1-R1.12
+class Engine final : public Handler {
+ public:
+  explicit Engine(Options options = {});
+  ~Engine() override;
+  Engine(const Engine&) = delete;
+  Engine& operator=(const Engine&) = delete;
+
+  /// Registers a thing with everything it has, or nothing of it.
+  /// @par Errors  the thing's first error; duplicate_path; expected_rdf for its Turtle
+  Result<void> add(Thing thing);
+  /// Removes the thing at a path and all things below it.
+  /// @par Errors  unknown_path
+  Result<void> remove(std::string_view path);
+
+  /// Where the server listens, for the base of representations and the hosts that are accepted.
+  void listens_on(std::string_view address, std::uint16_t port);
+  /// What is woken when a job or Responder has left something for next_reply().
+  void set_waker(std::shared_ptr<Waker> waker);
+
+  Outcome handle(const http::Request& request, TimePoint now) override;
+  std::optional<Reply> next_reply(TimePoint now) override;
+  std::optional<std::chrono::steady_clock::time_point> next_deadline() const override;
+  void abandon(Ticket ticket) noexcept override;
+
+  /// The jobs that have come up since the last call, in order.
+  std::vector<Job> take_jobs();
+  /// From now on every request, waiting or new, is answered 503: the server stops.
+  void stop();
+
+  class Impl;  // public in name only
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace lrt::engine

@@ -1,0 +1,13 @@
+#pragma once
+
+// Everything but what needs further packages: eigen.hpp and urdf.hpp are included by those who use them.
+#include <lrt/action.hpp>
+#include <lrt/collection.hpp>
+#include <lrt/property.hpp>
+#include <lrt/rdf/traits.hpp>
+#include <lrt/rdf/unit.hpp>
+#include <lrt/rdf/vocab.hpp>
+#include <lrt/responder.hpp>
+#include <lrt/server.hpp>
+#include <lrt/thing.hpp>
+#include <lrt/version.hpp>

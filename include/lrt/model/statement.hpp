@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/iri.hpp>
+
+namespace lrt {
+
+/// What a statement about a resource says: an IRI, a literal, or another resource of the same server.
+class Object {
+ public:
+  enum class Kind : std::uint8_t { iri, literal, resource };
+
+  Object(Iri iri) : kind_(Kind::iri), text_(iri.text) {}                                    // NOLINT: reads like Turtle
+  Object(std::string text) : Object(std::move(text), std::string(), std::string()) {}       // NOLINT
+  Object(std::string_view text) : Object(std::string(text)) {}                              // NOLINT
+  Object(const char* text) : Object(std::string(text)) {}                                   // NOLINT
+  Object(double number);                                                                    // NOLINT: xsd:double
+  template <class T, class = std::enable_if_t<std::is_integral_v<T>>>
+  Object(T number) : Object(std::is_same_v<T, bool> ? truth(number) : whole(static_cast<std::int64_t>(number))) {}  // NOLINT
+
+  /// A resource of this server by its path, "baxter/right_upper_shoulder": its IRI follows the base of each representation.
+  static Object resource(std::string path) { return Object(Kind::resource, std::move(path)); }
+  static Object typed(std::string lexical, Iri datatype) {
+    return Object(std::move(lexical), std::string(datatype.text), std::string());
+  }
+  static Object tagged(std::string text, std::string language) { return Object(std::move(text), std::string(), std::move(language)); }
+
+  Kind kind() const noexcept { return kind_; }
+  const std::string& text() const noexcept { return text_; }          ///< IRI, lexical form or path
+  const std::string& datatype() const noexcept { return datatype_; }  ///< empty: xsd:string or language-tagged
+  const std::string& language() const noexcept { return language_; }
+
+ private:
+  Object(Kind kind, std::string text) : kind_(kind), text_(std::move(text)) {}
+  Object(std::string text, std::string datatype, std::string language)
+      : kind_(Kind::literal), text_(std::move(text)), datatype_(std::move(datatype)), language_(std::move(language)) {}
+  static Object truth(bool value);
+  static Object whole(std::int64_t value);
+
+  Kind kind_;
+  std::string text_, datatype_, language_;
+};
+
+/// A triple whose subject is the resource it was given to (R1.12).
+struct Statement {
+  std::string predicate;
+  Object object;
+};
+
+}  // namespace lrt

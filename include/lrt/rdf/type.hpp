@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/iri.hpp>
+#include <lrt/rdf/unit.hpp>
+
+namespace lrt::rdf {
+
+/// What a value may be beyond its type. Bounds are compared as numbers.
+///
+/// `Facets{}.unit(unit::degree).at_least(0).below(360)`
+class Facets {
+ public:
+  Facets& unit(const Unit& u) { return unit_ = u, *this; }
+  Facets& at_least(double v) { return min_ = v, min_exclusive_ = false, *this; }
+  Facets& above(double v) { return min_ = v, min_exclusive_ = true, *this; }
+  Facets& at_most(double v) { return max_ = v, max_exclusive_ = false, *this; }
+  Facets& below(double v) { return max_ = v, max_exclusive_ = true, *this; }
+  Facets& between(double low, double high) { return at_least(low).at_most(high); }
+  /// Lets NaN and infinity pass, both ways.
+  Facets& not_finite_too() { return not_finite_ = true, *this; }
+  /// Bounds the length of a text in code points.
+  Facets& length(std::size_t shortest, std::size_t longest) { return min_length_ = shortest, max_length_ = longest, *this; }
+
+  const Unit& unit() const noexcept { return unit_; }
+  std::optional<double> min() const noexcept { return min_; }
+  std::optional<double> max() const noexcept { return max_; }
+  bool min_exclusive() const noexcept { return min_exclusive_; }
+  bool max_exclusive() const noexcept { return max_exclusive_; }
+  bool allows_not_finite() const noexcept { return not_finite_; }
+  std::size_t min_length() const noexcept { return min_length_; }
+  std::size_t max_length() const noexcept { return max_length_; }
+
+ private:
+  Unit unit_{};
+  std::optional<double> min_, max_;
+  bool min_exclusive_ = false, max_exclusive_ = false, not_finite_ = false;
+  std::size_t min_length_ = 0, max_length_ = std::numeric_limits<std::size_t>::max();
+};
+
+struct Type;
+
+/// One field of a record.
+struct FieldType {
+  std::string name;          ///< for people and JSON
+  std::string predicate;     ///< absolute IRI, or "#name" resolved against the Blueprint that documents it
+  const Type* type = nullptr;
+  Facets facets;
+};
+
+/// How values of one C++ type look in every representation; made by rdf::traits<T>::type().
+struct Type {
+  enum class Kind : std::uint8_t { boolean, integer, real, text, enumeration, duration, instant, list, optional, record };
+
+  Kind kind = Kind::text;
+  Iri datatype;                          ///< of the literal; empty for list, optional and record
+  std::int64_t lowest = 0;               ///< integer: range of the C++ type
+  std::uint64_t highest = 0;
+  bool single = false;                   ///< real: float, not double
+  std::vector<std::string> names;        ///< enumeration, in the order given
+  const Type* element = nullptr;         ///< list, optional
+  std::size_t shortest = 0;              ///< list: least number of members
+  std::size_t longest = std::numeric_limits<std::size_t>::max();
+  std::vector<std::string> classes;      ///< record: its rdf:types
+  std::vector<FieldType> fields;         ///< record
+
+  bool is_number() const noexcept { return kind == Kind::integer || kind == Kind::real; }
+};
+
+}  // namespace lrt::rdf

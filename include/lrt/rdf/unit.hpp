@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string_view>
+
+#include <lrt/rdf/vocab.hpp>
+
+namespace lrt {
+
+/// A unit of measurement under the names that clients know it by. Numbers are never converted; a unit says what a number means.
+struct Unit {
+  Iri qudt;                ///< object of qudt:unit
+  Iri vom;                 ///< object of vom:unit, where the ARVIDA vocabulary has one
+  std::string_view ucum;   ///< code for JSON, "deg"
+
+  constexpr bool empty() const noexcept { return qudt.empty() && vom.empty(); }
+  friend constexpr bool operator==(const Unit& a, const Unit& b) noexcept { return a.qudt == b.qudt && a.vom == b.vom; }
+};
+
+namespace unit {
+inline constexpr Unit none{};
+inline constexpr Unit radian{vocab::unit::RAD, vocab::maths::Radian, "rad"};
+inline constexpr Unit degree{vocab::unit::DEG, vocab::maths::Degree, "deg"};
+inline constexpr Unit radian_per_second{vocab::unit::RAD_PER_SEC, {}, "rad/s"};
+inline constexpr Unit degree_per_second{vocab::unit::DEG_PER_SEC, {}, "deg/s"};
+inline constexpr Unit metre{vocab::unit::M, {}, "m"};
+inline constexpr Unit millimetre{vocab::unit::MilliM, {}, "mm"};
+inline constexpr Unit metre_per_second{vocab::unit::M_PER_SEC, {}, "m/s"};
+inline constexpr Unit second{vocab::unit::SEC, {}, "s"};
+inline constexpr Unit newton{vocab::unit::N, {}, "N"};
+inline constexpr Unit newton_metre{vocab::unit::N_M, {}, "N.m"};
+inline constexpr Unit kilogram{vocab::unit::KiloGM, {}, "kg"};
+inline constexpr Unit degree_celsius{vocab::unit::DEG_C, {}, "Cel"};
+inline constexpr Unit volt{vocab::unit::V, {}, "V"};
+inline constexpr Unit ampere{vocab::unit::A, {}, "A"};
+inline constexpr Unit percent{vocab::unit::PERCENT, {}, "%"};
+inline constexpr Unit one{vocab::unit::UNITLESS, {}, "1"};
+}  // namespace unit
+}  // namespace lrt

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace lrt::rdf {
+
+/// A value between C++ and its representations: what rdf::traits<T> makes of a T, and what every codec reads and writes. Its shape
+/// is said by a Type; a Value alone does not know its datatype.
+///
+/// null: an absent optional. boolean. integer: int64, or uint64 above its range; durations and instants as nanoseconds.
+/// real: float and double alike. text: strings and names of enumerators. sequence: lists, and records in the order of their fields.
+class Value {
+ public:
+  using Sequence = std::vector<Value>;
+
+  Value() = default;
+  explicit Value(bool v) : data_(v) {}
+  explicit Value(std::int64_t v) : data_(v) {}
+  explicit Value(std::uint64_t v) : data_(v) {
+    if (v <= static_cast<std::uint64_t>(INT64_MAX)) data_ = static_cast<std::int64_t>(v);
+  }
+  explicit Value(double v) : data_(v) {}
+  explicit Value(std::string v) : data_(std::move(v)) {}
+  explicit Value(Sequence v) : data_(std::move(v)) {}
+
+  bool is_null() const noexcept { return data_.index() == 0; }
+  const bool* boolean() const noexcept { return std::get_if<bool>(&data_); }
+  const std::int64_t* integer() const noexcept { return std::get_if<std::int64_t>(&data_); }
+  const std::uint64_t* large_integer() const noexcept { return std::get_if<std::uint64_t>(&data_); }
+  const double* real() const noexcept { return std::get_if<double>(&data_); }
+  const std::string* text() const noexcept { return std::get_if<std::string>(&data_); }
+  const Sequence* sequence() const noexcept { return std::get_if<Sequence>(&data_); }
+
+ private:
+  std::variant<std::monostate, bool, std::int64_t, std::uint64_t, double, std::string, Sequence> data_;
+};
+
+/// True if the two are the same to the bit: NaN is itself, 0.0 is not -0.0.
+bool same(const Value& a, const Value& b) noexcept;
+
+}  // namespace lrt::rdf

@@ -1,0 +1,117 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include <lrt/action.hpp>
+#include <lrt/collection.hpp>
+#include <lrt/model/detail/spec.hpp>
+#include <lrt/property.hpp>
+
+namespace lrt {
+
+/// A Linked Robotic Thing being described: its types, properties, actions and collections. Give it to Server::add when it is
+/// complete. The thing remembers the first error of any of its calls; add() returns it.
+///
+/// @par Threads  Set-up only, one thread at a time.
+/// @par Implements  R0.3, R1.1, R1.3
+class Thing {
+ public:
+  /// @param path  where it lives below the server's root, without a leading '/': "baxter/right_s1". A Thing at a prefix of the path
+  ///              is its parent. Names are percent-encoded.
+  explicit Thing(std::string_view path);
+  Thing(Thing&&) noexcept;
+  Thing& operator=(Thing&&) noexcept;
+  ~Thing();
+
+  /// Adds an rdf:type; every thing is a hybrit:RoboticThing already (R1.3, R1.4).
+  Thing& type(Iri type);
+  /// dcterms:title; default: the last segment of the path.
+  Thing& title(std::string text);
+  /// Adds any triple about the thing (R1.12).
+  Thing& add(Iri predicate, Object object);
+  /// Adds a Turtle document; its base is the thing's IRI, so `<>` is the thing.
+  Thing& add_turtle(std::string text);
+  /// Refers to a Blueprint elsewhere instead of the generated one (R1.11).
+  Thing& blueprint(Iri external);
+  /// Where the thing's lambdas run.
+  Thing& dispatch(Dispatch where);
+
+  /// Exposes a readable value as a Property: GET calls `read` and renders the result with rdf::traits<T>.
+  ///
+  /// @param path  relative to the thing, without a leading '/': "rotation", "arm/j1".
+  /// @param read  callable `T()`. Numbers are not converted: return what `unit` says.
+  /// @param unit  for example unit::radian
+  /// @return      handle, for predicates, types, bounds and on_write
+  /// @par Errors      expected_iri, duplicate_path: by add()
+  /// @par Threads     `read` runs where the thing's Dispatch says, never concurrently with itself.
+  /// @par Time        Expects `read` to return within one control period.
+  /// @par Implements  R0.3, R0.9, R1.9
+  template <class Read, class = std::enable_if_t<std::is_invocable_v<Read&>>>
+  auto property(std::string_view path, Read read, const Unit& unit = unit::none) {
+    using T = rdf::detail::stored_t<std::invoke_result_t<Read&>>;
+    auto spec = new_property(path, rdf::traits<T>::type(), unit);
+    spec->read = [read = std::move(read)]() mutable { return rdf::traits<T>::encode(T(read())); };
+    return Property<T>(std::move(spec), nullptr);
+  }
+  /// Exposes a value that the control loop hands over by publish(): GET is answered without the host's thread. Until the first
+  /// publish the property has no value.
+  template <class T>
+  Property<T> property(std::string_view path, const Unit& unit = unit::none) {
+    auto spec = new_property(path, rdf::traits<T>::type(), unit);
+    auto slot = std::make_shared<model::Slot<T>>();
+    spec->slot = slot;
+    return Property<T>(std::move(spec), std::move(slot));
+  }
+
+  /// Exposes a command as an Action below `actions/`.
+  ///
+  /// @param path  relative to `actions/`: "rotate"
+  /// @param f     `R()`, `R(In)`: synchronous, R is void, a type with traits, or a Result of these;
+  ///              `void(Responder)`, `void(In, Responder)`, `void(In, ResponderOf<Out>)`: asynchronous
+  /// @par Threads  `f` runs where the thing's Dispatch says. An exception it throws fails the invocation (500).
+  /// @par Implements  R0.5, R0.8, R1.10, paper 5.4
+  template <class F>
+  Action action(std::string_view path, F f) {
+    using Shape = model::ActionShape<F>;
+    auto spec = new_action(path);
+    if constexpr (!std::is_void_v<typename Shape::Input>) spec->input = &rdf::traits<typename Shape::Input>::type();
+    if constexpr (Shape::asynchronous) {
+      using Out = typename model::ResponderTraits<typename Shape::Last>::Output;
+      if constexpr (!std::is_void_v<Out>) spec->output = &rdf::traits<Out>::type();
+    } else {
+      using Out = typename model::Unwrapped<typename Shape::Return>::type;
+      if constexpr (!std::is_void_v<Out>) spec->output = &rdf::traits<Out>::type();
+    }
+    spec->asynchronous = Shape::asynchronous;
+    spec->start = model::erase_action(std::move(f));
+    return Action(std::move(spec));
+  }
+
+  /// Exposes a container of values that clients create and remove.
+  /// @par Implements  R0.5, R0.8, LDP 5.2
+  template <class T>
+  Collection<T> collection(std::string_view path) {
+    return Collection<T>(new_collection(path, rdf::traits<T>::type()));
+  }
+
+  /// The path in percent-encoded form.
+  const std::string& path() const noexcept;
+
+  /// For the engine: gives up the description. The thing is empty afterwards.
+  std::unique_ptr<model::ThingSpec> release() && noexcept { return std::move(spec_); }
+
+ private:
+  std::shared_ptr<model::PropertySpec> new_property(std::string_view path, const rdf::Type& type, const Unit& unit);
+  std::shared_ptr<model::ActionSpec> new_action(std::string_view path);
+  std::shared_ptr<model::CollectionSpec> new_collection(std::string_view path, const rdf::Type& type);
+  void set_path(model::ResourceSpec& spec, std::string_view path, const char* what);
+  void remember(Error error);
+
+  std::unique_ptr<model::ThingSpec> spec_;
+};
+
+}  // namespace lrt

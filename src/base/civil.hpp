@@ -1,0 +1,55 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+namespace lrt::detail {
+
+/// A UTC instant in the proleptic Gregorian calendar.
+struct Civil {
+  std::int64_t year;
+  unsigned month, day;  ///< 1-based
+  unsigned hour, minute, second, microsecond;
+  unsigned weekday;  ///< 0 is Sunday
+};
+
+/// Rounds down to the microsecond, also before 1970. No locale, no time zone, no allocation.
+inline Civil to_civil(std::chrono::system_clock::time_point utc) noexcept {
+  using std::chrono::floor;
+  using Days = std::chrono::duration<std::int64_t, std::ratio<86400>>;
+  const auto since_epoch = utc.time_since_epoch();
+  const std::int64_t days = floor<Days>(since_epoch).count();
+  const std::int64_t micros = floor<std::chrono::microseconds>(since_epoch).count() - days * 86'400'000'000;
+  const auto second_of_day = static_cast<unsigned>(micros / 1'000'000);
+
+  // Years begin in March and come in eras of 400 years (146097 days): the leap day is then the last of its year.
+  const std::int64_t shifted = days + 719'468;  // days since 0000-03-01
+  const std::int64_t era = (shifted >= 0 ? shifted : shifted - 146'096) / 146'097;
+  const auto day_of_era = static_cast<unsigned>(shifted - era * 146'097);
+  const unsigned year_of_era = (day_of_era - day_of_era / 1'460 + day_of_era / 36'524 - day_of_era / 146'096) / 365;
+  const unsigned day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+  const unsigned march_month = (5 * day_of_year + 2) / 153;
+  const unsigned month = march_month < 10 ? march_month + 3 : march_month - 9;
+
+  Civil result{};
+  result.year = static_cast<std::int64_t>(year_of_era) + era * 400 + (month <= 2 ? 1 : 0);
+  result.month = month;
+  result.day = day_of_year - (153 * march_month + 2) / 5 + 1;
+  result.hour = second_of_day / 3600;
+  result.minute = second_of_day / 60 % 60;
+  result.second = second_of_day % 60;
+  result.microsecond = static_cast<unsigned>(micros % 1'000'000);
+  result.weekday = static_cast<unsigned>(((days % 7) + 11) % 7);  // 1970-01-01 was a Thursday
+  return result;
+}
+
+/// Writes `width` decimal digits, zero-padded, and returns the place after them.
+inline char* put_digits(char* out, unsigned value, int width) noexcept {
+  for (int i = width - 1; i >= 0; --i) {
+    out[i] = static_cast<char>('0' + value % 10);
+    value /= 10;
+  }
+  return out + width;
+}
+
+}  // namespace lrt::detail

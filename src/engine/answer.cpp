@@ -1,0 +1,128 @@
+#include <lrt/http/etag.hpp>
+#include <lrt/http/negotiate.hpp>
+#include <lrt/http/problem.hpp>
+
+#include "src/engine/impl.hpp"
+
+namespace lrt::engine {
+
+namespace {
+const std::string& post_types() {
+  static const std::string types = [] {
+    std::string all;
+    for (const rdf::Syntax s : rdf::all_syntaxes) all += (all.empty() ? "" : ", ") + std::string(rdf::media_type(s));
+    return all;
+  }();
+  return types;
+}
+}  // namespace
+
+std::string Engine::Impl::allow(const Resource& resource) const {
+  std::string methods = "GET, HEAD, OPTIONS";
+  switch (resource.kind) {
+    case Kind::property:
+      if (static_cast<const PropertyResource&>(resource).spec->write) methods += ", PUT";
+      break;
+    case Kind::action: methods += ", POST"; break;
+    case Kind::invocation: methods += ", DELETE"; break;
+    case Kind::collection:
+      if (static_cast<const CollectionResource&>(resource).spec->create) methods += ", POST";
+      break;
+    case Kind::member:
+      if (static_cast<const MemberResource&>(resource).collection->spec->remove) methods += ", DELETE";
+      break;
+    default: break;
+  }
+  return methods;
+}
+
+void Engine::Impl::add_allow(http::Fields& fields, const Resource& resource) const {
+  const std::string methods = allow(resource);
+  fields.add("Allow", methods);
+  if (methods.find("POST") != std::string::npos) fields.add("Accept-Post", post_types());
+}
+
+/// LDP 4.2.1.6: what constrains a refused PUT or POST.
+void Engine::Impl::add_constrained_by(http::Fields& fields, const Context& context) {
+  if (!context.resource || !context.resource->thing) return;
+  http::LinkWriter links;
+  links.add(blueprint_iri(*context.resource->thing, bases_[context.base]), vocab::ldp::constrainedBy.text);
+  links.finish(fields, {});
+}
+
+/// SPEC 3.4: RFC 9457 problem details as JSON, or as Turtle where that is preferred; never 406.
+http::Response Engine::Impl::problem(const Context& context, int status, std::string detail) {
+  static const std::vector<std::string_view> offers = {"application/problem+json", "text/turtle", "application/json"};
+  http::Response response;
+  response.status = status;
+  const bool has_accept = context.request.find("Accept").has_value();
+  const std::size_t choice =
+      has_accept ? http::negotiate(std::string_view(context.request.joined("Accept")), offers).value_or(0) : 0;
+  if (choice == 1) {
+    rdf::Graph graph;
+    const rdf::TermId node = graph.fresh_blank();
+    const auto add = [&](Iri predicate, const rdf::TermView& object) { graph.add(node, graph.intern(predicate), graph.intern(object)); };
+    const std::string code = std::to_string(status);
+    add(vocab::rdf::type, vocab::http_core::Response);
+    add(vocab::http_core::statusCodeValue, rdf::literal(code, vocab::xsd::integer));
+    add(vocab::http_core::reasonPhrase, rdf::literal(http::reason_phrase(status)));
+    add(vocab::dcterms::description, rdf::literal(detail));
+    if (Result<std::string> text = rdf::write(graph, rdf::Syntax::turtle, options_.prefixes)) {
+      response.fields.add("Content-Type", "text/turtle");
+      response.set_body(*std::move(text));
+    }
+  }
+  if (!response.body) {
+    response.fields.add("Content-Type", choice == 2 ? "application/json" : "application/problem+json");
+    response.set_body(http::to_json({status, std::move(detail)}));
+  }
+  if (context.resource) {
+    if (status == 405 || context.request.method == "OPTIONS") add_allow(response.fields, *context.resource);
+    http::LinkWriter links;
+    links.add(vocab::ldp::Resource.text, "type");
+    links.finish(response.fields, {});
+    if (status < 500 && (context.request.method == "PUT" || context.request.method == "POST"))
+      add_constrained_by(response.fields, context);
+  }
+  response.fields.add("Vary", "Accept");
+  return response;
+}
+
+/// An Error of user code as an answer: what the type refuses is 422, what the robot declines 409, what it failed at 500.
+http::Response Engine::Impl::refused(const Context& context, const std::string& what, const Error& error) {
+  int status = 500;
+  if (error.code == Errc::expected_value) status = 422;
+  if (error.code == Errc::refused || error.code == Errc::out_of_range || error.code == Errc::limit_exceeded) status = 409;
+  if (status == 500) log(LogLevel::warning, what + ": " + error.message);
+  return problem(context, status, what + ": " + error.message);
+}
+
+http::Response Engine::Impl::no_content(int status) {
+  http::Response response;
+  response.status = status;
+  return response;
+}
+
+http::Response Engine::Impl::with_graph(const Context& context, int status, const rdf::Graph& graph) {
+  std::vector<rdf::Syntax> syntaxes(rdf::all_syntaxes.begin(), rdf::all_syntaxes.end());
+  http::Response response;
+  response.status = status;
+  while (!syntaxes.empty()) {
+    std::vector<std::string_view> offers;
+    for (const rdf::Syntax s : syntaxes) offers.push_back(rdf::media_type(s));
+    std::optional<std::size_t> choice = 0;
+    if (context.request.find("Accept")) choice = http::negotiate(std::string_view(context.request.joined("Accept")), offers);
+    const std::size_t at = choice.value_or(0);  // what has happened is not taken back for the want of a format
+    if (Result<std::string> text = rdf::write(graph, syntaxes[at], options_.prefixes)) {
+      response.fields.add("Content-Type", offers[at]);
+      response.fields.add("ETag", http::entity_tag(offers[at], *text));
+      response.fields.add("Vary", "Accept");
+      response.set_body(*std::move(text));
+      return response;
+    }
+    syntaxes.erase(syntaxes.begin() + static_cast<std::ptrdiff_t>(at));
+  }
+  return problem(context, 500, "the result cannot be written");
+}
+
+}  // namespace lrt::engine

@@ -1,0 +1,285 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include <lrt/engine/engine.hpp>
+#include <lrt/http/head.hpp>
+#include <lrt/http/link.hpp>
+#include <lrt/http/prefer.hpp>
+#include <lrt/rdf/value_codec.hpp>
+
+#include "src/engine/mailbox.hpp"
+#include "src/engine/resource.hpp"
+
+namespace lrt::engine {
+
+/// What user threads leave for the engine: run in order, by the engine's thread, with the engine.
+using Message = UniqueFunction<void(Engine::Impl&, TimePoint)>;
+
+/// The door through which other threads reach the engine, for as long as anybody holds it.
+class Door {
+ public:
+  void put(Message message) {
+    messages_.put(std::move(message));
+    if (const auto w = std::atomic_load(&waker_)) w->wake();
+  }
+  void set_waker(std::shared_ptr<Waker> w) { std::atomic_store(&waker_, std::move(w)); }
+  bool empty() const noexcept { return messages_.empty(); }
+  template <class F>
+  void take_all(F f) {
+    messages_.take_all(std::move(f));
+  }
+
+ private:
+  Mailbox<Message> messages_;
+  std::shared_ptr<Waker> waker_;
+};
+
+class InvocationCore final : public model::InvocationLink, public std::enable_shared_from_this<InvocationCore> {
+ public:
+  InvocationCore(std::shared_ptr<Door> door, std::string path, Dispatch where)
+      : door_(std::move(door)), path_(std::move(path)), where_(where) {}
+
+  void finish(Result<rdf::Value> result) noexcept override;
+  void progress(double fraction) noexcept override;
+  bool cancelled() const noexcept override { return cancelled_.load(std::memory_order_acquire); }
+  void on_cancel(UniqueFunction<void()> hook) override;
+
+  /// Around the user's start function: a responder that is dropped while it runs counts only if nothing was thrown.
+  void start_begins() noexcept { phase_.store(starting, std::memory_order_relaxed); }
+  void start_ended(Result<void> result) noexcept;
+
+  /// The engine's: no answer counts from now on. Returns the hook, to be run as a job.
+  UniqueFunction<void()> cancel() noexcept;
+  double fraction() const noexcept { return fraction_.load(std::memory_order_relaxed); }
+  const std::string& path() const noexcept { return path_; }
+  Dispatch where() const noexcept { return where_; }
+
+ private:
+  static constexpr std::uint8_t idle = 0, starting = 1, dropped = 2;
+
+  std::shared_ptr<Door> door_;
+  std::string path_;
+  Dispatch where_;
+  std::atomic<std::uint8_t> phase_{idle};
+  std::atomic<bool> finished_{false}, cancelled_{false};
+  std::atomic<double> fraction_{0};
+  std::mutex mutex_;  // guards hook_ against a cancellation at the same time
+  UniqueFunction<void()> hook_;
+};
+
+/// A request that outlives its call.
+struct OwnedRequest {
+  explicit OwnedRequest(const http::Request& request);
+  http::Request view() const;
+
+  std::string method, target, peer;
+  int version;
+  bool secure;
+  std::vector<std::pair<std::string, std::string>> fields;
+};
+
+/// What a request is about, found out once at its start.
+struct Context {
+  const http::Request& request;
+  TimePoint now;
+  std::size_t base = 0;               ///< index into bases_
+  Resource* resource = nullptr;
+  std::size_t page = 1;
+  http::Preferences preferences;
+};
+
+class Engine::Impl {
+ public:
+  explicit Impl(Options options);
+  ~Impl();
+
+  // registry.cpp
+  Result<void> add(Thing thing);
+  Result<void> remove(std::string_view path);
+  void listens_on(std::string_view address, std::uint16_t port);
+
+  // engine.cpp
+  Outcome handle(const http::Request& request, TimePoint now);
+  std::optional<Reply> next_reply(TimePoint now);
+  std::optional<std::chrono::steady_clock::time_point> next_deadline() const;
+  void abandon(Ticket ticket) noexcept;
+  std::vector<Job> take_jobs() { return std::exchange(jobs_, {}); }
+  void stop();
+  void set_waker(std::shared_ptr<Waker> waker) { door_->set_waker(std::move(waker)); }
+
+  // Called by messages.
+  void read_done(const std::string& path, const std::shared_ptr<Claim>& claim, Result<rdf::Value> value, TimePoint now);
+  void write_done(const std::string& path, const std::shared_ptr<Claim>& claim, Result<void> result, TimePoint now);
+  void invocation_started(const std::string& path, TimePoint now);
+  void invocation_finished(const std::string& path, Result<rdf::Value> result, TimePoint now);
+  void run_hook(Dispatch where, UniqueFunction<void()> hook);
+  void member_created(const std::string& collection, const std::string& id, rdf::Value value, Result<void> result, Ticket ticket,
+                      TimePoint now);
+  void member_removed(const std::string& path, Result<void> result, Ticket ticket, TimePoint now);
+
+ private:
+  struct Waiting {
+    explicit Waiting(OwnedRequest r) : request(std::move(r)) {}
+    OwnedRequest request;
+    std::size_t open_reads = 0;
+    std::optional<Error> failure;                               ///< of a read
+    std::shared_ptr<Claim> claim;                               ///< of the job it waits for
+    std::chrono::steady_clock::time_point deadline{};
+    std::multimap<std::chrono::steady_clock::time_point, Ticket>::iterator timer;
+    std::string invocation;                                     ///< path of the one it waits for
+    bool may_take_long = false;                                 ///< at the deadline a running invocation answers 202, not 503
+  };
+
+  // engine.cpp: the way of a request
+  Outcome route(Context& context, bool fresh);
+  http::Response options(const Context& context);
+  std::optional<http::Response> find_base(Context& context, const http::Target& target);
+  std::optional<http::Response> find_resource(Context& context, const http::Target& target);
+  Outcome defer(const Context& context, std::chrono::milliseconds most, Ticket& ticket);
+  Waiting* find_waiting(Ticket ticket);
+  /// The context of a request that was put off.
+  Context resumed(const http::Request& request, TimePoint now, Resource* resource);
+  void reply(Ticket ticket, http::Response response);
+  void resume(Ticket ticket, TimePoint now);
+  void expire(TimePoint now);
+  void drain(TimePoint now);
+
+  // read.cpp: GET and HEAD
+  Outcome get(Context& context, bool fresh);
+  http::Response represent(Context& context);
+  /// Brings pushed values up to date; true if pulled ones must be read first.
+  bool sync(Resource& resource);
+  std::vector<PropertyResource*> pulled_of(Resource& resource);
+  void read(PropertyResource& property, Continuation done);
+  void start_read(PropertyResource& property);
+  Result<const Rendering*> render(Resource& resource, std::size_t base, rdf::Syntax syntax, std::size_t page);
+  void forget_renderings(Resource& resource);
+  void trim_cache();
+  /// Whether If-Match and If-None-Match let a method go on; the answer if not.
+  std::optional<http::Response> precondition(Context& context);
+
+  // write.cpp: bodies and PUT
+  Outcome put(Context& context);
+  void next_write(PropertyResource& property, TimePoint now);
+  void decide_write(PropertyResource& property, TimePoint now);
+  struct Body {
+    rdf::Graph graph;
+    bool empty = true;
+  };
+  /// The body as a graph; the answer if it is none.
+  std::variant<Body, http::Response> read_body(Context& context);
+  /// The value in a body; the answer if it is none (SPEC 3.3).
+  std::variant<rdf::Value, http::Response> read_value(Context& context, const rdf::Type& type, const rdf::Facets& facets);
+
+  // invoke.cpp: actions
+  Outcome post_action(Context& context);
+  Outcome delete_invocation(Context& context);
+  void launch(InvocationResource& invocation, TimePoint now);
+  void forget_start_timer(InvocationResource& invocation);
+  void cancel(InvocationResource& invocation, TimePoint now);
+  void ended(InvocationResource& invocation, TimePoint now);
+  void next_in_queue(ActionResource& action, TimePoint now);
+  void never_begun(InvocationResource& invocation, TimePoint now);
+  void prune(ActionResource& action);
+  http::Response invocation_answer(const Context& context, InvocationResource& invocation);
+  http::Response accepted(const Context& context, InvocationResource& invocation);
+  InvocationResource* find_invocation(const std::string& path);
+
+  // collect.cpp: collections
+  Outcome post_collection(Context& context);
+  Outcome delete_member(Context& context);
+
+  // describe.cpp: graphs
+  void describe(rdf::Graph& graph, Resource& resource, const std::string& base, std::size_t page);
+  void describe_root(rdf::Graph& graph, const std::string& base, std::size_t page);
+  void describe_thing(rdf::Graph& graph, ThingNode& thing, const std::string& base);
+  void describe_property(rdf::Graph& graph, PropertyResource& property, const std::string& base);
+  void describe_action(rdf::Graph& graph, ActionResource& action, const std::string& base);
+  void describe_invocation(rdf::Graph& graph, InvocationResource& invocation, const std::string& base);
+  void describe_container(rdf::Graph& graph, Resource& container, const std::string& base, std::size_t page);
+  void describe_blueprint(rdf::Graph& graph, ThingNode& thing, const std::string& base);
+  void describe_type(rdf::Graph& graph, Resource& resource, rdf::TermId subject);
+  void add_statements(rdf::Graph& graph, rdf::TermId subject, const std::vector<Statement>& statements, const std::string& base);
+  void add_links(http::Fields& fields, Resource& resource, const std::string& base, std::size_t page);
+  std::vector<Resource*> members_of(Resource& container) const;
+  std::string blueprint_iri(const ThingNode& thing, const std::string& base) const;
+  std::string names_base(const ThingNode& thing, const std::string& base) const { return blueprint_iri(thing, base); }
+
+  // answer.cpp: answers that are no representation
+  http::Response problem(const Context& context, int status, std::string detail);
+  http::Response refused(const Context& context, const std::string& what, const Error& error);
+  http::Response no_content(int status = 204);
+  http::Response with_graph(const Context& context, int status, const rdf::Graph& graph);
+  void add_allow(http::Fields& fields, const Resource& resource) const;
+  void add_constrained_by(http::Fields& fields, const Context& context);
+  std::string allow(const Resource& resource) const;
+  std::string iri_of(const Context& context, std::string_view path) const { return bases_[context.base] + std::string(path); }
+
+  // registry.cpp
+  bool take_path(Resource& resource);
+  void drop_path(Resource& resource);
+  Resource* find(std::string_view path) const;
+  void structure_changed() { ++structure_; }
+  std::uint64_t revision_of(const Resource& resource) const;
+  void drop_thing(ThingNode& thing);
+  void adopt(ThingNode& thing);
+  Dispatch where(const ThingNode& thing) const noexcept {
+    return thing.spec->dispatch == Dispatch::as_server ? options_.dispatch : thing.spec->dispatch;
+  }
+  void add_job(Dispatch where, UniqueFunction<void()> run) { jobs_.push_back({where, std::move(run)}); }
+  void log(LogLevel level, const std::string& message) const;
+
+  Options options_;
+  const Clock& clock_;
+  std::shared_ptr<Door> door_ = std::make_shared<Door>();
+  std::vector<std::string> bases_;             // [0] is the public one or that of the listening address
+  std::vector<std::string> hosts_;             // accepted, lower-case with port
+  std::uint64_t structure_ = 1;                // moves with every add and remove
+  std::unordered_map<std::string_view, Resource*> by_path_;
+  std::map<std::string, std::unique_ptr<ThingNode>, std::less<>> things_;  // by path, "/baxter/right_s1"
+  std::vector<ThingNode*> roots_;
+  Resource root_{Kind::root, "/", nullptr};
+  Resource terms_{Kind::terms, "/ns/lrt", nullptr};
+
+  std::list<Rendering> renderings_;            // least recently used last
+  std::size_t rendered_bytes_ = 0;
+
+  std::vector<Job> jobs_;
+  std::uint64_t next_ticket_ = 1;
+  std::unordered_map<std::uint64_t, Waiting> waiting_;
+  std::multimap<std::chrono::steady_clock::time_point, Ticket> timers_;
+  StartTimers start_timers_;                   // invocations to be begun by then
+  std::deque<Reply> replies_;
+  bool stopped_ = false;
+};
+
+/// Calls user code; whatever it throws becomes an Error.
+template <class T, class F>
+Result<T> guarded(F f) noexcept {
+  try {
+    return f();
+  } catch (const BadResult& e) {
+    return Unexpected{e.error()};
+  } catch (const std::exception& e) {
+    return unexpected(Errc::failed, std::string("it threw: ") + e.what());
+  } catch (...) {
+    return unexpected(Errc::failed, "it threw something that is no std::exception");
+  }
+}
+
+/// The methods a kind of resource may ever have, and those of this one.
+bool is_container(const Resource& resource) noexcept;
+
+}  // namespace lrt::engine

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <utility>
+
+#include <lrt/base/unique_function.hpp>
+#include <lrt/base/waker.hpp>
+
+namespace lrt::engine {
+
+/// Many threads put, one takes all, nobody waits. Shared, so that whoever holds it may outlive the one who takes.
+template <class T>
+class Mailbox {
+ public:
+  Mailbox() = default;
+  Mailbox(const Mailbox&) = delete;
+  Mailbox& operator=(const Mailbox&) = delete;
+  ~Mailbox() { free_all(newest_.load(std::memory_order_relaxed)); }
+
+  void put(T item) {
+    Node* node = new Node{std::move(item), newest_.load(std::memory_order_relaxed)};
+    while (!newest_.compare_exchange_weak(node->next, node, std::memory_order_release, std::memory_order_relaxed)) {
+    }
+  }
+
+  bool empty() const noexcept { return newest_.load(std::memory_order_acquire) == nullptr; }
+
+  /// Gives each item to `f` in the order they were put. `f` may put more; those wait for the next call.
+  template <class F>
+  void take_all(F f) {
+    Node* node = newest_.exchange(nullptr, std::memory_order_acquire);
+    Node* in_order = nullptr;
+    while (node) {
+      Node* next = node->next;
+      node->next = in_order;
+      in_order = node;
+      node = next;
+    }
+    while (in_order) {
+      const std::unique_ptr<Node> first(in_order);
+      in_order = first->next;
+      f(std::move(first->item));
+    }
+  }
+
+ private:
+  struct Node {
+    T item;
+    Node* next;
+  };
+  static void free_all(Node* node) noexcept {
+    while (node) {
+      const std::unique_ptr<Node> first(node);
+      node = first->next;
+    }
+  }
+  std::atomic<Node*> newest_{nullptr};
+};
+
+}  // namespace lrt::engine

@@ -1,0 +1,262 @@
+#include <algorithm>
+
+#include <lrt/http/etag.hpp>
+#include <lrt/http/negotiate.hpp>
+
+#include "src/engine/impl.hpp"
+
+namespace lrt::engine {
+
+namespace {
+
+/// The RDF syntaxes in the order in which an indifferent client gets them (R1.2: Turtle first).
+const std::vector<std::string_view>& all_offers() {
+  static const std::vector<std::string_view> offers = [] {
+    std::vector<std::string_view> types;
+    for (const rdf::Syntax s : rdf::all_syntaxes) types.push_back(rdf::media_type(s));
+    return types;
+  }();
+  return offers;
+}
+
+std::string list_of_offers() {
+  std::string list;
+  for (const std::string_view type : all_offers()) list += (list.empty() ? "" : ", ") + std::string(type);
+  return list;
+}
+
+}  // namespace
+
+std::vector<PropertyResource*> Engine::Impl::pulled_of(Resource& resource) {
+  std::vector<PropertyResource*> pulled;
+  if (resource.kind == Kind::property) {
+    if (auto& p = static_cast<PropertyResource&>(resource); p.spec->read) pulled.push_back(&p);
+  } else if (resource.kind == Kind::state) {
+    for (const auto& p : resource.thing->properties)
+      if (p->spec->read) pulled.push_back(p.get());
+  }
+  return pulled;
+}
+
+bool Engine::Impl::sync(Resource& resource) {
+  const auto one = [](PropertyResource& p) {
+    if (!p.spec->slot) return true;
+    if (p.spec->slot->has_news() && p.spec->slot->take(p.value, p.modified)) ++p.revision;
+    return false;
+  };
+  switch (resource.kind) {
+    case Kind::property: return one(static_cast<PropertyResource&>(resource));
+    case Kind::state: {
+      bool pulled = false;
+      for (const auto& p : resource.thing->properties) pulled |= one(*p);
+      return pulled;
+    }
+    case Kind::invocation: {
+      auto& invocation = static_cast<InvocationResource&>(resource);
+      if (const double now = invocation.core->fraction(); !invocation.finished() && now != invocation.progress) {
+        invocation.progress = now;
+        ++invocation.revision;
+      }
+      return false;
+    }
+    default: return false;
+  }
+}
+
+Outcome Engine::Impl::get(Context& context, bool fresh) {
+  if (sync(*context.resource) && !fresh) {
+    const std::vector<PropertyResource*> pulled = pulled_of(*context.resource);
+    Ticket ticket{};
+    Outcome outcome = defer(context, options_.host_time, ticket);
+    Waiting* waiting = find_waiting(ticket);
+    if (!waiting) return outcome;
+    waiting->open_reads = pulled.size();
+    for (PropertyResource* property : pulled)
+      read(*property, [this, ticket](const Result<void>& result) {
+        Waiting* w = find_waiting(ticket);
+        if (!w) return;
+        if (!result && !w->failure) w->failure = result.error();
+        if (--w->open_reads == 0) resume(ticket, clock_.now());
+      });
+    return outcome;
+  }
+  return represent(context);
+}
+
+http::Response Engine::Impl::represent(Context& context) {
+  Resource& resource = *context.resource;
+  const std::optional<std::string_view> accept = context.request.find("Accept");
+  const std::string joined = accept && context.request.count("Accept") > 1 ? context.request.joined("Accept") : std::string();
+  const std::optional<std::string_view> wanted = joined.empty() ? accept : std::string_view(joined);
+
+  std::vector<std::string_view> fewer;  // only when a syntax turned out not to carry the graph
+  const std::vector<std::string_view>* offers = &all_offers();
+  const Rendering* rendering = nullptr;
+  while (true) {
+    const auto choice = http::negotiate(wanted, *offers);
+    if (!choice) return problem(context, 406, "none of the accepted media types is available; there are " + list_of_offers());
+    const rdf::Syntax syntax = *rdf::syntax_of((*offers)[*choice]);
+    Result<const Rendering*> rendered = render(resource, context.base, syntax, context.page);
+    if (rendered) {
+      rendering = *rendered;
+      break;
+    }
+    if (rendered.error().code != Errc::unsupported_syntax || offers->size() == 1) {
+      log(LogLevel::error, resource.path + ": " + rendered.error().message);
+      return problem(context, rendered.error().code == Errc::unsupported_syntax ? 406 : 500, rendered.error().message);
+    }
+    fewer = *offers;
+    fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(*choice));
+    offers = &fewer;
+  }
+
+  // RFC 9110 13.2.2
+  if (context.request.find("If-Match") || context.request.find("If-None-Match")) {
+    if (context.request.find("If-Match")) {
+      const http::Match match = http::matches(context.request.joined("If-Match"), rendering->tag, false);
+      if (match == http::Match::malformed) return problem(context, 400, "If-Match: expected a list of entity tags or *");
+      if (match == http::Match::no) return problem(context, 412, "If-Match: the entity tag is " + rendering->tag);
+    }
+    if (context.request.find("If-None-Match")) {
+      const http::Match match = http::matches(context.request.joined("If-None-Match"), rendering->tag, true);
+      if (match == http::Match::malformed) return problem(context, 400, "If-None-Match: expected a list of entity tags or *");
+      if (match == http::Match::yes) {
+        http::Response response;
+        response.status = 304;
+        response.fields.add("ETag", rendering->tag);
+        response.fields.add("Vary", "Accept");
+        response.fields.add("Cache-Control", "no-cache");
+        return response;
+      }
+    }
+  }
+  http::Response response;
+  response.fields = rendering->fields;
+  response.body = rendering->body;
+  return response;
+}
+
+Result<const Rendering*> Engine::Impl::render(Resource& resource, std::size_t base, rdf::Syntax syntax, std::size_t page) {
+  const std::uint64_t revision = revision_of(resource);
+  for (const auto& kept : resource.renderings) {
+    if (kept->base != base || kept->syntax != syntax || kept->page != page || kept->revision != revision) continue;
+    renderings_.splice(renderings_.begin(), renderings_, kept);
+    return &*kept;
+  }
+  rdf::Graph graph;
+  describe(graph, resource, bases_[base], page);
+  Result<std::string> text = rdf::write(graph, syntax, options_.prefixes);
+  if (!text) return Unexpected{std::move(text).error()};
+
+  Rendering made{&resource, base, syntax, page, revision, {}, {}, nullptr};
+  made.tag = http::entity_tag(rdf::media_type(syntax), *text);
+  made.body = std::make_shared<const std::string>(*std::move(text));
+  made.fields.add("Content-Type", rdf::media_type(syntax));
+  made.fields.add("ETag", made.tag);
+  made.fields.add("Vary", "Accept");
+  made.fields.add("Cache-Control", "no-cache");
+  add_allow(made.fields, resource);
+  add_links(made.fields, resource, bases_[base], page);
+
+  // A rendering of the same kind that is out of date gives up its place; otherwise the oldest of all do.
+  for (auto at = resource.renderings.begin(); at != resource.renderings.end(); ++at) {
+    if ((*at)->base != base || (*at)->syntax != syntax || (*at)->page != page) continue;
+    rendered_bytes_ -= (*at)->bytes();
+    renderings_.erase(*at);
+    resource.renderings.erase(at);
+    break;
+  }
+  rendered_bytes_ += made.bytes();
+  renderings_.push_front(std::move(made));
+  resource.renderings.push_back(renderings_.begin());
+  trim_cache();
+  return &renderings_.front();
+}
+
+void Engine::Impl::forget_renderings(Resource& resource) {
+  for (const auto& kept : resource.renderings) {
+    rendered_bytes_ -= kept->bytes();
+    renderings_.erase(kept);
+  }
+  resource.renderings.clear();
+}
+
+void Engine::Impl::trim_cache() {
+  while (rendered_bytes_ > options_.cache_bytes && renderings_.size() > 1) {
+    const auto last = std::prev(renderings_.end());
+    auto& of_resource = last->resource->renderings;
+    of_resource.erase(std::find(of_resource.begin(), of_resource.end(), last));
+    rendered_bytes_ -= last->bytes();
+    renderings_.erase(last);
+  }
+}
+
+/// For PUT and DELETE: a tag of any representation under this base will do, for the client chose one of them.
+std::optional<http::Response> Engine::Impl::precondition(Context& context) {
+  const bool if_match = context.request.find("If-Match").has_value();
+  const bool if_none_match = context.request.find("If-None-Match").has_value();
+  if (!if_match && !if_none_match) return std::nullopt;
+  const std::string wanted = context.request.joined("If-Match"), unwanted = context.request.joined("If-None-Match");
+  bool matched = false, hit = false;
+  for (const rdf::Syntax syntax : rdf::all_syntaxes) {
+    const Result<const Rendering*> rendering = render(*context.resource, context.base, syntax, context.page);
+    if (!rendering) continue;
+    const auto check = [&](bool asked, const std::string& field, bool weak, bool& found) {
+      if (!asked) return true;
+      const http::Match match = http::matches(field, (*rendering)->tag, weak);
+      found |= match == http::Match::yes;
+      return match != http::Match::malformed;
+    };
+    if (!check(if_match, wanted, false, matched)) return problem(context, 400, "If-Match: expected a list of entity tags or *");
+    if (!check(if_none_match, unwanted, true, hit)) return problem(context, 400, "If-None-Match: expected a list of entity tags or *");
+  }
+  if (if_match && !matched) return problem(context, 412, "If-Match: the resource has changed, no entity tag of it is " + wanted);
+  if (hit) return problem(context, 412, "If-None-Match: the resource has an entity tag that was named");
+  return std::nullopt;
+}
+
+void Engine::Impl::read(PropertyResource& property, Continuation done) {
+  if (property.reading) {
+    property.next_readers.push_back(std::move(done));
+    return;
+  }
+  property.readers.push_back(std::move(done));
+  start_read(property);
+}
+
+void Engine::Impl::start_read(PropertyResource& property) {
+  property.reading = std::make_shared<Claim>();
+  add_job(where(*property.thing),
+          [door = door_, spec = property.spec, claim = property.reading, path = property.path]() mutable {
+            if (!claim->take()) return;
+            auto value = guarded<rdf::Value>([&]() -> Result<rdf::Value> { return spec->read(); });
+            door->put([path, claim, value = std::move(value)](Engine::Impl& engine, TimePoint now) mutable {
+              engine.read_done(path, claim, std::move(value), now);
+            });
+          });
+}
+
+void Engine::Impl::read_done(const std::string& path, const std::shared_ptr<Claim>& claim, Result<rdf::Value> value, TimePoint now) {
+  Resource* resource = find(path);
+  if (!resource || resource->kind != Kind::property) return;
+  auto& property = static_cast<PropertyResource&>(*resource);
+  if (property.reading != claim) return;
+  property.reading = nullptr;
+  Result<void> result;
+  if (value) {
+    if (!rdf::same(property.value, *value)) {
+      property.value = *std::move(value);
+      property.modified = now.utc;
+      ++property.revision;
+    }
+  } else {
+    result = unexpected(value.error().code == Errc::closed ? Errc::failed : value.error().code,
+                        "property \"" + property.path + "\" could not be read: " + value.error().message);
+    log(LogLevel::warning, result.error().message);
+  }
+  std::vector<Continuation> readers = std::exchange(property.readers, std::exchange(property.next_readers, {}));
+  if (!property.readers.empty()) start_read(property);
+  for (Continuation& reader : readers) reader(result);
+}
+
+}  // namespace lrt::engine

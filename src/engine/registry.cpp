@@ -1,0 +1,245 @@
+#include <algorithm>
+
+#include <lrt/base/iri.hpp>
+#include <lrt/base/media_type.hpp>
+
+#include "src/engine/impl.hpp"
+
+namespace lrt::engine {
+
+namespace {
+std::string lower(std::string_view text) {
+  std::string out(text);
+  for (char& c : out)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return out;
+}
+}  // namespace
+
+Engine::Impl::Impl(Options options) : options_(std::move(options)), clock_(options_.clock ? *options_.clock : system_clock()) {
+  if (!options_.ids) options_.ids = std::make_shared<RandomIds>();
+  while (!options_.public_base.empty() && options_.public_base.back() == '/') options_.public_base.pop_back();
+  take_path(root_);
+  take_path(terms_);
+  listens_on("127.0.0.1", 80);
+}
+
+Engine::Impl::~Impl() = default;
+
+void Engine::Impl::listens_on(std::string_view address, std::uint16_t port) {
+  const std::string suffix = ":" + std::to_string(port);
+  const std::string numeric = address.find(':') == std::string_view::npos ? std::string(address) : "[" + std::string(address) + "]";
+  hosts_.clear();
+  const auto accept = [&](std::string host) {
+    if (port == 80 && host.size() > 3 && host.compare(host.size() - 3, 3, ":80") == 0) host.resize(host.size() - 3);
+    if (std::find(hosts_.begin(), hosts_.end(), host) == hosts_.end()) hosts_.push_back(std::move(host));
+  };
+  accept(lower(numeric) + suffix);
+  accept("localhost" + suffix);
+  accept("127.0.0.1" + suffix);
+  accept("[::1]" + suffix);
+  for (const std::string& named : options_.allowed_hosts) {
+    const auto parsed = http::parse_host(named);
+    accept(lower(named) + (parsed && !parsed->port ? suffix : ""));
+  }
+  bases_.clear();
+  bases_.push_back(options_.public_base.empty() ? "http://" + hosts_.front() : options_.public_base);
+}
+
+bool Engine::Impl::take_path(Resource& resource) { return by_path_.emplace(resource.path, &resource).second; }
+
+void Engine::Impl::drop_path(Resource& resource) {
+  forget_renderings(resource);
+  const auto found = by_path_.find(resource.path);
+  if (found != by_path_.end() && found->second == &resource) by_path_.erase(found);
+}
+
+Resource* Engine::Impl::find(std::string_view path) const {
+  const auto found = by_path_.find(path);
+  return found == by_path_.end() ? nullptr : found->second;
+}
+
+Result<void> Engine::Impl::add(Thing thing) {
+  std::unique_ptr<model::ThingSpec> spec = std::move(thing).release();
+  if (!spec) return unexpected(Errc::closed, "the thing was given away already");
+  if (spec->first_error) return Unexpected{*spec->first_error};
+
+  // What could turn out to be no IRI when it is written is refused here, once.
+  const auto check_iris = [&](const std::vector<std::string>& iris, const char* what) -> Result<void> {
+    for (const std::string& text : iris)
+      if (!iri::is_absolute(text))
+        return unexpected(Errc::expected_iri, "thing \"" + spec->path + "\": expected an absolute IRI as " + what + ", found \"" + text + "\"");
+    return {};
+  };
+  const auto check_statements = [&](const std::vector<Statement>& statements) -> Result<void> {
+    for (const Statement& s : statements) {
+      if (Result<void> r = check_iris({s.predicate}, "predicate"); !r) return r;
+      if (s.object.kind() == Object::Kind::iri)
+        if (Result<void> r = check_iris({s.object.text()}, "object"); !r) return r;
+    }
+    return {};
+  };
+  const auto check_resource = [&](const model::ResourceSpec& r) -> Result<void> {
+    if (Result<void> e = check_iris(r.classes, "type"); !e) return e;
+    if (Result<void> e = check_iris(r.predicates, "predicate"); !e) return e;
+    return check_statements(r.statements);
+  };
+  if (Result<void> e = check_iris(spec->classes, "type"); !e) return e;
+  if (Result<void> e = check_statements(spec->statements); !e) return e;
+  if (!spec->blueprint.empty())
+    if (Result<void> e = check_iris({spec->blueprint}, "blueprint"); !e) return e;
+  for (const auto& p : spec->properties)
+    if (Result<void> e = check_resource(*p); !e) return e;
+  for (const auto& a : spec->actions)
+    if (Result<void> e = check_resource(*a); !e) return e;
+  for (const auto& c : spec->collections)
+    if (Result<void> e = check_resource(*c); !e) return e;
+
+  auto node = std::make_unique<ThingNode>(std::move(spec));
+  ThingNode& t = *node;
+  for (const std::string& text : t.spec->turtle) {
+    const std::string base = std::string(placeholder_base) + t.self.path;
+    rdf::ReadOptions read_options;
+    read_options.base = base;
+    Result<rdf::Graph> graph = rdf::read(text, rdf::Syntax::turtle, read_options);
+    if (!graph) {
+      Error error = std::move(graph).error();
+      error.message = "thing \"" + t.spec->path + "\", its Turtle: " + error.message;
+      return Unexpected{std::move(error)};
+    }
+    // Blank nodes of two documents are two nodes even if both are called b0.
+    rdf::Graph& all = t.statements;
+    std::map<rdf::TermId, rdf::TermId> renamed;
+    const auto import = [&](rdf::TermId id) {
+      const rdf::TermView term = graph->term(id);
+      if (!term.is_blank()) return all.intern(term);
+      const auto known = renamed.find(id);
+      return known != renamed.end() ? known->second : renamed.emplace(id, all.fresh_blank()).first->second;
+    };
+    for (const rdf::Triple& triple : graph->triples()) {
+      const rdf::TermId s = import(triple.subject), p = import(triple.predicate), o = import(triple.object);
+      all.add(s, p, o);
+    }
+  }
+  for (const auto& p : t.spec->properties)
+    t.properties.push_back(std::make_unique<PropertyResource>(t.self.path + "/" + p->path, &t, p));
+  for (const auto& a : t.spec->actions)
+    t.actions.push_back(std::make_unique<ActionResource>(t.self.path + "/actions/" + a->path, &t, a));
+  for (const auto& c : t.spec->collections)
+    t.collections.push_back(std::make_unique<CollectionResource>(t.self.path + "/" + c->path, &t, c));
+
+  std::vector<Resource*> all = {&t.self, &t.state, &t.blueprint, &t.subscriptions};
+  for (const auto& p : t.properties) all.push_back(p.get());
+  for (const auto& a : t.actions) all.push_back(a.get());
+  for (const auto& c : t.collections) all.push_back(c.get());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (take_path(*all[i])) continue;
+    for (std::size_t j = 0; j < i; ++j) drop_path(*all[j]);
+    return unexpected(Errc::duplicate_path, "path \"" + all[i]->path + "\" is taken already");
+  }
+
+  for (const auto& p : t.spec->properties) {
+    p->sealed = true;
+    if (p->slot) p->slot->set_clock(clock_);
+  }
+  for (const auto& a : t.spec->actions) a->sealed = true;
+  for (const auto& c : t.spec->collections) c->sealed = true;
+  things_.emplace(t.self.path, std::move(node));
+  adopt(t);
+  structure_changed();
+  return {};
+}
+
+/// Finds the parent of a new thing, and among its siblings the things that are below it.
+void Engine::Impl::adopt(ThingNode& thing) {
+  std::string_view path = thing.self.path;
+  for (std::size_t slash = path.rfind('/'); slash != 0 && slash != std::string_view::npos && !thing.parent; slash = path.rfind('/')) {
+    path = path.substr(0, slash);
+    if (const auto found = things_.find(path); found != things_.end()) thing.parent = found->second.get();
+  }
+  std::vector<ThingNode*>& siblings = thing.parent ? thing.parent->children : roots_;
+  const std::string prefix = thing.self.path + "/";
+  const auto below = [&](ThingNode* other) { return other->self.path.compare(0, prefix.size(), prefix) == 0; };
+  // Only look if some thing is below at all: registering many siblings stays linear.
+  const auto next = things_.upper_bound(prefix);
+  if (next != things_.end() && below(next->second.get())) {
+    for (ThingNode* other : siblings) {
+      if (!below(other)) continue;
+      other->parent = &thing;
+      thing.children.push_back(other);
+    }
+    siblings.erase(std::remove_if(siblings.begin(), siblings.end(), below), siblings.end());
+  }
+  siblings.push_back(&thing);
+}
+
+Result<void> Engine::Impl::remove(std::string_view path) {
+  Result<std::string> encoded = model::encode_path(path);
+  const auto found = encoded ? things_.find("/" + *encoded) : things_.end();
+  if (found == things_.end()) return unexpected(Errc::unknown_path, "no thing at \"" + std::string(path) + "\"");
+  ThingNode& thing = *found->second;
+  std::vector<ThingNode*>& siblings = thing.parent ? thing.parent->children : roots_;
+  siblings.erase(std::remove(siblings.begin(), siblings.end(), &thing), siblings.end());
+  drop_thing(thing);
+  structure_changed();
+  return {};
+}
+
+void Engine::Impl::drop_thing(ThingNode& thing) {
+  for (ThingNode* child : std::vector<ThingNode*>(thing.children)) drop_thing(*child);
+  const auto gone = [&](Ticket ticket) {
+    if (Waiting* waiting = find_waiting(ticket)) {
+      const http::Request request = waiting->request.view();
+      const Context context{request, {}, 0, nullptr, 1, {}};
+      reply(ticket, problem(context, 404, "the thing was removed while the request waited"));
+    }
+  };
+  for (const auto& p : thing.properties) {
+    for (const auto& w : p->writes) gone(w.ticket);
+    if (p->write_claim) p->write_claim->call_off();
+    if (p->reading) p->reading->call_off();
+    for (auto* list : {&p->readers, &p->next_readers})
+      for (Continuation& c : *list) c(unexpected(Errc::closed, "the thing was removed while the request waited"));
+    drop_path(*p);
+  }
+  for (const auto& a : thing.actions) {
+    for (const auto& i : a->invocations) {
+      for (const Ticket ticket : i->waiting) gone(ticket);
+      if (!i->finished()) {
+        if (i->claim) i->claim->call_off();
+        if (auto hook = i->core->cancel()) run_hook(where(thing), std::move(hook));
+      }
+      drop_path(*i);
+    }
+    drop_path(*a);
+  }
+  for (const auto& c : thing.collections) {
+    for (const auto& m : c->members) drop_path(*m);
+    drop_path(*c);
+  }
+  for (Resource* r : {&thing.self, &thing.state, &thing.blueprint, &thing.subscriptions}) drop_path(*r);
+  things_.erase(things_.find(thing.self.path));
+}
+
+std::uint64_t Engine::Impl::revision_of(const Resource& resource) const {
+  switch (resource.kind) {
+    case Kind::terms: return 1;
+    case Kind::property:
+    case Kind::action:
+    case Kind::invocation:
+    case Kind::collection:
+    case Kind::member: return resource.revision;
+    case Kind::state: {
+      std::uint64_t sum = structure_;
+      for (const auto& p : resource.thing->properties) sum += p->revision;
+      return sum;
+    }
+    default: return structure_;
+  }
+}
+
+void Engine::Impl::log(LogLevel level, const std::string& message) const {
+  if (options_.log) options_.log(level, message);
+}
+
+}  // namespace lrt::engine

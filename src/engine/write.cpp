@@ -1,0 +1,219 @@
+#include <algorithm>
+
+#include <lrt/base/media_type.hpp>
+#include <lrt/http/head.hpp>
+
+#include "src/engine/impl.hpp"
+
+namespace lrt::engine {
+
+std::variant<Engine::Impl::Body, http::Response> Engine::Impl::read_body(Context& context) {
+  const http::Request& request = context.request;
+  if (const auto coding = request.find("Content-Encoding"); coding && !http::iequals(*coding, "identity")) {
+    http::Response response = problem(context, 415, "Content-Encoding: expected identity, found \"" + std::string(*coding) + "\"");
+    response.fields.set("Accept-Encoding", "identity");
+    return response;
+  }
+  if (request.find("Content-Range")) return problem(context, 400, "Content-Range has no meaning here (RFC 9110 14.5)");
+
+  const auto content_type = request.find("Content-Type");
+  if (!content_type && request.body.empty()) return Body{};
+  const auto unsupported = [&](const std::string& found) {
+    http::Response response = problem(context, 415, "Content-Type: expected RDF (text/turtle, application/n-triples, application/rdf+xml), found " + found);
+    std::string accepted;
+    for (const rdf::Syntax s : rdf::all_syntaxes) accepted += (accepted.empty() ? "" : ", ") + std::string(rdf::media_type(s));
+    response.fields.set("Accept", accepted);  // RFC 9110 15.5.16
+    if (request.method == "POST") response.fields.set("Accept-Post", accepted);
+    return response;
+  };
+  if (!content_type) return unsupported("none");
+  const Result<MediaType> type = MediaType::parse(*content_type);
+  if (!type || request.count("Content-Type") > 1) return unsupported("\"" + request.joined("Content-Type") + "\"");
+  const auto syntax = rdf::syntax_of(type->essence());
+  if (!syntax) return unsupported(type->essence());
+  if (const std::string_view charset = type->parameter("charset"); !charset.empty() && !http::iequals(charset, "utf-8"))
+    return unsupported("charset " + std::string(charset));
+
+  const std::string base = iri_of(context, context.resource->path);
+  rdf::ReadOptions read_options;
+  read_options.base = base;
+  read_options.max_triples = options_.body_triples;
+  Result<rdf::Graph> graph = rdf::read(request.body, *syntax, read_options);
+  if (!graph) {
+    const Error& e = graph.error();
+    return problem(context, e.code == Errc::limit_exceeded ? 413 : 400, "body: " + e.message);
+  }
+  return Body{*std::move(graph), request.body.empty()};
+}
+
+std::variant<rdf::Value, http::Response> Engine::Impl::read_value(Context& context, const rdf::Type& type, const rdf::Facets& facets) {
+  auto read = read_body(context);
+  if (auto* answer = std::get_if<http::Response>(&read)) return std::move(*answer);
+  const rdf::Graph& graph = std::get<Body>(read).graph;
+
+  // SPEC 3.3: the focus node is <> if that is a subject, else the only subject of the target class.
+  std::optional<rdf::TermId> focus = graph.find(rdf::iri(iri_of(context, context.resource->path)));
+  if (focus && graph.match(*focus, std::nullopt, std::nullopt).empty()) focus.reset();
+  if (!focus) {
+    std::vector<rdf::TermId> candidates;
+    const auto add = [&](rdf::TermId id) {
+      if (std::find(candidates.begin(), candidates.end(), id) == candidates.end()) candidates.push_back(id);
+    };
+    const Iri wanted = rdf::target_class(type);
+    const auto predicate = graph.find(wanted.empty() ? vocab::rdf::value : vocab::rdf::type);
+    const auto object = wanted.empty() ? std::optional<rdf::TermId>() : graph.find(wanted);
+    if (predicate && (wanted.empty() || object)) {
+      for (const rdf::Triple& t : graph.match(std::nullopt, *predicate, object)) {
+        add(t.subject);
+        if (candidates.size() > 1) break;
+      }
+    }
+    const std::string what = wanted.empty() ? std::string("subject with rdf:value") : "subject of type " + rdf::abbreviate(wanted.text);
+    if (candidates.empty()) {
+      if (type.kind == rdf::Type::Kind::optional && graph.empty()) return rdf::Value();
+      return problem(context, 422, "body: expected triples about <> or one " + what + ", found none");
+    }
+    if (candidates.size() > 1) return problem(context, 422, "body: expected triples about <> or one " + what + ", found several");
+    focus = candidates.front();
+  }
+  std::vector<rdf::Mismatch> mismatches;
+  Result<rdf::Value> value =
+      rdf::read_value(graph, *focus, type, facets, names_base(*context.resource->thing, bases_[context.base]), mismatches);
+  if (value) return *std::move(value);
+  std::string detail;
+  for (const rdf::Mismatch& m : mismatches) detail += (detail.empty() ? "" : "; ") + m.path + ": " + m.message;
+  return problem(context, 422, std::move(detail));
+}
+
+Outcome Engine::Impl::put(Context& context) {
+  auto& property = static_cast<PropertyResource&>(*context.resource);
+  auto read = read_value(context, *property.spec->type, property.spec->facets);
+  if (auto* answer = std::get_if<http::Response>(&read)) return std::move(*answer);
+  Ticket ticket{};
+  Outcome outcome = defer(context, options_.host_time, ticket);
+  if (!find_waiting(ticket)) return outcome;
+  property.writes.push_back({ticket, std::move(std::get<rdf::Value>(read))});
+  if (!property.writing) next_write(property, context.now);
+  return outcome;
+}
+
+/// Takes up the first write that still has a client. Preconditions are looked at when its turn comes, so that of two writers with the
+/// same If-Match the second finds what the first left.
+void Engine::Impl::next_write(PropertyResource& property, TimePoint now) {
+  while (!property.writes.empty()) {
+    const Waiting* waiting = find_waiting(property.writes.front().ticket);
+    if (!waiting) {
+      property.writes.pop_front();
+      continue;
+    }
+    property.writing = true;
+    const bool conditional = std::any_of(waiting->request.fields.begin(), waiting->request.fields.end(), [](const auto& f) {
+      return http::iequals(f.first, "If-Match") || http::iequals(f.first, "If-None-Match");
+    });
+    if (conditional && property.spec->read) {
+      read(property, [this, path = property.path](const Result<void>& result) {
+        Resource* r = find(path);
+        if (!r || r->kind != Kind::property) return;
+        auto& p = static_cast<PropertyResource&>(*r);
+        if (p.writes.empty()) return;
+        if (result) return decide_write(p, clock_.now());
+        if (Waiting* w = find_waiting(p.writes.front().ticket)) {
+          const http::Request request = w->request.view();
+          const Context context = resumed(request, clock_.now(), &p);
+          reply(p.writes.front().ticket, problem(context, 500, result.error().message));
+        }
+        p.writes.pop_front();
+        p.writing = false;
+        next_write(p, clock_.now());
+      });
+    } else {
+      decide_write(property, now);
+    }
+    return;
+  }
+  property.writing = false;
+}
+
+void Engine::Impl::decide_write(PropertyResource& property, TimePoint now) {
+  const Ticket ticket = property.writes.front().ticket;
+  Waiting* waiting = find_waiting(ticket);
+  std::optional<http::Response> answer;
+  if (waiting) {
+    const http::Request request = waiting->request.view();
+    Context context = resumed(request, now, &property);
+    (void)sync(property);
+    answer = precondition(context);
+  }
+  if (!waiting || answer) {
+    if (answer) reply(ticket, *std::move(answer));
+    property.writes.pop_front();
+    property.writing = false;
+    return next_write(property, now);
+  }
+  property.write_claim = waiting->claim = std::make_shared<Claim>();
+  add_job(where(*property.thing), [door = door_, spec = property.spec, claim = waiting->claim, path = property.path,
+                                   value = property.writes.front().value]() mutable {
+    Result<void> result;
+    if (claim->take()) result = guarded<void>([&] { return spec->write(value); });
+    else result = unexpected(Errc::cancelled, "called off");
+    door->put([path, claim, result = std::move(result)](Engine::Impl& engine, TimePoint at) mutable {
+      engine.write_done(path, claim, std::move(result), at);
+    });
+  });
+}
+
+void Engine::Impl::write_done(const std::string& path, const std::shared_ptr<Claim>& claim, Result<void> result, TimePoint now) {
+  Resource* resource = find(path);
+  if (!resource || resource->kind != Kind::property) return;
+  auto& property = static_cast<PropertyResource&>(*resource);
+  if (property.write_claim != claim || property.writes.empty()) return;
+  property.write_claim = nullptr;
+  const PropertyResource::Write write = std::move(property.writes.front());
+  property.writes.pop_front();
+
+  if (result && property.spec->slot) {
+    // What the lambda published itself counts; else the written value is shown until the robot publishes again, even the old one.
+    const std::uint64_t before = property.revision;
+    (void)sync(property);
+    if (property.revision == before && !rdf::same(property.value, write.value)) {
+      property.spec->slot->forget();
+      property.value = write.value;
+      property.modified = now.utc;
+      ++property.revision;
+    }
+  }
+  if (Waiting* waiting = find_waiting(write.ticket)) {
+    const http::Request request = waiting->request.view();
+    Context context = resumed(request, now, &property);
+    if (!result) {
+      reply(write.ticket, refused(context, "property \"" + path + "\" was not written", result.error()));
+    } else if (http::parse_prefer(request.joined("Prefer")).return_ == http::Preferences::Return::representation) {
+      // The representation afterwards: of a pulled property it has to be read first.
+      const auto show = [this, ticket = write.ticket, path](const Result<void>& read_result) {
+        Waiting* w = find_waiting(ticket);
+        Resource* r = find(path);
+        if (!w || !r) return;
+        const http::Request original = w->request.view();
+        http::Request plain = original;
+        plain.fields.erase(std::remove_if(plain.fields.begin(), plain.fields.end(),
+                                          [](const http::Field& f) {
+                                            return http::iequals(f.name, "If-Match") || http::iequals(f.name, "If-None-Match");
+                                          }),
+                           plain.fields.end());
+        Context c = resumed(plain, clock_.now(), r);
+        if (!read_result) return reply(ticket, problem(c, 500, read_result.error().message));
+        http::Response response = represent(c);
+        response.fields.add("Preference-Applied", "return=representation");
+        response.fields.add("Content-Location", iri_of(c, r->path));
+        reply(ticket, std::move(response));
+      };
+      if (property.spec->read) read(property, show);
+      else show(Result<void>());
+    } else {
+      reply(write.ticket, no_content());
+    }
+  }
+  next_write(property, now);
+}
+
+}  // namespace lrt::engine

@@ -1,0 +1,81 @@
+#include <lrt/http/link.hpp>
+
+#include <algorithm>
+
+#include "src/base/ascii.hpp"
+
+namespace lrt::http {
+namespace {
+
+constexpr std::size_t line_limit = 4096;  // with name and CRLF
+constexpr std::size_t line_overhead = sizeof("Link: \r\n") - 1;
+
+/// What RFC 3986 allows stays as it is, its percent escapes too; all else is percent-encoded. So no '<' stands in a link
+/// but the one that begins it.
+void append_uri(std::string& out, std::string_view text) {
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    const bool stray_percent =
+        c == '%' && (text.size() - i < 3 || !detail::is(text[i + 1], detail::hex) || !detail::is(text[i + 2], detail::hex));
+    if (detail::is(c, detail::uri) && !stray_percent) out += c;
+    else detail::append_percent(out, c);
+  }
+}
+
+std::string format_link(std::string_view target, std::string_view rel) {
+  std::string link;
+  link.reserve(target.size() + rel.size() + 10);
+  link += '<';
+  append_uri(link, target);
+  link += ">; rel=\"";
+  for (;;) {  // relation types are registered names or URIs, several apart by spaces (RFC 8288 3.3)
+    const std::size_t space = rel.find(' ');
+    append_uri(link, rel.substr(0, space));
+    if (space == std::string_view::npos) break;
+    link += ' ';
+    rel.remove_prefix(space + 1);
+  }
+  link += '"';
+  return link;
+}
+
+}  // namespace
+
+bool LinkWriter::put(const std::string& link) {
+  const bool joins = !lines_.empty() && lines_.back().size() + 2 + link.size() + line_overhead <= line_limit;
+  const std::size_t cost = link.size() + (joins ? 2 : line_overhead);
+  if (link.size() + line_overhead > line_limit || used_ + cost > budget_) return false;
+  if (joins) (lines_.back() += ", ") += link;
+  else lines_.push_back(link);
+  used_ += cost;
+  return true;
+}
+
+void LinkWriter::take_back() {
+  std::string& line = lines_.back();
+  const std::size_t at = line.rfind('<');
+  if (at < 2) {
+    used_ -= line.size() + line_overhead;
+    lines_.pop_back();
+  } else {
+    used_ -= line.size() - (at - 2);
+    line.resize(at - 2);
+  }
+}
+
+void LinkWriter::add(std::string_view target, std::string_view rel) {
+  if (!cut_) cut_ = !put(format_link(target, rel));  // what follows a cut is left out too: the rest is a tail, not a choice
+}
+
+void LinkWriter::finish(Fields& fields, std::string_view rest, std::string_view rest_rel) {
+  if (cut_) {
+    const std::string link = format_link(rest, rest_rel);
+    const bool fits_at_all = link.size() + line_overhead <= std::min(budget_, line_limit);
+    while (fits_at_all && !put(link)) take_back();
+  }
+  for (const std::string& line : lines_) fields.add("Link", line);
+  lines_.clear();
+  used_ = 0;
+}
+
+}  // namespace lrt::http

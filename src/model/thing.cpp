@@ -1,0 +1,111 @@
+#include <lrt/thing.hpp>
+
+#include <lrt/base/iri.hpp>
+#include <lrt/rdf/lexical.hpp>
+
+namespace lrt {
+
+Object::Object(double number) : Object(rdf::lexical::format(number), std::string(vocab::xsd::double_.text), std::string()) {}
+Object Object::truth(bool value) { return typed(value ? "true" : "false", vocab::xsd::boolean); }
+Object Object::whole(std::int64_t value) { return typed(std::to_string(value), vocab::xsd::integer); }
+
+namespace model {
+
+Result<std::string> encode_path(std::string_view path) {
+  std::string out;
+  std::size_t start = 0;
+  while (true) {
+    const std::size_t end = std::min(path.find('/', start), path.size());
+    const std::string_view segment = path.substr(start, end - start);
+    if (segment.empty() || segment == "." || segment == "..")
+      return unexpected(Error{Errc::expected_iri,
+                              "path \"" + std::string(path) + "\": expected non-empty names other than \".\" and \"..\" between single '/'",
+                              start});
+    if (!out.empty()) out += '/';
+    out += iri::encode_segment(segment);
+    if (end == path.size()) return out;
+    start = end + 1;
+  }
+}
+
+ResponderBase& ResponderBase::operator=(ResponderBase&& other) noexcept {
+  if (this != &other) {
+    ResponderBase old(std::move(*this));
+    link_ = std::move(other.link_);
+  }
+  return *this;
+}
+
+ResponderBase::~ResponderBase() {
+  if (link_) link_->finish(unexpected(Errc::dropped, "the responder was dropped without an answer"));
+}
+
+void ResponderBase::fail(Error error) && { finish(Unexpected{std::move(error)}); }
+
+}  // namespace model
+
+Thing::Thing(std::string_view path) : spec_(std::make_unique<model::ThingSpec>()) {
+  if (Result<std::string> encoded = model::encode_path(path)) {
+    spec_->path = *std::move(encoded);
+    spec_->title = std::string(path.substr(path.rfind('/') + 1));
+  } else {
+    spec_->path = std::string(path);
+    remember(std::move(encoded).error());
+  }
+}
+
+Thing::Thing(Thing&&) noexcept = default;
+Thing& Thing::operator=(Thing&&) noexcept = default;
+Thing::~Thing() = default;
+
+const std::string& Thing::path() const noexcept { return spec_->path; }
+
+Thing& Thing::type(Iri type) { return spec_->classes.emplace_back(type.text), *this; }
+Thing& Thing::title(std::string text) { return spec_->title = std::move(text), *this; }
+Thing& Thing::add(Iri predicate, Object object) {
+  spec_->statements.push_back({std::string(predicate.text), std::move(object)});
+  return *this;
+}
+Thing& Thing::add_turtle(std::string text) { return spec_->turtle.push_back(std::move(text)), *this; }
+Thing& Thing::blueprint(Iri external) {
+  spec_->blueprint = std::string(external.text);
+  return *this;
+}
+Thing& Thing::dispatch(Dispatch where) { return spec_->dispatch = where, *this; }
+
+void Thing::remember(Error error) {
+  if (!spec_->first_error) spec_->first_error = std::move(error);
+}
+
+void Thing::set_path(model::ResourceSpec& spec, std::string_view path, const char* what) {
+  Result<std::string> encoded = model::encode_path(path);
+  if (encoded) spec.path = *std::move(encoded);
+  else remember({encoded.error().code, std::string(what) + " of thing \"" + spec_->path + "\": " + encoded.error().message,
+                 encoded.error().offset});
+}
+
+std::shared_ptr<model::PropertySpec> Thing::new_property(std::string_view path, const rdf::Type& type, const Unit& unit) {
+  auto spec = std::make_shared<model::PropertySpec>();
+  set_path(*spec, path, "property");
+  spec->type = &type;
+  spec->facets.unit(unit);
+  spec_->properties.push_back(spec);
+  return spec;
+}
+
+std::shared_ptr<model::ActionSpec> Thing::new_action(std::string_view path) {
+  auto spec = std::make_shared<model::ActionSpec>();
+  set_path(*spec, path, "action");
+  spec_->actions.push_back(spec);
+  return spec;
+}
+
+std::shared_ptr<model::CollectionSpec> Thing::new_collection(std::string_view path, const rdf::Type& type) {
+  auto spec = std::make_shared<model::CollectionSpec>();
+  set_path(*spec, path, "collection");
+  spec->type = &type;
+  spec_->collections.push_back(spec);
+  return spec;
+}
+
+}  // namespace lrt

@@ -1,0 +1,99 @@
+#include <lrt/rdf/codec.hpp>
+
+#include "src/rdf/codecs.hpp"
+#include "src/rdf/n_triples.hpp"
+#include "src/rdf/rdf_xml_scan.hpp"
+#include "src/rdf/redland.hpp"
+#include "src/rdf/turtle_scan.hpp"
+
+namespace lrt::rdf {
+namespace {
+
+/// Refuses what Raptor passes and no writer could write again: relative or illegal IRIs, odd language tags.
+Result<Graph> checked(Result<Graph> graph) {
+  if (!graph) return graph;
+  for (std::uint32_t i = 0; i < graph->term_count(); ++i) {
+    const TermView term = graph->term(TermId{i});
+    const bool good = term.is_iri()       ? iri::is_absolute(term.text)
+                      : term.is_literal() ? term.language.empty() || is_language_tag(term.language)
+                                          : true;
+    if (!good) return unexpected(Errc::expected_rdf, std::string(fault_of(term)) + ", found " + to_string(term));
+  }
+  return graph;
+}
+
+}  // namespace
+
+std::string_view media_type(Syntax syntax) noexcept {
+  switch (syntax) {
+    case Syntax::turtle: return "text/turtle";
+    case Syntax::n_triples: return "application/n-triples";
+    case Syntax::rdf_xml: return "application/rdf+xml";
+  }
+  return {};
+}
+
+std::optional<Syntax> syntax_of(std::string_view type) noexcept {
+  for (const Syntax syntax : all_syntaxes) {
+    if (media_type(syntax) == type) return syntax;
+  }
+  return std::nullopt;
+}
+
+const Prefixes& default_prefixes() {
+  static const Prefixes prefixes = {
+      {"hybrit", "https://hybr-it-projekt.de/ns/hybr-it#"},
+      {"vom", "http://vocab.arvida.de/2015/06/vom/vocab#"},
+      {"maths", "http://vocab.arvida.de/2015/06/maths/vocab#"},
+      {"spatial", "http://vocab.arvida.de/2015/06/spatial/vocab#"},
+      {"ros", "http://ros.org/#"},
+      {"xhv", "http://www.w3.org/1999/xhtml/vocab#"},
+      {"http-core", "http://www.w3.org/2011/http#"},
+      {"http-methods", "http://www.w3.org/2011/http-methods#"},
+      {"ldp", "http://www.w3.org/ns/ldp#"},
+      {"sh", "http://www.w3.org/ns/shacl#"},
+      {"dcterms", "http://purl.org/dc/terms/"},
+      {"rdf", "http://www.w3.org/1999/02/22-rdf-syntax-ns#"},
+      {"rdfs", "http://www.w3.org/2000/01/rdf-schema#"},
+      {"xsd", "http://www.w3.org/2001/XMLSchema#"},
+      {"prov", "http://www.w3.org/ns/prov#"},
+      {"sosa", "http://www.w3.org/ns/sosa/"},
+      {"qudt", "http://qudt.org/schema/qudt/"},
+      {"unit", "http://qudt.org/vocab/unit/"},
+      {"lrt", "https://w3id.org/lrt/ns#"},
+  };
+  return prefixes;
+}
+
+Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& options) {
+  if (!options.base.empty() && !iri::is_absolute(options.base)) {
+    return unexpected(Errc::expected_iri, "base is no absolute IRI: \"" + std::string(options.base) + "\"");
+  }
+  std::string storage;
+  switch (syntax) {
+    case Syntax::turtle: {
+      Result<std::string_view> scanned = scan_turtle(text, options.base, storage);
+      if (!scanned) return unexpected(std::move(scanned).error());
+      text = *scanned;
+      break;
+    }
+    case Syntax::n_triples:
+      if (Result<void> scanned = scan_n_triples(text); !scanned) return unexpected(scanned.error());
+      break;
+    case Syntax::rdf_xml:
+      if (Result<void> scanned = scan_rdf_xml(text); !scanned) return unexpected(scanned.error());
+      break;
+  }
+  return checked(redland::parse(text, syntax, options));
+}
+
+Result<std::string> write(const Graph& graph, Syntax syntax, const Prefixes& prefixes) {
+  switch (syntax) {
+    case Syntax::turtle: return write_turtle(graph, prefixes);
+    case Syntax::n_triples: return write_n_triples(graph);
+    case Syntax::rdf_xml: return write_rdf_xml(graph, prefixes);
+  }
+  return unexpected(Errc::unsupported_syntax, "unknown syntax");
+}
+
+}  // namespace lrt::rdf

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include <lrt/rdf/codec.hpp>
+
+/// What rdf::read and rdf::write choose from.
+namespace lrt::rdf {
+
+Result<std::string> write_turtle(const Graph& graph, const Prefixes& prefixes);
+Result<std::string> write_n_triples(const Graph& graph);
+/// @par Errors  unsupported_syntax also when what Raptor wrote does not read back as the same graph.
+Result<std::string> write_rdf_xml(const Graph& graph, const Prefixes& prefixes);
+
+/// "cannot write <the term>: expected ...".
+Unexpected unwritable(const TermView& term, std::string_view why);
+
+}  // namespace lrt::rdf

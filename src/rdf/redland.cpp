@@ -1,0 +1,318 @@
+#include "src/rdf/redland.hpp"
+
+#include <raptor2.h>
+
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <vector>
+
+#include <lrt/rdf/vocab.hpp>
+
+#include "src/rdf/turtle_scan.hpp"
+
+namespace lrt::rdf::redland {
+namespace {
+
+// Raptor is Redland's parser library. librdf above it would add its own copy of every statement, 3 MiB of modules that it
+// loads through libltdl (which threads must not do at once), and no way to stop a parser; see src/rdf/README.md for the figures.
+
+/// Stands for a missing base: Raptor insists on one. Nothing that was read may begin with it.
+constexpr std::string_view no_base = "lrt-no-base://none/";
+
+/// The initialisation of libxml2 and libxslt, which Raptor calls for each world, is not meant for several threads at once.
+std::mutex& world_mutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+const unsigned char* bytes(const char* text) noexcept { return reinterpret_cast<const unsigned char*>(text); }
+const unsigned char* bytes(std::string_view text) noexcept { return bytes(text.data()); }
+std::string_view view(const unsigned char* text, std::size_t length) noexcept {
+  return text == nullptr ? std::string_view() : std::string_view(reinterpret_cast<const char*>(text), length);
+}
+std::string_view view(raptor_uri* uri) noexcept {
+  std::size_t length = 0;
+  const unsigned char* text = raptor_uri_as_counted_string(uri, &length);
+  return view(text, length);
+}
+
+template <auto free_function>
+struct Free {
+  template <class T>
+  void operator()(T* object) const noexcept {
+    free_function(object);
+  }
+};
+using Uri = std::unique_ptr<raptor_uri, Free<raptor_free_uri>>;
+using Parser = std::unique_ptr<raptor_parser, Free<raptor_free_parser>>;
+using Serializer = std::unique_ptr<raptor_serializer, Free<raptor_free_serializer>>;
+using OwnedTerm = std::unique_ptr<raptor_term, Free<raptor_free_term>>;
+
+/// One thread's Raptor world: its URIs, its error messages, its names for blank nodes.
+class World {
+ public:
+  World() {
+    const std::lock_guard<std::mutex> lock(world_mutex());
+    world_ = raptor_new_world();
+    if (world_ == nullptr) throw std::bad_alloc();
+    raptor_world_set_log_handler(world_, this, &World::on_log);
+    raptor_world_set_generate_bnodeid_handler(world_, this, &World::on_blank);
+    raptor_world_set_flag(world_, RAPTOR_WORLD_FLAG_WWW_SKIP_INIT_FINISH, 1);  // curl is the host's, not ours
+    if (raptor_world_open(world_) != 0) {
+      raptor_free_world(world_);
+      throw std::bad_alloc();
+    }
+  }
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+  ~World() {
+    const std::lock_guard<std::mutex> lock(world_mutex());
+    raptor_free_world(world_);
+  }
+
+  static World& of_this_thread() {
+    thread_local World world;
+    return world;
+  }
+
+  raptor_world* get() const noexcept { return world_; }
+
+  /// Forgets the last document's messages and names.
+  void begin(raptor_parser* parser) noexcept {
+    parser_ = parser;
+    failed_ = false;
+    message_.clear();
+    line_ = column_ = 0;
+    generated_ = 0;
+  }
+  void end() noexcept { parser_ = nullptr; }
+  bool failed() const noexcept { return failed_; }
+  Unexpected error() const {
+    Error error{Errc::expected_rdf, {}};
+    if (line_ > 0) {
+      error.line = static_cast<std::uint32_t>(line_);
+      error.message = "line " + std::to_string(line_);
+      if (column_ > 0) {
+        error.column = static_cast<std::uint32_t>(column_);
+        error.message += ", column " + std::to_string(column_);
+      }
+      error.message += ": ";
+    }
+    error.message += message_.empty() ? "not understood" : message_;
+    return unexpected(std::move(error));
+  }
+
+ private:
+  /// Keeps the first error of a document. Warnings are Raptor's opinion.
+  static void on_log(void* self, raptor_log_message* message) noexcept {
+    auto& world = *static_cast<World*>(self);
+    if (message->level < RAPTOR_LOG_LEVEL_ERROR || world.failed_) return;
+    world.failed_ = true;
+    const raptor_locator* place = message->locator;
+    if (place == nullptr && world.parser_ != nullptr) place = raptor_parser_get_locator(world.parser_);
+    if (place != nullptr) {
+      world.line_ = place->line;
+      world.column_ = place->column;
+    }
+    try {
+      world.message_ = message->text != nullptr ? message->text : "";
+    } catch (...) {
+    }
+  }
+
+  /// Keeps the document's names and ours apart: Raptor calls its own "genid1" even if the document has a `_:genid1`.
+  static unsigned char* on_blank(void* self, unsigned char* name) noexcept {
+    auto& world = *static_cast<World*>(self);
+    const std::size_t length = name != nullptr ? std::strlen(reinterpret_cast<const char*>(name)) : 24;
+    auto* label = static_cast<unsigned char*>(raptor_alloc_memory(length + 2));
+    if (label != nullptr) {
+      auto* text = reinterpret_cast<char*>(label);
+      if (name != nullptr) {
+        text[0] = 'd';
+        std::memcpy(text + 1, name, length + 1);
+      } else {
+        std::snprintf(text, length + 2, "g%u", world.generated_++);
+      }
+    }
+    if (name != nullptr) raptor_free_memory(name);
+    return label;
+  }
+
+  raptor_world* world_ = nullptr;
+  raptor_parser* parser_ = nullptr;  // of the document being read
+  std::string message_;
+  int line_ = 0, column_ = 0;
+  unsigned generated_ = 0;
+  bool failed_ = false;
+};
+
+/// Takes statements into a graph.
+struct Sink {
+  Sink(std::size_t most, raptor_parser* p, bool dots) : max_triples(most), parser(p), guarded(dots) {}
+
+  Graph graph;
+  Graph blanks;                 // numbers the labels in order of appearance
+  std::size_t max_triples;
+  raptor_parser* parser;
+  bool guarded;                 // the text may have dot guards
+  bool too_many = false;
+  std::exception_ptr exception;
+  std::string plain[3];
+  unsigned next_plain = 0;
+
+  TermView blank_of(const raptor_term_blank_value& value, char (&name)[16]) {
+    const TermId id = blanks.intern(blank(view(value.string, value.string_len)));
+    std::snprintf(name, sizeof name, "b%u", static_cast<unsigned>(id));
+    return blank(name);
+  }
+
+  /// The IRI without what the scanner put in to keep its dots.
+  TermView iri_of(raptor_uri* uri) {
+    const std::string_view text = view(uri);
+    if (!guarded || text.find(dot_guard) == std::string_view::npos) return iri(text);
+    std::string& text_of = plain[next_plain++ % 3];  // a statement has three terms at most, a literal's datatype among them
+    text_of = text;
+    for (std::size_t at; (at = text_of.find(dot_guard)) != std::string::npos;) text_of.erase(at, dot_guard.size());
+    return iri(text_of);
+  }
+
+  TermView term(const raptor_term* from, char (&name)[16]) {
+    switch (from->type) {
+      case RAPTOR_TERM_TYPE_URI: return iri_of(from->value.uri);
+      case RAPTOR_TERM_TYPE_BLANK: return blank_of(from->value.blank, name);
+      default: break;
+    }
+    const raptor_term_literal_value& literal_value = from->value.literal;
+    const std::string_view text = view(literal_value.string, literal_value.string_len);
+    if (literal_value.language != nullptr && literal_value.language_len != 0) {
+      return tagged_literal(text, view(literal_value.language, literal_value.language_len));
+    }
+    return literal_value.datatype != nullptr ? literal(text, Iri(iri_of(literal_value.datatype).text)) : literal(text);
+  }
+
+  static void on_statement(void* self, raptor_statement* statement) noexcept {
+    auto& sink = *static_cast<Sink*>(self);
+    if (sink.too_many || sink.exception) return;
+    try {
+      char subject[16], object[16];
+      sink.graph.add(sink.term(statement->subject, subject), sink.iri_of(statement->predicate->value.uri),
+                     sink.term(statement->object, object));
+      sink.too_many = sink.graph.size() > sink.max_triples;
+    } catch (...) {
+      sink.exception = std::current_exception();
+    }
+    if (sink.too_many || sink.exception) raptor_parser_parse_abort(sink.parser);
+  }
+};
+
+const char* name_of(Syntax syntax) noexcept {
+  switch (syntax) {
+    case Syntax::turtle: return "turtle";
+    case Syntax::n_triples: return "ntriples";
+    case Syntax::rdf_xml: break;
+  }
+  return "rdfxml";
+}
+
+Uri make_uri(raptor_world* world, std::string_view text) {
+  Uri uri(raptor_new_uri_from_counted_string(world, bytes(text), text.size()));
+  if (!uri) throw std::bad_alloc();
+  return uri;
+}
+
+/// Raptor copies one byte more than the length it is given of a language tag: every text here ends in a zero.
+OwnedTerm make_term(raptor_world* world, const TermView& term, TermId id) {
+  OwnedTerm made;
+  const std::string text = term.is_blank() ? "b" + std::to_string(static_cast<std::uint32_t>(id)) : std::string(term.text);
+  if (term.is_iri()) {
+    made.reset(raptor_new_term_from_counted_uri_string(world, bytes(text), text.size()));
+  } else if (term.is_blank()) {
+    made.reset(raptor_new_term_from_counted_blank(world, bytes(text), text.size()));
+  } else if (!term.language.empty()) {
+    const std::string language(term.language);
+    made.reset(raptor_new_term_from_counted_literal(world, bytes(text), text.size(), nullptr, bytes(language),
+                                                    static_cast<unsigned char>(language.size())));
+  } else {
+    const Uri datatype = term.datatype == vocab::xsd::string.text ? Uri() : make_uri(world, term.datatype);
+    made.reset(raptor_new_term_from_counted_literal(world, bytes(text), text.size(), datatype.get(), nullptr, 0));
+  }
+  if (!made) throw std::bad_alloc();
+  return made;
+}
+
+}  // namespace
+
+Result<Graph> parse(std::string_view text, Syntax syntax, const ReadOptions& options) {
+  World& world = World::of_this_thread();
+  world.begin(nullptr);
+  const Uri base = make_uri(world.get(), options.base.empty() ? no_base : options.base);
+  const Parser parser(raptor_new_parser(world.get(), name_of(syntax)));
+  if (!parser) throw std::bad_alloc();
+  world.begin(parser.get());
+  Sink sink(options.max_triples, parser.get(), syntax == Syntax::turtle);
+  raptor_parser_set_statement_handler(parser.get(), &sink, &Sink::on_statement);
+  raptor_parser_set_option(parser.get(), RAPTOR_OPTION_NO_NET, nullptr, 1);
+  raptor_parser_set_option(parser.get(), RAPTOR_OPTION_NO_FILE, nullptr, 1);
+  if (syntax == Syntax::rdf_xml) raptor_parser_set_option(parser.get(), RAPTOR_OPTION_LOAD_EXTERNAL_ENTITIES, nullptr, 0);
+
+  int status = raptor_parser_parse_start(parser.get(), base.get());
+  if (status == 0) status = raptor_parser_parse_chunk(parser.get(), bytes(text), text.size(), 1);
+  world.end();
+  if (sink.exception) std::rethrow_exception(sink.exception);
+  if (sink.too_many) {
+    return unexpected(Errc::limit_exceeded, "more than " + std::to_string(options.max_triples) + " triples");
+  }
+  if (status != 0 || world.failed()) return world.error();
+  if (options.base.empty() && syntax == Syntax::rdf_xml) {
+    for (std::size_t i = 0; i < sink.graph.term_count(); ++i) {
+      const TermView term = sink.graph.term(TermId{static_cast<std::uint32_t>(i)});
+      if (term.is_iri() && term.text.substr(0, no_base.size()) == no_base) {
+        return unexpected(Errc::expected_rdf, "relative IRI <" + std::string(term.text.substr(no_base.size())) + "> and no base");
+      }
+    }
+  }
+  return std::move(sink.graph);
+}
+
+Result<std::string> serialize_rdf_xml(const Graph& graph, const Prefixes& prefixes, bool nested) {
+  World& world = World::of_this_thread();
+  world.begin(nullptr);
+  raptor_world* const w = world.get();
+  const Serializer serializer(raptor_new_serializer(w, nested ? "rdfxml-abbrev" : "rdfxml"));
+  if (!serializer) throw std::bad_alloc();
+  raptor_serializer_set_option(serializer.get(), RAPTOR_OPTION_RELATIVE_URIS, nullptr, 0);
+  raptor_serializer_set_option(serializer.get(), RAPTOR_OPTION_WRITE_BASE_URI, nullptr, 0);
+  for (const auto& [name, iri] : prefixes) {
+    raptor_serializer_set_namespace(serializer.get(), make_uri(w, iri).get(), bytes(name.c_str()));
+  }
+  void* out = nullptr;
+  std::size_t length = 0;
+  int status = raptor_serializer_start_to_string(serializer.get(), nullptr, &out, &length);
+  std::vector<OwnedTerm> terms(graph.term_count());
+  const auto term = [&](TermId id) {
+    OwnedTerm& made = terms[static_cast<std::uint32_t>(id)];
+    if (!made) made = make_term(w, graph.term(id), id);
+    return made.get();
+  };
+  for (const Triple& t : graph.triples()) {
+    if (status != 0) break;
+    raptor_statement statement;
+    raptor_statement_init(&statement, w);
+    statement.subject = term(t.subject);
+    statement.predicate = term(t.predicate);
+    statement.object = term(t.object);
+    status = raptor_serializer_serialize_statement(serializer.get(), &statement);
+  }
+  if (status == 0) status = raptor_serializer_serialize_end(serializer.get());
+  const std::unique_ptr<void, Free<raptor_free_memory>> owner(out);
+  if (status != 0 || world.failed() || out == nullptr) {
+    return unexpected(Errc::unsupported_syntax, "RDF/XML: " + world.error().error.message);
+  }
+  return std::string(static_cast<const char*>(out), length);
+}
+
+}  // namespace lrt::rdf::redland

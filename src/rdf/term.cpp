@@ -1,0 +1,21 @@
+#include <lrt/rdf/term.hpp>
+
+#include <lrt/rdf/vocab.hpp>
+
+#include "src/rdf/n_triples.hpp"
+
+namespace lrt::rdf {
+
+TermView literal(std::string_view lexical) noexcept { return {TermKind::literal, lexical, vocab::xsd::string.text}; }
+
+TermView tagged_literal(std::string_view lexical, std::string_view language) noexcept {
+  return {TermKind::literal, lexical, vocab::rdf::langString.text, language};
+}
+
+std::string to_string(const TermView& term) {
+  std::string out;
+  append_n_triples(out, term);
+  return out;
+}
+
+}  // namespace lrt::rdf

@@ -1,0 +1,538 @@
+#include "src/rdf/turtle_scan.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/iri.hpp>
+#include <lrt/base/utf8.hpp>
+
+#include "src/base/ascii.hpp"
+
+namespace lrt::rdf {
+namespace {
+
+using detail::is_alpha;
+using detail::is_digit;
+constexpr std::size_t npos = std::string_view::npos;
+
+struct Range {
+  char32_t from, to;
+};
+/// PN_CHARS_BASE beyond ASCII (Turtle 6.5).
+constexpr Range name_letters[] = {{0xC0, 0xD6},     {0xD8, 0xF6},     {0xF8, 0x2FF},    {0x370, 0x37D},   {0x37F, 0x1FFF},
+                                  {0x200C, 0x200D}, {0x2070, 0x218F}, {0x2C00, 0x2FEF}, {0x3001, 0xD7FF}, {0xF900, 0xFDCF},
+                                  {0xFDF0, 0xFFFD}, {0x10000, 0xEFFFF}};
+/// What PN_CHARS adds to them.
+constexpr Range name_marks[] = {{0xB7, 0xB7}, {0x300, 0x36F}, {0x203F, 0x2040}};
+
+template <std::size_t n>
+bool within(char32_t c, const Range (&ranges)[n]) noexcept {
+  return std::any_of(ranges, ranges + n, [c](const Range& r) { return c >= r.from && c <= r.to; });
+}
+
+constexpr bool is_space(char c) noexcept { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
+
+/// What stands at a place, for messages: printable, short, well-formed.
+std::string found(std::string_view text, std::size_t at) {
+  if (at >= text.size()) return "the end of the text";
+  const std::size_t length = std::min<std::size_t>(text.size() - at, 24);
+  std::string out = "\"";
+  std::size_t i = at;
+  while (i < at + length && text[i] >= ' ' && text[i] < 0x7F && !(i > at && text[i] == ' ')) out += text[i++];
+  if (i > at) return out + "\"";
+  char byte[8];
+  std::snprintf(byte, sizeof byte, "%02X", static_cast<unsigned>(static_cast<unsigned char>(text[at])));
+  return "byte 0x" + std::string(byte);
+}
+
+/// The terminals that both languages share. A function returns false after it has set the fault.
+class Scanner {
+ public:
+  explicit Scanner(std::string_view text) : text_(text) {}
+
+ protected:
+  bool fail(std::size_t at, std::string sentence) {
+    fault_at_ = at;
+    fault_ = std::move(sentence);
+    return false;
+  }
+  bool expected(const char* what, std::size_t at) { return fail(at, std::string("expected ") + what + ", found " + found(text_, at)); }
+  bool refused() const noexcept { return !fault_.empty(); }
+  Unexpected fault() const { return misread(text_, fault_at_, fault_); }
+
+  bool well_formed() {
+    if (const auto at = utf8::find_invalid(text_)) return fail(*at, "invalid UTF-8");
+    if (const std::size_t at = text_.find('\0'); at != npos) return fail(at, "U+0000 is not accepted");
+    return true;
+  }
+
+  char peek(std::size_t ahead = 0) const noexcept { return at_ + ahead < text_.size() ? text_[at_ + ahead] : '\0'; }
+  bool end() const noexcept { return at_ >= text_.size(); }
+  void skip_comment() { at_ = std::min(text_.find_first_of("\n\r", at_), text_.size()); }
+
+  /// `\uXXXX` or `\UXXXXXXXX` at the backslash; a scalar value other than U+0000.
+  std::optional<char32_t> numeric_escape() {
+    const std::size_t from = at_, digits = peek(1) == 'u' ? 4 : 8;
+    char32_t value = 0;
+    for (std::size_t i = 2; i < digits + 2; ++i) {
+      if (!detail::is(peek(i), detail::hex)) {
+        expected("a hexadecimal digit", from + i);
+        return std::nullopt;
+      }
+      value = value * 16 + detail::hex_value(peek(i));
+    }
+    at_ += digits + 2;
+    if (value == 0 || value > 0x10FFFF || (value >= 0xD800 && value <= 0xDFFF)) {
+      fail(from, "escape of no acceptable character: " + std::string(text_.substr(from, digits + 2)));
+      return std::nullopt;
+    }
+    return value;
+  }
+
+  /// IRIREF. The content is a view of the text, or of `buffer_` when it had escapes.
+  bool iri_reference(std::string_view& content) {
+    const std::size_t from = ++at_;
+    std::size_t copied = from;
+    buffer_.clear();
+    for (;; ) {
+      const char c = peek();
+      if (c == '>') break;
+      if (c == '\\' && (peek(1) == 'u' || peek(1) == 'U')) {
+        buffer_.append(text_, copied, at_ - copied);
+        const auto value = numeric_escape();
+        if (!value) return false;
+        utf8::append(buffer_, *value);
+        copied = at_;
+      } else if (end()) {
+        return fail(from - 1, "IRI without an end");
+      } else if (static_cast<unsigned char>(c) < 0x80 && !detail::is(c, detail::uri)) {
+        return expected("a character of an IRI", at_);
+      } else {
+        ++at_;
+      }
+    }
+    if (copied == from) {
+      content = text_.substr(from, at_ - from);
+    } else {
+      buffer_.append(text_, copied, at_ - copied);
+      content = buffer_;
+    }
+    ++at_;
+    return true;
+  }
+
+  /// A string after its opening quotes, up to and with its closing ones.
+  bool string(char quote, bool three) {
+    const std::size_t from = at_;
+    for (;;) {
+      const std::size_t next = text_.find_first_of(quote == '"' ? "\"\\\n\r" : "'\\\n\r", at_);
+      if (next == npos) return fail(from, "string without an end");
+      at_ = next;
+      const char c = text_[at_];
+      if (c == '\\') {
+        const char kind = peek(1);
+        if (kind == 'u' || kind == 'U') {
+          if (!numeric_escape()) return false;
+        } else if (kind != '\0' && detail::contains("tbnrf\"'\\", kind)) {
+          at_ += 2;
+        } else {
+          return expected("an escape sequence", at_);
+        }
+      } else if (c != quote) {
+        if (!three) return fail(at_, "line end in a string");
+        ++at_;
+      } else if (!three) {
+        ++at_;
+        return true;
+      } else if (peek(1) == quote && peek(2) == quote) {
+        at_ += 3;
+        return true;
+      } else {
+        ++at_;
+      }
+    }
+  }
+
+  /// LANGTAG at the '@'.
+  bool language() {
+    const std::size_t from = at_++;
+    if (!is_alpha(peek())) return expected("a language tag", from);
+    while (is_alpha(peek())) ++at_;
+    while (peek() == '-') {
+      ++at_;
+      if (!is_alpha(peek()) && !is_digit(peek())) return expected("a language tag", from);
+      while (is_alpha(peek()) || is_digit(peek())) ++at_;
+    }
+    if (at_ - from - 1 > max_language_tag) {
+      return fail(from, "language tag of more than " + std::to_string(max_language_tag) + " bytes");
+    }
+    return true;
+  }
+
+  /// Takes one character of PN_CHARS_U (first) or PN_CHARS and '.' if there is one.
+  bool name_character(bool first, bool digits_first) {
+    const char c = peek();
+    if (static_cast<unsigned char>(c) < 0x80) {
+      if (is_alpha(c) || c == '_' || ((digits_first || !first) && is_digit(c)) || (!first && (c == '-' || c == '.'))) {
+        ++at_;
+        return true;
+      }
+      return false;
+    }
+    std::size_t after = at_;
+    const char32_t code = utf8::decode(text_, after);
+    if (!within(code, name_letters) && (first || !within(code, name_marks))) return false;
+    at_ = after;
+    return true;
+  }
+
+  /// BLANK_NODE_LABEL at the '_'.
+  bool blank_label() {
+    const std::size_t from = at_;
+    at_ += 2;
+    if (text_[from + 1 < text_.size() ? from + 1 : from] != ':' || !name_character(true, true)) {
+      return expected("a blank node label", from);
+    }
+    while (name_character(false, true)) {}
+    while (text_[at_ - 1] == '.') --at_;
+    return true;
+  }
+
+  std::string_view text_;
+  std::size_t at_ = 0;
+  std::string buffer_;
+
+ private:
+  std::size_t fault_at_ = 0;
+  std::string fault_;
+};
+
+class TurtleScanner : Scanner {
+ public:
+  TurtleScanner(std::string_view text, std::string_view base, std::string& storage)
+      : Scanner(text), base_(base), storage_(storage) {
+    storage_.clear();
+  }
+
+  Result<std::string_view> scan() {
+    if (well_formed()) {
+      while (!end() && token()) {}
+      if (!refused() && awaited_ != Awaited::nothing) expected(awaited(), at_);
+      if (!refused() && !open_.empty()) fail(open_.back(), std::string("'") + text_[open_.back()] + "' without an end");
+    }
+    if (refused()) return fault();
+    if (copied_ == 0) return text_;
+    storage_.append(text_, copied_, npos);
+    return std::string_view(storage_);
+  }
+
+ private:
+  enum class Awaited : std::uint8_t { nothing, prefix, prefix_iri, base_iri };
+  const char* awaited() const noexcept { return awaited_ == Awaited::prefix ? "a prefix ending in ':'" : "an IRI in '<' and '>'"; }
+
+  bool token() {
+    const char c = peek();
+    if (is_space(c)) {
+      ++at_;
+      return true;
+    }
+    if (c == '#') {
+      skip_comment();
+      return true;
+    }
+    if (awaited_ == Awaited::prefix) return prefix_declared();
+    if (c == '<') return iri_token();
+    if (awaited_ != Awaited::nothing) return expected(awaited(), at_);
+    if (std::exchange(after_string_, false) && c == '@') return language();
+    switch (c) {
+      case '"':
+      case '\'': return string_token(c);
+      case '@': return directive();
+      case '_': return blank_label();
+      case '[':
+      case '(':
+        if (open_.size() >= max_brackets) return fail(at_, "brackets nested more than " + std::to_string(max_brackets) + " deep");
+        open_.push_back(at_++);
+        return true;
+      case ']':
+      case ')':
+        if (open_.empty() || text_[open_.back()] != (c == ']' ? '[' : '(')) return fail(at_, std::string("'") + c + "' without a beginning");
+        open_.pop_back();
+        ++at_;
+        return true;
+      case '.':
+        if (is_digit(peek(1))) return number();
+        ++at_;
+        return true;
+      case ',':
+      case ';': ++at_; return true;
+      case '^':
+        if (peek(1) != '^') return expected("'^^'", at_);
+        at_ += 2;
+        return true;
+      case '+':
+      case '-': return number();
+      default: return is_digit(c) ? number() : word();
+    }
+  }
+
+  bool number() {
+    const std::size_t from = at_;
+    if (peek() == '+' || peek() == '-') ++at_;
+    std::size_t digits = 0;
+    while (is_digit(peek())) ++at_, ++digits;
+    const auto exponent = [this](std::size_t ahead) {
+      if (peek(ahead) != 'e' && peek(ahead) != 'E') return false;
+      return is_digit(peek(ahead + 1)) || ((peek(ahead + 1) == '+' || peek(ahead + 1) == '-') && is_digit(peek(ahead + 2)));
+    };
+    if (peek() == '.' && (is_digit(peek(1)) || (digits != 0 && exponent(1)))) {
+      ++at_;
+      while (is_digit(peek())) ++at_, ++digits;
+    }
+    if (digits == 0) return expected("a number", from);
+    if (exponent(0)) {
+      at_ += 2;
+      while (is_digit(peek())) ++at_;
+    }
+    return true;
+  }
+
+  bool string_token(char quote) {
+    const bool three = peek(1) == quote && peek(2) == quote;
+    at_ += three ? 3 : 1;
+    after_string_ = true;
+    return string(quote, three);
+  }
+
+  bool directive() {
+    const auto starts = [this](std::string_view word) {
+      const std::string_view rest = text_.substr(at_ + 1, word.size());
+      return rest == word && !is_alpha(peek(1 + word.size()));
+    };
+    if (starts("prefix")) {
+      awaited_ = Awaited::prefix;
+      at_ += 7;
+    } else if (starts("base")) {
+      awaited_ = Awaited::base_iri;
+      at_ += 5;
+    } else {
+      return expected("@prefix or @base", at_);
+    }
+    return true;
+  }
+
+  /// PNAME_NS in a declaration.
+  bool prefix_declared() {
+    const std::size_t from = at_;
+    if (!prefix_name()) return expected(awaited(), from);
+    declaring_ = text_.substr(from, at_ - from);
+    ++at_;
+    if (name_character(true, true) || peek() == ':' || peek() == '%' || peek() == '\\') return expected(awaited(), from);
+    awaited_ = Awaited::prefix_iri;
+    return true;
+  }
+
+  /// PN_PREFIX or nothing, before a ':', which stays.
+  bool prefix_name() {
+    if (name_character(true, false)) {
+      if (text_[at_ - 1] == '_') return false;
+      while (name_character(false, false)) {}
+      if (text_[at_ - 1] == '.') return false;
+    }
+    return peek() == ':';
+  }
+
+  bool word() {
+    const std::size_t from = at_;
+    if (!prefix_name()) {
+      const std::string_view read = text_.substr(from, at_ - from);
+      if (detail::iequals_ascii(read, "prefix")) {
+        awaited_ = Awaited::prefix;
+        return true;
+      }
+      if (detail::iequals_ascii(read, "base")) {
+        awaited_ = Awaited::base_iri;
+        return true;
+      }
+      for (const std::string_view known : {"true", "false", "a"}) {  // a '.' right behind ends the statement
+        if (read.substr(0, known.size()) == known && read.find_first_not_of('.', known.size()) == npos) {
+          at_ = from + known.size();
+          return true;
+        }
+      }
+      return fail(from, "expected a term or punctuation, found " + found(text_, from));
+    }
+    const std::string_view prefix = text_.substr(from, at_ - from);
+    if (std::find(prefixes_.begin(), prefixes_.end(), prefix) == prefixes_.end()) {
+      return fail(from, "undeclared prefix \"" + std::string(prefix) + ":\"");
+    }
+    ++at_;
+    return local_name();
+  }
+
+  /// PN_LOCAL or nothing.
+  bool local_name() {
+    std::size_t last = at_;  // behind the last character that may end it
+    for (bool first = true;; first = false) {
+      const char c = peek();
+      if (c == '%') {
+        if (!detail::is(peek(1), detail::hex) || !detail::is(peek(2), detail::hex)) return expected("two hexadecimal digits behind '%'", at_);
+        at_ += 3;
+      } else if (c == '\\') {
+        const char escaped = peek(1);
+        if (escaped == '\0' || !detail::contains("_~.-!$&'()*+,;=/?#@%", escaped)) return expected("an escape sequence", at_);
+        if (escaped == '%' && (!detail::is(peek(2), detail::hex) || !detail::is(peek(3), detail::hex))) {
+          return expected("two hexadecimal digits behind '%'", at_);
+        }
+        at_ += 2;
+      } else if (c == ':') {
+        ++at_;
+      } else if (!name_character(first, true)) {
+        break;
+      } else if (c == '.') {
+        continue;
+      }
+      last = at_;
+    }
+    at_ = last;
+    return true;
+  }
+
+  bool iri_token() {
+    const std::size_t from = at_;
+    std::string_view reference;
+    if (!iri_reference(reference)) return false;
+    std::string resolved;
+    if (!iri::is_absolute(reference)) {
+      if (base_.empty()) return fail(from, "relative IRI <" + std::string(reference) + "> and no base");
+      Result<std::string> whole = iri::resolve(base_, reference);
+      if (!whole || !iri::is_absolute(*whole)) return fail(from, "expected an IRI, found <" + std::string(reference) + ">");
+      resolved = std::move(*whole);
+      reference = resolved;
+    }
+    const bool dots = reference.find("/.") != npos || reference.find(":.") != npos;
+    if (dots || reference.data() != text_.data() + from + 1) {
+      storage_.append(text_, copied_, from - copied_);
+      storage_.push_back('<');
+      for (std::size_t i = 0; i < reference.size(); ++i) {
+        if (dots && i != 0 && reference[i] == '.' && (reference[i - 1] == '/' || reference[i - 1] == ':')) storage_.append(dot_guard);
+        storage_.push_back(reference[i]);
+      }
+      storage_.push_back('>');
+      copied_ = at_;
+    }
+    if (awaited_ == Awaited::prefix_iri) {
+      if (std::find(prefixes_.begin(), prefixes_.end(), declaring_) == prefixes_.end()) prefixes_.push_back(declaring_);
+    } else if (awaited_ == Awaited::base_iri) {
+      own_base_ = reference;
+      base_ = own_base_;
+    }
+    awaited_ = Awaited::nothing;
+    return true;
+  }
+
+  std::string_view base_;
+  std::string own_base_;
+  std::string& storage_;
+  std::size_t copied_ = 0;                     // up to here `storage_` has the text
+  std::vector<std::string_view> prefixes_;
+  std::string_view declaring_;
+  std::vector<std::size_t> open_;              // offsets of '[' and '('
+  Awaited awaited_ = Awaited::nothing;
+  bool after_string_ = false;                  // an '@' now begins a language tag
+};
+
+class NTriplesScanner : Scanner {
+ public:
+  explicit NTriplesScanner(std::string_view text) : Scanner(text) {}
+
+  Result<void> scan() {
+    if (well_formed()) {
+      while (!end() && line()) {}
+    }
+    if (refused()) return fault();
+    return {};
+  }
+
+ private:
+  void skip_blanks() {
+    while (peek() == ' ' || peek() == '\t') ++at_;
+  }
+
+  bool line() {
+    skip_blanks();
+    if (!end() && peek() != '#' && peek() != '\n' && peek() != '\r') {
+      if (!term("a subject", true, false)) return false;
+      if (!term("a predicate", false, false)) return false;
+      if (!term("an object", true, true)) return false;
+      if (peek() != '.') return expected("'.'", at_);
+      ++at_;
+      skip_blanks();
+    }
+    if (peek() == '#') skip_comment();
+    if (end()) return true;
+    if (peek() != '\n' && peek() != '\r') return expected("the end of the line", at_);
+    ++at_;
+    return true;
+  }
+
+  bool term(const char* what, bool blank_allowed, bool literal_allowed) {
+    const char c = peek();
+    if (c == '<') {
+      if (!absolute_iri()) return false;
+    } else if (c == '_' && blank_allowed) {
+      if (!blank_label()) return false;
+    } else if (c == '"' && literal_allowed) {
+      ++at_;
+      if (!string('"', false)) return false;
+      if (peek() == '@') {
+        if (!language()) return false;
+      } else if (peek() == '^' && peek(1) == '^') {
+        at_ += 2;
+        if (peek() != '<') return expected("an IRI in '<' and '>'", at_);
+        if (!absolute_iri()) return false;
+      }
+    } else {
+      return expected(what, at_);
+    }
+    skip_blanks();
+    return true;
+  }
+
+  bool absolute_iri() {
+    const std::size_t from = at_;
+    std::string_view content;
+    if (!iri_reference(content)) return false;
+    return iri::is_absolute(content) || fail(from, "expected an absolute IRI, found <" + std::string(content) + ">");
+  }
+};
+
+}  // namespace
+
+Unexpected misread(std::string_view text, std::size_t offset, const std::string& sentence) {
+  Error error{Errc::expected_rdf, {}};
+  error.offset = offset;
+  error.line = 1;
+  std::size_t line_start = 0;
+  for (std::size_t i = 0; i < offset && i < text.size(); ++i) {
+    if (text[i] == '\n') {
+      ++error.line;
+      line_start = i + 1;
+    }
+  }
+  error.column = static_cast<std::uint32_t>(offset - line_start + 1);
+  error.message = "line " + std::to_string(error.line) + ", column " + std::to_string(error.column) + ": " + sentence;
+  return unexpected(std::move(error));
+}
+
+Result<std::string_view> scan_turtle(std::string_view text, std::string_view base, std::string& storage) {
+  return TurtleScanner(text, base, storage).scan();
+}
+
+Result<void> scan_n_triples(std::string_view text) { return NTriplesScanner(text).scan(); }
+
+}  // namespace lrt::rdf

@@ -1,0 +1,487 @@
+#include <lrt/rdf/value_codec.hpp>
+
+#include <cmath>
+#include <limits>
+
+#include <lrt/base/utf8.hpp>
+#include <lrt/rdf/codec.hpp>
+#include <lrt/rdf/lexical.hpp>
+
+namespace lrt::rdf {
+namespace {
+
+using Kind = Type::Kind;
+
+std::string predicate_iri(const std::string& predicate, std::string_view names_base) {
+  return predicate.empty() || predicate.front() != '#' ? predicate : std::string(names_base) + predicate;
+}
+
+std::string well_formed(const std::string& text) {
+  auto bad = utf8::find_invalid(text);
+  if (!bad) return text;
+  std::string out;
+  std::string_view rest = text;
+  for (; bad; bad = utf8::find_invalid(rest)) {
+    out.append(rest.substr(0, *bad));
+    utf8::append(out, U'\uFFFD');
+    rest.remove_prefix(*bad + 1);
+  }
+  return out.append(rest);
+}
+
+std::string lexical_form(const Type& type, const Value& value) {
+  switch (type.kind) {
+    case Kind::boolean: return value.boolean() && *value.boolean() ? "true" : "false";
+    case Kind::integer:
+      if (const auto* i = value.integer()) return std::to_string(*i);
+      return value.large_integer() ? std::to_string(*value.large_integer()) : "0";
+    case Kind::real: {
+      const double number = value.real() ? *value.real() : 0;
+      return type.single ? lexical::format(static_cast<float>(number)) : lexical::format(number);
+    }
+    case Kind::duration: return lexical::format(std::chrono::nanoseconds(value.integer() ? *value.integer() : 0));
+    case Kind::instant: return lexical::format_instant(std::chrono::nanoseconds(value.integer() ? *value.integer() : 0));
+    default: return value.text() ? well_formed(*value.text()) : std::string();
+  }
+}
+
+class Writer {
+ public:
+  Writer(Graph& graph, std::string_view names_base) : graph_(graph), names_base_(names_base) {}
+
+  void at(TermId focus, const Type& type, const Facets& facets, const Value& value) {
+    if (value.is_null()) return;
+    switch (type.kind) {
+      case Kind::optional: return at(focus, *type.element, facets, value);
+      case Kind::record: return record(focus, type, value);
+      case Kind::integer:
+      case Kind::real: return number(focus, type, facets, value);
+      default: add(focus, vocab::rdf::value, object(type, facets, value));
+    }
+  }
+
+ private:
+  void add(TermId subject, Iri predicate, TermId object) { graph_.add(subject, graph_.intern(predicate), object); }
+
+  void number(TermId node, const Type& type, const Facets& facets, const Value& value) {
+    add(node, vocab::rdf::type, graph_.intern(vocab::maths::Scalar));
+    add(node, vocab::vom::numericalValue, graph_.intern(literal(lexical_form(type, value), type.datatype)));
+    const Unit& unit = facets.unit();
+    if (!unit.vom.empty()) add(node, vocab::vom::unit, graph_.intern(unit.vom));
+    if (!unit.qudt.empty()) add(node, vocab::qudt::unit, graph_.intern(unit.qudt));
+  }
+
+  void record(TermId node, const Type& type, const Value& value) {
+    for (const std::string& c : type.classes) add(node, vocab::rdf::type, graph_.intern(iri(c)));
+    const Value::Sequence* members = value.sequence();
+    if (!members) return;
+    for (std::size_t i = 0; i < type.fields.size() && i < members->size(); ++i) {
+      if ((*members)[i].is_null()) continue;
+      const FieldType& field = type.fields[i];
+      const TermId predicate = graph_.intern(iri(predicate_iri(field.predicate, names_base_)));
+      graph_.add(node, predicate, object(*field.type, field.facets, (*members)[i]));
+    }
+  }
+
+  TermId object(const Type& type, const Facets& facets, const Value& value) {
+    switch (type.kind) {
+      case Kind::optional: return object(*type.element, facets, value);
+      case Kind::record: {
+        const TermId node = graph_.fresh_blank();
+        record(node, type, value);
+        return node;
+      }
+      case Kind::list: {
+        TermId head = graph_.intern(vocab::rdf::nil);
+        if (const Value::Sequence* members = value.sequence()) {
+          std::vector<TermId> objects;
+          for (const Value& m : *members)
+            if (!m.is_null()) objects.push_back(object(*type.element, facets, m));
+          std::vector<TermId> cells;
+          for (std::size_t i = 0; i < objects.size(); ++i) cells.push_back(graph_.fresh_blank());
+          for (std::size_t i = 0; i < objects.size(); ++i) {
+            add(cells[i], vocab::rdf::first, objects[i]);
+            add(cells[i], vocab::rdf::rest, i + 1 < cells.size() ? cells[i + 1] : head);
+          }
+          if (!cells.empty()) head = cells.front();
+        }
+        return head;
+      }
+      default:
+        if (type.is_number() && !facets.unit().empty()) {
+          const TermId node = graph_.fresh_blank();
+          number(node, type, facets, value);
+          return node;
+        }
+        return graph_.intern(literal(lexical_form(type, value), type.datatype));
+    }
+  }
+
+  Graph& graph_;
+  std::string_view names_base_;
+};
+
+constexpr std::string_view xsd_namespace = "http://www.w3.org/2001/XMLSchema#";
+
+/// The local name of an XML Schema datatype, or an empty view.
+std::string_view xsd_name(const TermView& term) noexcept {
+  return term.is_literal() && term.datatype.substr(0, xsd_namespace.size()) == xsd_namespace
+             ? term.datatype.substr(xsd_namespace.size())
+             : std::string_view();
+}
+
+struct DerivedInteger {
+  std::string_view name;
+  std::int64_t lowest;
+  std::uint64_t highest;
+};
+constexpr std::uint64_t no_highest = std::numeric_limits<std::uint64_t>::max();
+constexpr std::int64_t no_lowest = std::numeric_limits<std::int64_t>::min();
+constexpr DerivedInteger integer_types[] = {
+    {"integer", no_lowest, no_highest},
+    {"long", no_lowest, INT64_MAX},
+    {"int", INT32_MIN, INT32_MAX},
+    {"short", INT16_MIN, INT16_MAX},
+    {"byte", INT8_MIN, INT8_MAX},
+    {"nonNegativeInteger", 0, no_highest},
+    {"positiveInteger", 1, no_highest},
+    {"nonPositiveInteger", no_lowest, 0},
+    {"negativeInteger", no_lowest, static_cast<std::uint64_t>(-1)},
+    {"unsignedLong", 0, no_highest},
+    {"unsignedInt", 0, UINT32_MAX},
+    {"unsignedShort", 0, UINT16_MAX},
+    {"unsignedByte", 0, UINT8_MAX},
+};
+
+enum class IntegerForm : std::uint8_t { no, yes, ill_typed };
+
+/// Whether a literal is of xsd:integer or a type derived from it, and of its range.
+IntegerForm integer_form(const TermView& term) noexcept {
+  const std::string_view name = xsd_name(term);
+  for (const DerivedInteger& t : integer_types) {
+    if (t.name != name) continue;
+    if (!lexical::is_integer(term.text)) return IntegerForm::ill_typed;
+    const bool negative = term.text.front() == '-' && term.text.find_first_not_of("-0") != std::string_view::npos;
+    if (negative) {
+      const auto value = lexical::parse_int64(term.text);
+      if (t.lowest == 0 || t.lowest == 1 || (!value && name != "integer" && name != "negativeInteger" && name != "nonPositiveInteger"))
+        return IntegerForm::ill_typed;
+      return value && *value < t.lowest ? IntegerForm::ill_typed : IntegerForm::yes;
+    }
+    if (t.name == "negativeInteger") return IntegerForm::ill_typed;
+    const auto value = lexical::parse_uint64(term.text);
+    if (!value) return t.highest == no_highest && name != "unsignedLong" ? IntegerForm::yes : IntegerForm::ill_typed;
+    return *value > t.highest || (t.lowest == 1 && *value == 0) ? IntegerForm::ill_typed : IntegerForm::yes;
+  }
+  return IntegerForm::no;
+}
+
+std::string shown(const TermView& term) {
+  constexpr std::size_t longest = 80;
+  if (term.is_iri()) return abbreviate(term.text);
+  std::string text = to_string(TermView(term.kind, term.text.substr(0, longest), {}, term.language));
+  if (term.is_literal() && term.datatype != vocab::xsd::string.text && term.language.empty()) {
+    text = to_string(literal(term.text.substr(0, longest)));
+    text += "^^" + abbreviate(term.datatype);
+  }
+  if (term.text.size() > longest) text += " (cut)";
+  return text;
+}
+
+std::string expected_range(const Facets& f) {
+  std::string text;
+  if (f.min()) text += (f.min_exclusive() ? " above " : " of at least ") + lexical::format(*f.min());
+  if (f.max()) text += std::string(f.min() ? " and" : "") + (f.max_exclusive() ? " below " : " at most ") + lexical::format(*f.max());
+  return text;
+}
+
+template <class Number>
+bool in_range(const Facets& f, Number v) noexcept {
+  const auto x = static_cast<long double>(v);
+  if (f.min() && !(f.min_exclusive() ? x > *f.min() : x >= *f.min())) return false;
+  if (f.max() && !(f.max_exclusive() ? x < *f.max() : x <= *f.max())) return false;
+  return true;
+}
+
+std::string expected_of(const Type& type, const Facets& facets) {
+  switch (type.kind) {
+    case Kind::boolean: return "true or false (xsd:boolean)";
+    case Kind::integer: {
+      std::string text = "an integer";
+      const std::string range = expected_range(facets);
+      if (!range.empty()) return text + range;
+      return text + " from " + std::to_string(type.lowest) + " to " + std::to_string(type.highest);
+    }
+    case Kind::real: return std::string(facets.allows_not_finite() ? "a number" : "a finite number") + expected_range(facets);
+    case Kind::text: return "a text (xsd:string)";
+    case Kind::enumeration: {
+      std::string text = "one of";
+      for (std::size_t i = 0; i < type.names.size(); ++i) text += (i ? ", \"" : " \"") + type.names[i] + '"';
+      return text;
+    }
+    case Kind::duration: return "a duration (xsd:dayTimeDuration)";
+    case Kind::instant: return "an instant with time zone (xsd:dateTime)";
+    case Kind::list: return "an RDF list";
+    case Kind::record: return "a node";
+    case Kind::optional: return expected_of(*type.element, facets);
+  }
+  return {};
+}
+
+class Reader {
+ public:
+  Reader(const Graph& graph, std::string_view names_base, std::vector<Mismatch>& mismatches)
+      : graph_(graph), names_base_(names_base), mismatches_(mismatches) {}
+
+  Value at(TermId focus, const Type& type, const Facets& facets) {
+    switch (type.kind) {
+      case Kind::optional: {
+        const Type& inner = *type.element;
+        const Iri carrier = inner.is_number() ? vocab::vom::numericalValue : vocab::rdf::value;
+        if (inner.kind != Kind::record && !graph_.object(graph_.term(focus), carrier)) return Value();
+        return at(focus, inner, facets);
+      }
+      case Kind::record: return record(focus, type);
+      case Kind::integer:
+      case Kind::real: return number(focus, type, facets);
+      default: return only(focus, vocab::rdf::value.text, type, facets);
+    }
+  }
+
+ private:
+  static constexpr std::size_t deepest = 64;
+
+  Value fail(std::string message) {
+    if (mismatches_.size() < 16) mismatches_.push_back({path_, std::move(message)});
+    return Value();
+  }
+
+  struct Step {  // extends the path while it lives
+    Step(Reader& reader, const std::string& segment) : owner(reader), length(reader.path_.size()) {
+      if (!owner.path_.empty()) owner.path_ += '/';
+      owner.path_ += segment;
+      ++owner.depth_;
+    }
+    ~Step() {
+      owner.path_.resize(length);
+      --owner.depth_;
+    }
+    Reader& owner;
+    std::size_t length;
+  };
+
+  std::vector<TermId> values(TermId focus, std::string_view predicate) const {
+    std::vector<TermId> out;
+    if (const auto p = graph_.find(iri(predicate)))
+      for (const Triple& t : graph_.match(focus, *p, std::nullopt)) out.push_back(t.object);
+    return out;
+  }
+
+  /// The one value of a predicate, as a field's object.
+  Value only(TermId focus, std::string_view predicate, const Type& type, const Facets& facets) {
+    const Step step(*this, abbreviate(predicate));
+    const std::vector<TermId> found = values(focus, predicate);
+    if (found.empty()) {
+      if (type.kind == Kind::optional) return Value();
+      return fail("expected " + expected_of(type, facets) + ", found none");
+    }
+    if (found.size() > 1) return fail("expected one value, found " + std::to_string(found.size()));
+    return object(found.front(), type, facets);
+  }
+
+  Value number(TermId node, const Type& type, const Facets& facets) {
+    Value value = only(node, vocab::vom::numericalValue.text, type, without_unit(facets));
+    check_unit(node, facets.unit());
+    return value;
+  }
+
+  static Facets without_unit(Facets facets) { return facets.unit(unit::none); }
+
+  /// SPEC 3.3, Units: at least one of the two predicates, and what is said must be the declared unit.
+  void check_unit(TermId node, const Unit& unit) {
+    if (unit.empty()) return;
+    std::size_t said = 0;
+    const auto check = [&](Iri predicate, Iri wanted) {
+      const Step step(*this, abbreviate(predicate.text));
+      for (const TermId found : values(node, predicate.text)) {
+        ++said;
+        const TermView term = graph_.term(found);
+        if (wanted.empty()) fail("expected no " + abbreviate(predicate.text) + " (the unit is " + abbreviate(unit.qudt.text) + "), found " + shown(term));
+        else if (!(term == TermView(wanted))) fail("expected " + abbreviate(wanted.text) + ", found " + shown(term));
+      }
+    };
+    check(vocab::vom::unit, unit.vom);
+    check(vocab::qudt::unit, unit.qudt);
+    if (said == 0) {
+      const bool vom = !unit.vom.empty();
+      const Step step(*this, vom ? "vom:unit" : "qudt:unit");
+      fail("expected " + abbreviate(vom ? unit.vom.text : unit.qudt.text) + ", found none");
+    }
+  }
+
+  Value record(TermId node, const Type& type) {
+    Value::Sequence members;
+    members.reserve(type.fields.size());
+    for (const FieldType& field : type.fields)
+      members.push_back(only(node, predicate_iri(field.predicate, names_base_), *field.type, field.facets));
+    return Value(std::move(members));
+  }
+
+  Value object(TermId id, const Type& type, const Facets& facets) {
+    if (depth_ > deepest) return fail("nested too deeply");
+    const TermView term = graph_.term(id);
+    switch (type.kind) {
+      case Kind::optional: return object(id, *type.element, facets);
+      case Kind::record:
+        if (term.is_literal()) return fail("expected a node, found " + shown(term));
+        return record(id, type);
+      case Kind::list: {
+        const auto members = graph_.list(id);
+        if (!members) return fail("expected an RDF list, found " + shown(term));
+        if (members->size() < type.shortest || members->size() > type.longest)
+          return fail("expected a list of " +
+                      (type.shortest == type.longest ? std::to_string(type.shortest)
+                                                     : std::to_string(type.shortest) + " to " + std::to_string(type.longest)) +
+                      " members, found " + std::to_string(members->size()));
+        Value::Sequence out;
+        out.reserve(members->size());
+        for (std::size_t i = 0; i < members->size(); ++i) {
+          const Step step(*this, "[" + std::to_string(i) + "]");
+          out.push_back(object((*members)[i], *type.element, facets));
+        }
+        return Value(std::move(out));
+      }
+      default:
+        if (type.is_number() && !facets.unit().empty()) {
+          if (term.is_literal()) return fail("expected a node with a value and a unit, found " + shown(term));
+          return number(id, type, facets);
+        }
+        return scalar(term, type, facets);
+    }
+  }
+
+  Value scalar(const TermView& term, const Type& type, const Facets& facets) {
+    const auto refuse = [&] { return fail("expected " + expected_of(type, facets) + ", found " + shown(term)); };
+    if (!term.is_literal()) return refuse();
+    const bool own_datatype = term.datatype == type.datatype.text;
+    switch (type.kind) {
+      case Kind::boolean: {
+        const auto b = lexical::parse_boolean(term.text);
+        return own_datatype && b ? Value(*b) : refuse();
+      }
+      case Kind::integer: {
+        if (integer_form(term) != IntegerForm::yes) return refuse();
+        if (const auto i = lexical::parse_int64(term.text); i && *i < 0)
+          return *i >= type.lowest && in_range(facets, *i) ? Value(*i) : refuse();
+        const auto u = lexical::parse_uint64(term.text);
+        return u && *u <= type.highest && in_range(facets, *u) ? Value(*u) : refuse();
+      }
+      case Kind::real: {
+        const std::string_view name = xsd_name(term);
+        const bool floating = name == "float" || name == "double";
+        const bool lexically_right = floating ? lexical::is_double(term.text)
+                                     : name == "decimal" ? lexical::is_decimal(term.text)
+                                                         : integer_form(term) == IntegerForm::yes;
+        if (!lexically_right) return refuse();
+        const auto number = lexical::parse_double(term.text);
+        if (!number) return refuse();
+        const bool said_not_finite = !std::isfinite(*number) && term.text.find_first_of("123456789") == std::string_view::npos;
+        const bool too_large = (std::isinf(*number) && !said_not_finite) ||
+                               (type.single && std::isfinite(*number) && std::isinf(static_cast<float>(*number)));
+        if (too_large || (said_not_finite && !facets.allows_not_finite())) return refuse();
+        const double value = type.single ? static_cast<double>(static_cast<float>(*number)) : *number;
+        return said_not_finite || in_range(facets, value) ? Value(value) : refuse();
+      }
+      case Kind::duration: {
+        const bool fits = own_datatype || term.datatype == vocab::xsd::duration.text;
+        const auto ns = lexical::parse_duration(term.text);
+        return fits && ns ? Value(static_cast<std::int64_t>(ns->count())) : refuse();
+      }
+      case Kind::instant: {
+        const auto ns = lexical::parse_instant(term.text);
+        return own_datatype && ns ? Value(static_cast<std::int64_t>(ns->count())) : refuse();
+      }
+      case Kind::enumeration:
+        for (const std::string& name : type.names)
+          if (own_datatype && name == term.text) return Value(name);
+        return refuse();
+      default: {
+        if (!own_datatype) return refuse();
+        Value value{std::string(term.text)};
+        return within(type, facets, value) ? value : fail("expected a text of " + std::to_string(facets.min_length()) + " to " +
+                                                          std::to_string(facets.max_length()) + " characters, found " + shown(term));
+      }
+    }
+  }
+
+  const Graph& graph_;
+  std::string_view names_base_;
+  std::vector<Mismatch>& mismatches_;
+  std::string path_;
+  std::size_t depth_ = 0;
+};
+
+}  // namespace
+
+void write_value(Graph& graph, TermId focus, const Type& type, const Facets& facets, const Value& value, std::string_view names_base) {
+  Writer(graph, names_base).at(focus, type, facets, value);
+}
+
+Result<Value> read_value(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view names_base,
+                         std::vector<Mismatch>& mismatches) {
+  const std::size_t before = mismatches.size();
+  Value value = Reader(graph, names_base, mismatches).at(focus, type, facets);
+  if (mismatches.size() == before) return value;
+  const Mismatch& first = mismatches[before];
+  return unexpected(Errc::expected_value, first.path + ": " + first.message);
+}
+
+bool within(const Type& type, const Facets& facets, const Value& value) noexcept {
+  switch (type.kind) {
+    case Kind::optional: return value.is_null() || within(*type.element, facets, value);
+    case Kind::integer:
+      if (const auto* i = value.integer()) return in_range(facets, *i);
+      return value.large_integer() && in_range(facets, *value.large_integer());
+    case Kind::real:
+      if (!value.real()) return false;
+      return std::isfinite(*value.real()) ? in_range(facets, *value.real()) : facets.allows_not_finite();
+    case Kind::text: {
+      if (!value.text()) return false;
+      std::size_t length = 0;
+      for (const char c : *value.text()) length += (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+      return length >= facets.min_length() && length <= facets.max_length();
+    }
+    case Kind::list:
+      if (!value.sequence()) return false;
+      for (const Value& m : *value.sequence())
+        if (!within(*type.element, facets, m)) return false;
+      return true;
+    case Kind::record:
+      if (!value.sequence() || value.sequence()->size() != type.fields.size()) return false;
+      for (std::size_t i = 0; i < type.fields.size(); ++i)
+        if (!within(*type.fields[i].type, type.fields[i].facets, (*value.sequence())[i])) return false;
+      return true;
+    default: return !value.is_null();
+  }
+}
+
+Iri target_class(const Type& type) noexcept {
+  if (type.kind == Kind::optional) return target_class(*type.element);
+  if (type.is_number()) return vocab::maths::Scalar;
+  return type.classes.empty() ? Iri() : Iri(std::string_view(type.classes.front()));
+}
+
+std::string abbreviate(std::string_view text) {
+  const std::string* best_prefix = nullptr;
+  std::size_t best = 0;
+  for (const auto& [prefix, space] : default_prefixes()) {
+    if (space.size() > best && text.size() > space.size() && text.substr(0, space.size()) == space) {
+      best = space.size();
+      best_prefix = &prefix;
+    }
+  }
+  if (best_prefix && text.find_first_of("/#", best) == std::string_view::npos) return *best_prefix + ":" + std::string(text.substr(best));
+  return "<" + std::string(text) + ">";
+}
+
+}  // namespace lrt::rdf

@@ -1,0 +1,275 @@
+#include <lrt/server.hpp>
+
+#include <atomic>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+#include <lrt/transport/asio.hpp>
+
+#include "src/engine/mailbox.hpp"
+#include "src/transport/event_waker.hpp"
+
+namespace lrt {
+
+namespace {
+
+constexpr auto forever = std::chrono::milliseconds::max();
+
+bool is_loopback(const std::string& address) { return address == "::1" || address.compare(0, 4, "127.") == 0; }
+
+}  // namespace
+
+class Server::Impl final : public engine::Handler {
+ public:
+  explicit Impl(Options options)
+      : options_(std::move(options)),
+        clock_(options_.engine.clock ? *options_.engine.clock : system_clock()),
+        engine_(options_.engine) {}
+
+  ~Impl() override { stop(); }
+
+  Result<void> listen() {
+    if (options_.engine.dispatch == Dispatch::executor && !options_.executor)
+      return unexpected(Errc::invalid_option, "Dispatch::executor needs Options::executor");
+    transport::Options t;
+    t.address = options_.address;
+    t.port = options_.port;
+    t.limits = options_.limits;
+    t.clock = &clock_;
+    t.log = options_.engine.log;
+    transport_ = options_.transport ? options_.transport(std::move(t)) : default_transport(std::move(t));
+    if (!transport_) return unexpected(Errc::invalid_option, "there is no transport");
+    if (transport_->capabilities().network && !is_loopback(options_.address) && !transport_->capabilities().tls &&
+        !options_.engine.authorize && !options_.allow_unprotected_network)
+      return unexpected(Errc::insecure_address, "listening on " + options_.address +
+                                                    " lets the network move the robot: set an authorizer, or allow_unprotected_network");
+    if (Result<void> started = transport_->start(*this); !started) return started;
+    engine_.listens_on(options_.address, transport_->port());
+    transport_waker_ = transport_->waker();
+    engine_.set_waker(transport_waker_);
+    if (options_.io == Io::own_thread) io_ = std::thread([this] { serve(); });
+    return {};
+  }
+
+  Result<void> add(Thing thing) {
+    const std::lock_guard lock(mutex_);
+    if (stopping_) return unexpected(Errc::closed, "the server has stopped");
+    return engine_.add(std::move(thing));
+  }
+  Result<void> remove(std::string_view path) {
+    std::unique_lock lock(mutex_);
+    Result<void> result = engine_.remove(path);
+    std::vector<engine::Job> jobs = engine_.take_jobs();
+    lock.unlock();
+    dispatch(std::move(jobs));
+    if (transport_waker_) transport_waker_->wake();
+    return result;
+  }
+
+  std::chrono::milliseconds poll(std::chrono::microseconds budget) noexcept {
+    try {
+      const auto end = std::chrono::steady_clock::now() + budget;
+      const bool serves = options_.io == Io::in_poll;
+      std::chrono::milliseconds rest = forever;
+      if (serves) rest = serve_once(budget, std::chrono::milliseconds(0));
+      bool ran = false;
+      do {
+        if (due_.empty()) arrived_.take_all([&](UniqueFunction<void()> job) { due_.push_back(std::move(job)); });
+        if (due_.empty() || stopping_) break;
+        UniqueFunction<void()> job = std::move(due_.front());
+        due_.pop_front();
+        job();
+        ran = true;
+      } while (std::chrono::steady_clock::now() < end);
+      // What the lambdas gave goes out in the same step.
+      if (serves && ran) rest = serve_once(std::chrono::microseconds(0), std::chrono::milliseconds(0));
+      return due_.empty() && arrived_.empty() ? rest : std::chrono::milliseconds(0);
+    } catch (...) {
+      return std::chrono::milliseconds(0);
+    }
+  }
+
+  void run() noexcept {
+    while (!stopping_) {
+      const std::chrono::milliseconds rest = std::min(poll(std::chrono::milliseconds(10)), std::chrono::milliseconds(1000));
+      if (rest.count() == 0) continue;
+      try {
+        if (options_.io == Io::in_poll) serve_once(std::chrono::milliseconds(10), rest);
+        else rest_.wait(rest);
+      } catch (...) {
+      }
+    }
+  }
+
+  void start() { runner_ = std::thread([this] { run(); }); }
+
+  void wake() noexcept {
+    if (options_.io == Io::in_poll && transport_waker_) transport_waker_->wake();
+    else rest_.wake();
+  }
+
+  void stop() noexcept {
+    stopping_ = true;
+    rest_.wake();
+    if (transport_waker_) transport_waker_->wake();
+    const auto me = std::this_thread::get_id();
+    if (serving_ == me) return;  // from a lambda: whoever serves finishes when it returns
+    {
+      const std::lock_guard lock(stop_mutex_);
+      if (io_.joinable() && io_.get_id() != me) io_.join();
+      if (runner_.joinable() && runner_.get_id() != me) runner_.join();
+    }
+    if (options_.io == Io::in_poll && transport_) {
+      const std::lock_guard lock(serve_mutex_);
+      finish();
+    }
+  }
+
+  std::uint16_t port() const noexcept { return transport_ ? transport_->port() : 0; }
+  std::string url() const {
+    const bool six = options_.address.find(':') != std::string::npos;
+    return "http://" + (six ? "[" + options_.address + "]" : options_.address) + ":" + std::to_string(port()) + "/";
+  }
+
+  // engine::Handler, on the transport's thread
+  engine::Outcome handle(const http::Request& request, TimePoint now) override {
+    std::unique_lock lock(mutex_);
+    engine::Outcome outcome = engine_.handle(request, now);
+    std::vector<engine::Job> jobs = engine_.take_jobs();
+    lock.unlock();
+    if (!jobs.empty()) dispatch(std::move(jobs));
+    return outcome;
+  }
+  std::optional<engine::Reply> next_reply(TimePoint now) override {
+    std::unique_lock lock(mutex_);
+    std::optional<engine::Reply> reply = engine_.next_reply(now);
+    std::vector<engine::Job> jobs = engine_.take_jobs();
+    lock.unlock();
+    if (!jobs.empty()) dispatch(std::move(jobs));
+    return reply;
+  }
+  std::optional<std::chrono::steady_clock::time_point> next_deadline() const override {
+    const std::lock_guard lock(mutex_);
+    return engine_.next_deadline();
+  }
+  void abandon(engine::Ticket ticket) noexcept override {
+    const std::lock_guard lock(mutex_);
+    engine_.abandon(ticket);
+  }
+
+ private:
+  static std::unique_ptr<transport::Transport> default_transport(transport::Options options);
+
+  /// One step of the transport, by one thread at a time; a stop that came meanwhile is carried out here.
+  std::chrono::milliseconds serve_once(std::chrono::microseconds budget, std::chrono::milliseconds wait) {
+    const std::lock_guard lock(serve_mutex_);
+    if (finished_) return forever;
+    serving_ = std::this_thread::get_id();
+    std::chrono::milliseconds rest{0};
+    try {
+      rest = stopping_ ? forever : transport_->poll(budget, wait);
+    } catch (const std::exception& e) {
+      log(LogLevel::error, std::string("transport: ") + e.what());
+    }
+    serving_ = std::thread::id();
+    if (stopping_) finish();
+    return rest;
+  }
+
+  void serve() noexcept {
+    while (!finished_) serve_once(std::chrono::milliseconds(100), std::chrono::milliseconds(1000));
+  }
+
+  void log(LogLevel level, const std::string& message) const noexcept {
+    try {
+      if (options_.engine.log) options_.engine.log(level, message);
+    } catch (...) {
+    }
+  }
+
+  /// The end: what waits is answered, then everything closes. With serve_mutex_ held.
+  void finish() noexcept {
+    if (finished_.exchange(true)) return;
+    try {
+      {
+        const std::lock_guard lock(mutex_);
+        engine_.stop();
+      }
+      transport_->stop();
+    } catch (...) {
+    }
+  }
+
+  /// Sends each job to where it is to run. On the transport's thread, without the engine's lock: user code may call the server.
+  void dispatch(std::vector<engine::Job> jobs) {
+    bool for_host = false;
+    for (engine::Job& job : jobs) try {
+      switch (job.where) {
+        case Dispatch::io_thread:
+          job.run();
+          break;
+        case Dispatch::executor:
+          if (options_.executor) {
+            auto shared = std::make_shared<UniqueFunction<void()>>(std::move(job.run));
+            options_.executor([shared] { (*shared)(); });
+            break;
+          }
+          [[fallthrough]];
+        default:
+          arrived_.put(std::move(job.run));
+          for_host = true;
+      }
+    } catch (const std::exception& e) {
+      log(LogLevel::error, std::string("the executor threw: ") + e.what());
+    }
+    if (for_host && options_.io == Io::own_thread) rest_.wake();
+  }
+
+  Options options_;
+  const Clock& clock_;
+  mutable std::mutex mutex_;                              // guards engine_; never held while user code runs
+  engine::Engine engine_;
+  std::unique_ptr<transport::Transport> transport_;
+  std::shared_ptr<Waker> transport_waker_;
+  engine::Mailbox<UniqueFunction<void()>> arrived_;       // jobs for the host
+  std::deque<UniqueFunction<void()>> due_;                // taken, not yet run: the host's thread only
+  transport::EventWaker rest_;                            // where run() waits when there is nothing to do
+  std::atomic<bool> stopping_{false}, finished_{false};
+  std::atomic<std::thread::id> serving_{};                // who is inside the transport
+  std::mutex serve_mutex_;                                // one at a time inside the transport
+  std::mutex stop_mutex_;                                 // guards the threads' joining
+  std::thread io_, runner_;
+};
+
+std::unique_ptr<transport::Transport> Server::Impl::default_transport(transport::Options options) {
+#if LRT_HAS_ASIO
+  return transport::make_asio(std::move(options));
+#else
+  (void)options;
+  return nullptr;
+#endif
+}
+
+Server::Server(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Server::Server(Server&&) noexcept = default;
+Server& Server::operator=(Server&&) noexcept = default;
+Server::~Server() = default;
+
+Result<Server> Server::create(Options options) {
+  auto impl = std::make_unique<Impl>(std::move(options));
+  if (Result<void> listening = impl->listen(); !listening) return Unexpected{std::move(listening).error()};
+  return Server(std::move(impl));
+}
+
+Result<void> Server::add(Thing thing) { return impl_->add(std::move(thing)); }
+Result<void> Server::remove(std::string_view path) { return impl_->remove(path); }
+std::chrono::milliseconds Server::poll(std::chrono::microseconds budget) noexcept { return impl_->poll(budget); }
+void Server::run() noexcept { impl_->run(); }
+void Server::start() { impl_->start(); }
+void Server::wake() noexcept { impl_->wake(); }
+void Server::stop() noexcept { impl_->stop(); }
+std::uint16_t Server::port() const noexcept { return impl_->port(); }
+std::string Server::url() const { return impl_->url(); }
+
+}  // namespace lrt

@@ -1,0 +1,228 @@
+#include "src/transport/asio/connection.hpp"
+
+#include <sys/socket.h>
+#include <sys/uio.h>
+
+#include <boost/asio/post.hpp>
+#include <cerrno>
+#include <utility>
+
+namespace lrt::transport {
+namespace {
+
+/// Reads of one turn: a fast sender must not keep the others waiting.
+constexpr int reads_per_turn = 4;
+/// Pipelined answers of one turn.
+constexpr int writes_per_turn = 32;
+
+std::size_t deadline_kind(Session::Phase phase) noexcept { return static_cast<std::size_t>(phase); }
+
+std::chrono::milliseconds time_of(Session::Phase phase, const Limits& limits) noexcept {
+  switch (phase) {
+    case Session::Phase::idle: return limits.idle_time;
+    case Session::Phase::head: return limits.head_time;
+    case Session::Phase::body: return limits.body_time;
+    case Session::Phase::writing: return limits.write_time;
+    case Session::Phase::lingering: return limits.linger_time;
+    case Session::Phase::waiting:
+    case Session::Phase::closed: break;
+  }
+  return {};
+}
+
+bool has_deadline(Session::Phase phase) noexcept { return deadline_kind(phase) < Deadlines::kinds; }
+static_assert(static_cast<std::size_t>(Session::Phase::waiting) == Deadlines::kinds);
+
+}  // namespace
+
+Connection::Connection(Loop& loop, Socket socket, std::string peer)
+    : loop_(loop), socket_(std::move(socket)), session_(loop.context, std::move(peer)), epoch_(session_.epoch() - 1) {}
+
+void Connection::join() {
+  index_ = loop_.connections.size();
+  loop_.connections.push_back(shared_from_this());
+}
+
+void Connection::open(TimePoint now) {
+  join();
+  update(now);
+}
+
+void Connection::open_refused(TimePoint now) {
+  refused_ = true;
+  ++loop_.refused;
+  join();
+  session_.refuse(503, "too many connections", now);
+  write(now);
+  update(now);
+}
+
+void Connection::reply(http::Response response, TimePoint now) {
+  ticket_ = 0;  // the caller took it out of the loop's table
+  session_.reply(std::move(response), now);
+  write(now);
+  update(now);
+}
+
+void Connection::expire(TimePoint now) {
+  session_.expire(now);
+  write(now);
+  update(now);
+}
+
+void Connection::give_up(TimePoint now) {
+  const auto ticket = session_.ticket();
+  if (!ticket) return;
+  loop_.tickets.erase(ticket_);
+  ticket_ = 0;
+  loop_.context.handler->abandon(*ticket);
+  session_.refuse(503, "the server stops", now);
+  write(now);
+}
+
+void Connection::close() {
+  if (closed_) return;
+  closed_ = true;
+  const auto self = shared_from_this();
+  loop_.deadlines.clear(*this);
+  if (const auto ticket = session_.ticket()) {
+    loop_.tickets.erase(ticket_);
+    loop_.context.handler->abandon(*ticket);
+  }
+  if (refused_) --loop_.refused;
+  boost::system::error_code ignored;
+  socket_.close(ignored);
+  loop_.connections[index_] = std::move(loop_.connections.back());
+  loop_.connections[index_]->index_ = index_;
+  loop_.connections.pop_back();
+}
+
+// ------------------------------------------------------------------------------------------------------------- reading
+
+void Connection::on_readable() {
+  const auto now = loop_.clock.now();
+  auto& scratch = loop_.scratch;
+  for (int turn = 0; turn < reads_per_turn; ++turn) {
+    const auto got = ::recv(socket_.native_handle(), scratch.data(), scratch.size(), 0);
+    if (got < 0) {
+      if (errno == EINTR) continue;
+      if (errno == EAGAIN || errno == EWOULDBLOCK) break;
+      return close();
+    }
+    if (got == 0) session_.end_of_input(now);
+    else session_.receive({scratch.data(), static_cast<std::size_t>(got)}, now);
+    write(now);
+    if (closed_) return;
+    if (static_cast<std::size_t>(got) < scratch.size() || !session_.wants_input()) break;
+  }
+  update(now);
+}
+
+// ------------------------------------------------------------------------------------------------------------- writing
+
+/// Sends what the session has, answer by answer, until the client or the session needs time.
+void Connection::write(TimePoint now) {
+  if (closed_ || waits_writable_) return;
+  for (int turn = 0; turn < writes_per_turn; ++turn) {
+    const auto output = session_.output();
+    if (output.empty()) return;
+    ssize_t sent = 0;
+    if (output.second.empty()) {
+      sent = ::send(socket_.native_handle(), output.first.data(), output.first.size(), MSG_NOSIGNAL);
+    } else {
+      iovec parts[2] = {{const_cast<char*>(output.first.data()), output.first.size()},
+                        {const_cast<char*>(output.second.data()), output.second.size()}};
+      msghdr message{};
+      message.msg_iov = parts;
+      message.msg_iovlen = 2;
+      sent = ::sendmsg(socket_.native_handle(), &message, MSG_NOSIGNAL);
+    }
+    if (sent < 0) {
+      if (errno == EINTR) continue;
+      if (errno != EAGAIN && errno != EWOULDBLOCK) return close();
+      return wait_writable();
+    }
+    session_.sent(static_cast<std::size_t>(sent), now);
+  }
+  if (!session_.output().empty()) continue_later();
+}
+
+/// Lets the others have their turn.
+void Connection::continue_later() {
+  waits_writable_ = true;
+  boost::asio::post(loop_.io, [self = shared_from_this()] {
+    self->waits_writable_ = false;
+    if (self->closed_) return;
+    const auto now = self->loop_.clock.now();
+    self->write(now);
+    self->update(now);
+  });
+}
+
+// --------------------------------------------------------------------------------------------------------------- waiting
+
+/// Does what the session's phase asks for.
+void Connection::update(TimePoint now) {
+  if (closed_) return;
+  const auto phase = session_.phase();
+  if (phase == Session::Phase::closed) return close();
+  if (phase == Session::Phase::waiting) keep_ticket();
+  if (phase == Session::Phase::lingering && !half_closed_) {
+    half_closed_ = true;
+    ::shutdown(socket_.native_handle(), SHUT_WR);
+  }
+  if (epoch_ != session_.epoch()) {
+    epoch_ = session_.epoch();
+    if (has_deadline(phase)) {
+      loop_.deadlines.set(*this, deadline_kind(phase), now.steady + time_of(phase, loop_.options.limits));
+    } else {
+      loop_.deadlines.clear(*this);
+    }
+  }
+  if (session_.wants_input()) wait_readable();
+  else if (phase == Session::Phase::waiting) wait_broken();
+}
+
+void Connection::keep_ticket() {
+  const auto ticket = static_cast<std::uint64_t>(*session_.ticket());
+  if (ticket_ == ticket) return;
+  ticket_ = ticket;
+  loop_.tickets.emplace(ticket, this);
+}
+
+void Connection::wait_readable() {
+  if (waits_readable_) return;
+  waits_readable_ = true;
+  socket_.async_wait(Socket::wait_read, [self = shared_from_this()](const boost::system::error_code& error) {
+    self->waits_readable_ = false;
+    if (!error && !self->closed_) self->on_readable();
+  });
+}
+
+void Connection::wait_writable() {
+  if (waits_writable_) return;
+  waits_writable_ = true;
+  socket_.async_wait(Socket::wait_write, [self = shared_from_this()](const boost::system::error_code& error) {
+    self->waits_writable_ = false;
+    if (error || self->closed_) return;
+    const auto now = self->loop_.clock.now();
+    self->write(now);
+    self->update(now);
+  });
+}
+
+/// Notices that a client is gone whose input is not read while its answer is open.
+void Connection::wait_broken() {
+  if (waits_broken_) return;
+  waits_broken_ = true;
+  socket_.async_wait(Socket::wait_error, [self = shared_from_this()](const boost::system::error_code& error) {
+    self->waits_broken_ = false;
+    if (error || self->closed_) return;
+    int reason = 0;
+    socklen_t size = sizeof reason;
+    if (::getsockopt(self->socket_.native_handle(), SOL_SOCKET, SO_ERROR, &reason, &size) != 0 || reason != 0) self->close();
+    // Else it was urgent data. Waiting again would return at once, so this connection is not watched any more.
+  });
+}
+
+}  // namespace lrt::transport

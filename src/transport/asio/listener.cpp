@@ -1,0 +1,168 @@
+#include "src/transport/asio/listener.hpp"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string>
+
+#include "src/transport/asio/connection.hpp"
+
+namespace lrt::transport {
+namespace {
+
+constexpr int accepts_per_turn = 16;
+/// Clients over the limit that are told so at one time; those beyond are closed without a word.
+constexpr std::size_t refused_at_once = 64;
+constexpr std::chrono::milliseconds pause_time{100};
+constexpr std::string_view out_of_descriptors =
+    "HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nRetry-After: 1\r\nConnection: close\r\n\r\n";
+
+int open_reserve() noexcept { return ::open("/dev/null", O_RDONLY | O_CLOEXEC); }
+
+/// "127.0.0.1" also for an IPv4 client of an IPv6 socket.
+std::string numeric_address(const sockaddr_storage& address) {
+  char text[INET6_ADDRSTRLEN] = "";
+  if (address.ss_family == AF_INET) {
+    ::inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in&>(address).sin_addr, text, sizeof text);
+  } else if (address.ss_family == AF_INET6) {
+    const auto& v6 = reinterpret_cast<const sockaddr_in6&>(address).sin6_addr;
+    if (IN6_IS_ADDR_V4MAPPED(&v6)) ::inet_ntop(AF_INET, v6.s6_addr + 12, text, sizeof text);
+    else ::inet_ntop(AF_INET6, &v6, text, sizeof text);
+  }
+  return text;
+}
+
+}  // namespace
+
+Listener::Listener(Loop& loop) : loop_(loop), acceptor_(loop.io) {}
+
+Listener::~Listener() { close(); }
+
+Result<void> Listener::open() {
+  namespace ip = boost::asio::ip;
+  boost::system::error_code error;
+  const auto& options = loop_.options;
+  const auto address = ip::make_address(options.address, error);
+  if (error) return unexpected(Errc::invalid_option, "address \"" + options.address + "\": expected a numeric IPv4 or IPv6 address");
+
+  const ip::tcp::endpoint endpoint(address, options.port);
+  const auto failed = [&](const char* step) -> Result<void> {
+    boost::system::error_code ignored;
+    acceptor_.close(ignored);
+    const auto code = error == boost::asio::error::address_in_use ? Errc::address_in_use : Errc::io_error;
+    return unexpected(code, "address " + options.address + ", port " + std::to_string(options.port) + ": " + step + ": " + error.message());
+  };
+  protocol_ = endpoint.protocol();
+  if (acceptor_.open(protocol_, error)) return failed("socket");
+  ::fcntl(acceptor_.native_handle(), F_SETFD, FD_CLOEXEC);
+  if (acceptor_.set_option(Acceptor::reuse_address(true), error)) return failed("SO_REUSEADDR");
+  if (acceptor_.non_blocking(true, error)) return failed("non-blocking");
+  if (acceptor_.bind(endpoint, error)) return failed("bind");
+  if (acceptor_.listen(Acceptor::max_listen_connections, error)) return failed("listen");
+  const auto bound = acceptor_.local_endpoint(error);
+  if (error) return failed("getsockname");
+  port_ = bound.port();
+  reserve_ = open_reserve();
+  resumes_at_.reset();
+  wait();
+  return {};
+}
+
+void Listener::close() {
+  boost::system::error_code ignored;
+  acceptor_.close(ignored);
+  if (reserve_ >= 0) ::close(reserve_);
+  reserve_ = -1;
+  port_ = 0;
+  resumes_at_.reset();
+}
+
+void Listener::resume(TimePoint now) {
+  if (!resumes_at_ || *resumes_at_ > now.steady) return;
+  resumes_at_.reset();
+  wait();
+}
+
+void Listener::pause(const char* reason) {
+  loop_.log(LogLevel::warning, std::string("accepting connections pauses: ") + reason);
+  resumes_at_ = loop_.clock.now().steady + pause_time;
+}
+
+void Listener::wait() {
+  acceptor_.async_wait(Acceptor::wait_read, [this](const boost::system::error_code& error) {
+    if (!error) accept_some();
+  });
+}
+
+void Listener::accept_some() {
+  for (int turn = 0; turn < accepts_per_turn; ++turn) {
+    sockaddr_storage address{};
+    socklen_t size = sizeof address;
+    const int descriptor =
+        ::accept4(acceptor_.native_handle(), reinterpret_cast<sockaddr*>(&address), &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    if (descriptor >= 0) {
+      admit(descriptor, numeric_address(address));
+      continue;
+    }
+    switch (errno) {
+      case EAGAIN: return wait();
+      case EMFILE:
+      case ENFILE:
+        if (refuse_with_reserve()) continue;
+        return pause(std::strerror(EMFILE));
+      case ENOBUFS:
+      case ENOMEM: return pause(std::strerror(errno));
+      default: break;  // the client is gone already, or its network had an error (accept(2))
+    }
+  }
+  wait();
+}
+
+void Listener::admit(int descriptor, std::string peer) {
+  const auto now = loop_.clock.now();
+  const int on = 1;
+  ::setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  const bool full = loop_.connections.size() - loop_.refused >= loop_.options.limits.connections;
+  if (full && loop_.refused >= refused_at_once) {
+    ::close(descriptor);
+    return;
+  }
+  Socket socket(loop_.io);
+  boost::system::error_code error;
+  if (socket.assign(protocol_, descriptor, error)) {
+    ::close(descriptor);
+    return pause(error.message().c_str());
+  }
+  const auto connection = std::make_shared<Connection>(loop_, std::move(socket), std::move(peer));
+  if (full) connection->open_refused(now);
+  else connection->open(now);
+}
+
+/// Accepts one client with the descriptor that was kept for this, to tell it that there are no more.
+bool Listener::refuse_with_reserve() {
+  if (reserve_ < 0) {
+    reserve_ = open_reserve();
+    return false;
+  }
+  ::close(reserve_);
+  const int descriptor = ::accept4(acceptor_.native_handle(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+  const bool refused = descriptor >= 0;
+  if (refused) {
+    [[maybe_unused]] const auto sent = ::send(descriptor, out_of_descriptors.data(), out_of_descriptors.size(), MSG_NOSIGNAL);
+    ::shutdown(descriptor, SHUT_WR);
+    char discarded[4096];
+    while (::recv(descriptor, discarded, sizeof discarded, 0) > 0) {
+    }
+    ::close(descriptor);
+  }
+  reserve_ = open_reserve();
+  return refused;
+}
+
+}  // namespace lrt::transport

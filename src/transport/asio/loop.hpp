@@ -1,0 +1,51 @@
+#pragma once
+
+#include <utility>  // before Boost.Asio 1.74, which forgets it in C++20
+
+#include <boost/asio/basic_stream_socket.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include <lrt/base/clock.hpp>
+#include <lrt/transport/transport.hpp>
+
+#include "src/transport/asio/deadlines.hpp"
+#include "src/transport/asio/session.hpp"
+
+namespace lrt::transport {
+
+class Connection;
+
+/// A socket whose executor is known at compile time: any_io_executor costs virtual calls per wait.
+using Socket = boost::asio::basic_stream_socket<boost::asio::ip::tcp, boost::asio::io_context::executor_type>;
+
+/// What the connections of one transport share. One thread.
+struct Loop {
+  explicit Loop(Options given)
+      : options(std::move(given)),
+        clock(options.clock ? *options.clock : system_clock()),
+        io(BOOST_ASIO_CONCURRENCY_HINT_UNSAFE),
+        context(options.limits) {}
+
+  void log(LogLevel level, std::string_view text) const {
+    if (options.log) options.log(level, text);
+  }
+
+  const Options options;
+  const Clock& clock;
+  boost::asio::io_context io;  ///< run inside poll() and stop() only, hence without locks
+  SessionContext context;
+  Deadlines deadlines;
+  std::vector<std::shared_ptr<Connection>> connections;
+  std::unordered_map<std::uint64_t, Connection*> tickets;  ///< whose deferred answers are open
+  std::size_t refused = 0;                                 ///< connections over the limit, while they get their 503
+  std::vector<char> scratch = std::vector<char>(64 * 1024);  ///< what is being received, by whichever connection is at work
+};
+
+}  // namespace lrt::transport

@@ -1,0 +1,135 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <lrt/engine/handler.hpp>
+#include <lrt/http/head.hpp>
+#include <lrt/http/message.hpp>
+#include <lrt/transport/transport.hpp>
+
+#include "src/transport/asio/chunks.hpp"
+
+namespace lrt::transport {
+
+/// What the sessions of one transport have in common.
+class SessionContext {
+ public:
+  explicit SessionContext(const Limits& limits) : limits_(limits) {}
+
+  const Limits& limits() const noexcept { return limits_; }
+  engine::Handler* handler = nullptr;
+  bool stopping = false;  ///< every answer is the last of its connection
+
+  /// IMF-fixdate, made once a second.
+  std::string_view date(std::chrono::system_clock::time_point utc);
+
+ private:
+  const Limits& limits_;
+  std::chrono::seconds date_second_{-1};
+  std::string date_;
+};
+
+/// The server's side of one HTTP/1.1 connection without I/O: bytes in, requests to the handler, bytes out. Requests are handled one
+/// at a time: the next one when the answer to the last has left.
+///
+/// The owner calls receive() with what it read while wants_input(), writes output() and reports it by sent(), calls reply() for
+/// ticket(), and expire() when the time of phase() is over. It half-closes the connection when the phase becomes `lingering` and
+/// closes it when it becomes `closed`. TLS belongs between the owner and the session.
+///
+/// @par Implements  R0.1
+class Session {
+ public:
+  /// What the client or the handler has to do next.
+  enum class Phase : unsigned char {
+    idle,       ///< the client may send a request; limits.idle_time
+    head,       ///< the client must complete a head; limits.head_time
+    body,       ///< the client must complete a body; limits.body_time
+    writing,    ///< the client must take output(); limits.write_time
+    lingering,  ///< the client should notice that the connection is over (RFC 9112 9.6); limits.linger_time
+    waiting,    ///< the handler must answer ticket(); no limit here
+    closed,
+  };
+
+  Session(SessionContext& context, std::string peer);
+
+  void receive(std::string_view bytes, TimePoint now);
+  /// The client will send no more; it may still want its answer.
+  void end_of_input(TimePoint now);
+  /// The deferred answer of ticket().
+  void reply(http::Response response, TimePoint now);
+  /// Refuses whatever the client wants, with this status, and closes.
+  void refuse(int status, std::string reason, TimePoint now);
+  /// The time of the present phase is over.
+  void expire(TimePoint now);
+
+  struct Output {
+    std::string_view first;
+    std::string_view second;
+    bool empty() const noexcept { return first.empty() && second.empty(); }
+  };
+  /// What to write now; lives until the next call of anything else.
+  Output output() const noexcept;
+  void sent(std::size_t bytes, TimePoint now);
+
+  bool wants_input() const noexcept;
+  Phase phase() const noexcept { return phase_; }
+  /// Changes whenever the time of phase() begins anew.
+  std::uint32_t epoch() const noexcept { return epoch_; }
+  /// Of the deferred answer that is open.
+  std::optional<engine::Ticket> ticket() const noexcept { return ticket_; }
+  bool input_ended() const noexcept { return input_ended_; }
+
+ private:
+  void run(TimePoint now);
+  bool take_head(TimePoint now);
+  bool take_body(TimePoint now);
+  void begin_body(std::string_view head, TimePoint now);
+  std::optional<std::size_t> find_head_end(TimePoint now);
+  void keep_head(std::string_view head);
+  void strip_framing_fields();
+  void dispatch(TimePoint now);
+  void answer(http::Response response, TimePoint now);
+  void finish_answer(TimePoint now);
+  void check_end(TimePoint now);
+  void enter(Phase phase) noexcept;
+
+  SessionContext& context_;
+  const std::string peer_;
+  Phase phase_ = Phase::idle;
+  std::uint32_t epoch_ = 0;
+  bool input_ended_ = false;
+
+  // Input: what receive() got and nobody has consumed. `rest_` is a view of it while run() works, `in_` holds it in between.
+  std::string_view rest_;
+  std::string in_;
+  std::size_t in_used_ = 0;
+  std::size_t discarded_ = 0;
+
+  // The request that is being read.
+  http::Request request_;
+  http::Framing framing_;
+  std::size_t scanned_ = 0;     ///< bytes of the head that find_head_end() has seen
+  std::size_t line_begin_ = 0;  ///< of the head's last, incomplete line
+  int empty_lines_ = 0;
+  std::string head_;  ///< the head's bytes when the body did not come with them
+  std::string body_;
+  ChunkDecoder chunks_;
+
+  // The answer.
+  bool keep_alive_ = true;
+  bool head_only_ = false;
+  int version_ = 11;
+  std::size_t requests_ = 0;
+  std::optional<engine::Ticket> ticket_;
+  std::string out_;
+  std::shared_ptr<const std::string> out_body_;
+  std::size_t out_sent_ = 0;
+};
+
+}  // namespace lrt::transport

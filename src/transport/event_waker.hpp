@@ -1,0 +1,54 @@
+#pragma once
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+
+#include <lrt/base/waker.hpp>
+
+namespace lrt::transport {
+
+/// A Waker on an eventfd that it owns, so that it may outlive its transport.
+class EventWaker final : public Waker {
+ public:
+  EventWaker() : descriptor_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+  ~EventWaker() override {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  EventWaker(const EventWaker&) = delete;
+  EventWaker& operator=(const EventWaker&) = delete;
+
+  void wake() noexcept override {
+    if (awake_.exchange(true, std::memory_order_acq_rel)) return;  // one write is enough for many wakes
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const auto written = ::write(descriptor_, &one, sizeof one);
+  }
+
+  /// Readable after wake(); -1 if the system gave none.
+  int descriptor() const noexcept { return descriptor_; }
+
+  /// Makes the descriptor unreadable. Call before looking at what the wakers left.
+  void clear() noexcept {
+    std::uint64_t count = 0;
+    [[maybe_unused]] const auto got = ::read(descriptor_, &count, sizeof count);
+    awake_.exchange(false, std::memory_order_acq_rel);  // after the read: what a wake in between left is found by the caller
+  }
+
+  /// Waits for a wake(), and clears it.
+  void wait(std::chrono::milliseconds time) noexcept {
+    pollfd item{descriptor_, POLLIN, 0};
+    const auto bounded = std::clamp(time, std::chrono::milliseconds(0), std::chrono::milliseconds(std::chrono::hours(1)));
+    if (::poll(&item, 1, static_cast<int>(bounded.count())) > 0) clear();
+  }
+
+ private:
+  int descriptor_;
+  std::atomic<bool> awake_{false};
+};
+
+}  // namespace lrt::transport

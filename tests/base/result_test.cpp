@@ -1,0 +1,41 @@
+#include <lrt/base/result.hpp>
+
+#include <memory>
+#include <string>
+
+#include "tests/support/catch.hpp"
+
+using namespace lrt;
+
+namespace {
+Result<int> half(int n) {
+  if (n % 2 != 0) return unexpected(Errc::out_of_range, "expected an even number, found " + std::to_string(n));
+  return n / 2;
+}
+}  // namespace
+
+TEST_CASE("a Result holds a value or the Error that says why not", "[base]") {
+  CHECK(*half(4) == 2);
+  CHECK(half(3).error().code == Errc::out_of_range);
+  CHECK(half(3).error().message == "expected an even number, found 3");
+  CHECK(half(3).value_or(7) == 7);
+  CHECK(half(4).value() == 2);
+  CHECK_THROWS_AS(half(3).value(), BadResult);
+  Result<std::unique_ptr<int>> owner = std::make_unique<int>(1);
+  CHECK(**std::move(owner) == 1);
+  Result<void> good;
+  CHECK(good);
+  CHECK_NOTHROW(good.value());
+  Result<void> bad = unexpected(Errc::closed, "gone");
+  CHECK_FALSE(bad);
+  CHECK_THROWS_AS(bad.value(), BadResult);
+}
+
+TEST_CASE("every error code has its own name", "[base]") {
+  CHECK(to_string(Errc::expected_iri) == "expected_iri");
+  CHECK(to_string(Errc::closed) == "closed");
+  for (int i = 0; i <= static_cast<int>(Errc::closed); ++i) {
+    CHECK(to_string(static_cast<Errc>(i)) != "unknown");
+    for (int j = 0; j < i; ++j) CHECK(to_string(static_cast<Errc>(i)) != to_string(static_cast<Errc>(j)));
+  }
+}

@@ -1,0 +1,37 @@
+#!/usr/bin/env bash
+# What including lrt costs: CPU time to compile a file that includes a header of lrt and nothing else, beside one that includes
+# the standard headers that the header brings along. Medians of 5.
+#
+#   tests/bench/compile_time.sh [header, default lrt/lrt.hpp] [flags of the compiler, default -std=c++17]
+set -euo pipefail
+
+root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.." && pwd)
+header=${1:-lrt/lrt.hpp}
+if (($# > 0)); then shift; fi
+flags=("$@")
+if ((${#flags[@]} == 0)); then flags=(-std=c++17); fi
+compiler=${CXX:-g++}
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+[[ -f $root/include/$header ]] || { echo "$0: no include/$header" >&2; exit 1; }
+echo "#include <$header>" >"$work/lrt.cpp"
+# The headers of lrt that it brings, by -H; what these include and is not of lrt.
+"$compiler" "${flags[@]}" -I"$root/include" -H -fsyntax-only "$work/lrt.cpp" 2>&1 |
+  sed -n "s|^\.\.* \($root/include/lrt/.*\)|\1|p" | sort -u >"$work/headers"
+tr '\n' '\0' <"$work/headers" | xargs -0 sed -n 's|^#include \(<[a-z0-9_.]*>\).*|#include \1|p' | sort -u >"$work/std.cpp"
+
+median() {
+  local times=()
+  for _ in 1 2 3 4 5; do
+    TIMEFORMAT='%U %S'
+    times+=("$({ time "$compiler" "${flags[@]}" -I"$root/include" -c "$1" -o "$work/object.o"; } 2>&1 | awk '{ print $1 + $2 }')")
+  done
+  printf '%s\n' "${times[@]}" | sort -n | sed -n 3p
+}
+
+with_lrt=$(median "$work/lrt.cpp")
+with_std=$(median "$work/std.cpp")
+echo "$header (${flags[*]}): $with_lrt s, $(wc -l <"$work/headers") headers of lrt"
+echo "the $(wc -l <"$work/std.cpp") standard headers in it: $with_std s"
+awk "BEGIN { printf \"ratio %.2f\\n\", $with_lrt / $with_std }"

@@ -1,0 +1,12 @@
+// expect: ignoring return.*nodiscard
+#include <lrt/base/result.hpp>
+
+lrt::Result<int> set_up();
+
+int main() {
+#ifdef LRT_MUST_FAIL
+  set_up();
+#else
+  return set_up() ? 0 : 1;
+#endif
+}

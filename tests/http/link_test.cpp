@@ -1,0 +1,102 @@
+#include <lrt/http/link.hpp>
+
+#include <algorithm>
+
+#include "tests/support/catch.hpp"
+
+using namespace lrt;
+
+namespace {
+std::size_t links(std::string_view text) {
+  std::size_t n = 0;
+  for (const char c : text) n += c == '<' ? 1 : 0;
+  return n;
+}
+}  // namespace
+
+TEST_CASE("links share a field line", "[http][R0.9]") {
+  http::LinkWriter writer;
+  writer.add("/a", "related");
+  writer.add("http://www.w3.org/ns/ldp#Resource", "type");
+  http::Fields fields;
+  writer.finish(fields, "/rest");
+  CHECK(fields.block() == "Link: </a>; rel=\"related\", <http://www.w3.org/ns/ldp#Resource>; rel=\"type\"\r\n");
+  CHECK_FALSE(writer.cut());
+  http::Fields none;
+  http::LinkWriter().finish(none, "/rest");
+  CHECK(none.block().empty());
+}
+
+TEST_CASE("what a URI may not have is percent-encoded in a link", "[http][R0.9]") {
+  http::LinkWriter writer;
+  writer.add("/gr\xC3\xB6/<\"{}|^`\\> \r\n%41%4%", "http://r/\xC3\xB6#a%20b up\"");
+  http::Fields fields;
+  writer.finish(fields, "");
+  CHECK(fields.find("Link") ==
+        std::string_view("</gr%C3%B6/%3C%22%7B%7D%7C%5E%60%5C%3E%20%0D%0A%41%254%25>; rel=\"http://r/%C3%B6#a%20b up%22\""));
+}
+
+TEST_CASE("lines keep to 4 KiB, all to the budget, and what is cut is told by one link at the end", "[http][R0.9]") {
+  for (const std::size_t budget : {64U, 100U, 999U, 4096U, 4097U, 8192U, 20000U}) {
+    for (const std::size_t count : {1U, 2U, 3U, 20U, 100U, 101U, 1000U}) {
+      CAPTURE(budget, count);
+      http::LinkWriter writer(budget);
+      for (std::size_t i = 0; i < count; ++i) writer.add("/things/number/" + std::to_string(i), "related");
+      http::Fields fields;
+      fields.add("X", "1");
+      writer.finish(fields, "/?page=2", "next");
+      const auto list = fields.list();
+      std::size_t total = 0;
+      for (std::size_t i = 1; i < list.size(); ++i) {
+        const std::size_t line = list[i].name.size() + 2 + list[i].value.size() + 2;
+        CHECK(line <= 4096);
+        if (i + 1 < list.size()) CHECK(line > 4000);  // lines are shared
+        total += line;
+        CHECK(list[i].value.back() == '"');
+      }
+      CHECK(total <= budget);
+      const std::string all = fields.joined("Link");
+      const std::string rest = "</?page=2>; rel=\"next\"";
+      const bool ends_with_rest = all.size() >= rest.size() && all.substr(all.size() - rest.size()) == rest;
+      CHECK(ends_with_rest == writer.cut());
+      if (writer.cut()) CHECK(total + 64 > budget);  // the room is used
+      else CHECK(links(all) == count);
+      for (std::size_t i = 0; i + (writer.cut() ? 1 : 0) < links(all); ++i) {
+        CHECK(all.find("</things/number/" + std::to_string(i) + ">; rel=\"related\"") != std::string::npos);
+      }
+    }
+  }
+}
+
+TEST_CASE("a line is filled up to its last byte and not beyond", "[http][R0.9]") {
+  std::size_t longest = 0;
+  for (std::size_t length = 1; length <= 400; ++length) {
+    http::LinkWriter writer(100000);
+    for (int i = 0; i < 500; ++i) writer.add(std::string(length, 'x'), "related");
+    http::Fields fields;
+    writer.finish(fields, "/");
+    for (const http::Field& field : fields.list()) longest = std::max(longest, field.name.size() + 2 + field.value.size() + 2);
+  }
+  CHECK(longest == 4096);
+}
+
+TEST_CASE("a long link to the rest takes the room of others", "[http][R0.9]") {
+  http::LinkWriter writer(500);
+  for (int i = 0; i < 100; ++i) writer.add("/" + std::to_string(i), "related");
+  http::Fields fields;
+  writer.finish(fields, "/" + std::string(400, 'x'), "describedby");
+  CHECK(fields.block().size() <= 500);
+  CHECK(fields.block().find(std::string(400, 'x') + ">; rel=\"describedby\"\r\n") != std::string::npos);
+  CHECK(fields.block().find("</0>; rel=\"related\"") != std::string::npos);
+}
+
+TEST_CASE("a link longer than a line is cut, and so is what follows", "[http][R0.9]") {
+  http::LinkWriter writer;
+  writer.add("/a", "related");
+  writer.add("/" + std::string(4096, 'x'), "related");
+  writer.add("/b", "related");
+  http::Fields fields;
+  writer.finish(fields, "/rest");
+  CHECK(writer.cut());
+  CHECK(fields.block() == "Link: </a>; rel=\"related\", </rest>; rel=\"next\"\r\n");
+}

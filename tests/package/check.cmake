@@ -1,0 +1,37 @@
+# cmake -D KIND=find_package|add_subdirectory -D WORK_DIR=... ... -P check.cmake
+# Builds and runs a consumer in an empty WORK_DIR.
+function(run what)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE said ERROR_VARIABLE said)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "${what} failed (${result}):\n${said}")
+  endif()
+  message(STATUS "${what}: done")
+endfunction()
+
+file(REMOVE_RECURSE "${WORK_DIR}")
+file(MAKE_DIRECTORY "${WORK_DIR}")
+set(options -G ${GENERATOR} -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER})
+
+if(KIND STREQUAL "find_package")
+  run("install" ${CMAKE_COMMAND} --install ${LRT_BINARY_DIR} --prefix ${WORK_DIR}/prefix)
+  # Moved, so that a path of the build or of the first prefix that got into the package shows.
+  file(RENAME ${WORK_DIR}/prefix "${WORK_DIR}/moved prefix")
+  set(prefix "${WORK_DIR}/moved prefix")
+  file(GLOB_RECURSE package_files "${prefix}/*.cmake")
+  foreach(file ${package_files})
+    file(READ "${file}" text)
+    foreach(path ${LRT_SOURCE_DIR} ${LRT_BINARY_DIR})
+      string(FIND "${text}" "${path}" at)
+      if(NOT at EQUAL -1)
+        message(FATAL_ERROR "${file} names ${path}")
+      endif()
+    endforeach()
+  endforeach()
+  list(APPEND options "-DCMAKE_PREFIX_PATH=${prefix}" -D LRT_WANTED=${LRT_VERSION})
+else()
+  list(APPEND options -D LRT_SOURCE_DIR=${LRT_SOURCE_DIR})
+endif()
+
+run("configure" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/${KIND} -B ${WORK_DIR}/build ${options})
+run("build" ${CMAKE_COMMAND} --build ${WORK_DIR}/build -j2)
+run("run" ${WORK_DIR}/build/consumer ${LRT_VERSION})

@@ -1,0 +1,180 @@
+#include <lrt/rdf/graph.hpp>
+
+#include <string>
+
+#include <lrt/rdf/vocab.hpp>
+
+#include "tests/support/catch.hpp"
+
+using namespace lrt::rdf;
+namespace vocab = lrt::vocab;
+
+namespace {
+
+const TermView s = lrt::rdf::iri("http://e/s"), p = lrt::rdf::iri("http://e/p"), q = lrt::rdf::iri("http://e/q"), o = lrt::rdf::iri("http://e/o");
+
+std::size_t count(const Graph::Matches& matches) {
+  std::size_t n = 0;
+  for (auto it = matches.begin(); it != matches.end(); ++it) ++n;
+  return n;
+}
+
+}  // namespace
+
+TEST_CASE("a graph is a set of triples that keeps their order", "[rdf]") {
+  Graph g;
+  CHECK(g.empty());
+  CHECK(g.match(std::nullopt, std::nullopt, std::nullopt).empty());
+  CHECK(g.add(s, p, o));
+  CHECK(g.add(s, q, literal("1")));
+  CHECK_FALSE(g.add(s, p, o));
+  REQUIRE(g.size() == 2);
+  CHECK(g.term(g.triples()[0].object) == o);
+  CHECK(g.term(g.triples()[1].object) == literal("1"));
+  CHECK(g.contains(s, p, o));
+  CHECK_FALSE(g.contains(s, q, o));
+  CHECK_FALSE(g.contains(o, p, s));
+  CHECK_FALSE(g.contains(s, p, lrt::rdf::iri("http://e/unknown")));
+}
+
+TEST_CASE("terms that differ in one part only are different", "[rdf]") {
+  Graph g;
+  const TermView terms[] = {lrt::rdf::iri("a:"), blank("a:"), literal("a:"), literal("a:", vocab::xsd::anyURI), tagged_literal("a:", "en"),
+                            tagged_literal("a:", "en-gb"), literal("")};
+  for (const TermView& t : terms) g.intern(t);
+  for (const TermView& a : terms) {
+    const auto id = g.find(a);
+    REQUIRE(id);
+    CHECK(g.term(*id) == a);
+  }
+}
+
+TEST_CASE("language tags become lower case, whatever case is asked for", "[rdf]") {
+  Graph g;
+  const TermId id = g.intern(tagged_literal("colour", "en-GB"));
+  CHECK(g.term(id).language == "en-gb");
+  CHECK(g.intern(tagged_literal("colour", "EN-gb")) == id);
+  CHECK(g.find(tagged_literal("colour", "en-gb")) == id);
+}
+
+TEST_CASE("a literal made without a datatype is an xsd:string", "[rdf]") {
+  Graph g;
+  CHECK(g.intern({TermKind::literal, "a"}) == g.intern(literal("a")));
+}
+
+TEST_CASE("match finds the same triples by every combination of bound terms", "[rdf]") {
+  Graph g;
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      for (int k = 0; k < 5; ++k) {
+        g.add(lrt::rdf::iri("s:" + std::to_string(i)), lrt::rdf::iri("p:" + std::to_string(j)), literal(std::to_string(k)));
+      }
+    }
+  }
+  const auto subject = g.find(lrt::rdf::iri("s:2")), predicate = g.find(lrt::rdf::iri("p:1")), object = g.find(literal("4"));
+  REQUIRE((subject && predicate && object));
+  const auto any = std::nullopt;
+  CHECK(count(g.match(any, any, any)) == 60);
+  CHECK(count(g.match(subject, any, any)) == 15);
+  CHECK(count(g.match(any, predicate, any)) == 20);
+  CHECK(count(g.match(any, any, object)) == 12);
+  CHECK(count(g.match(subject, predicate, any)) == 5);
+  CHECK(count(g.match(subject, any, object)) == 3);
+  CHECK(count(g.match(any, predicate, object)) == 4);
+  CHECK(count(g.match(subject, predicate, object)) == 1);
+  CHECK(count(g.match(predicate, predicate, any)) == 0);
+  std::string order;
+  for (const Triple& t : g.match(subject, predicate, any)) order += g.term(t.object).text;
+  CHECK(order == "01234");
+  const TermView unknown = lrt::rdf::iri("x:");
+  CHECK(g.match(&unknown, nullptr, nullptr).empty());
+}
+
+TEST_CASE("object, objects and subjects answer in the order of addition", "[rdf]") {
+  Graph g;
+  CHECK_FALSE(g.object(s, p));
+  g.add(s, p, literal("2"));
+  g.add(s, p, literal("1"));
+  g.add(o, p, literal("1"));
+  CHECK(g.object(s, p) == literal("2"));
+  REQUIRE(g.objects(s, p).size() == 2);
+  CHECK(g.objects(s, p)[1] == literal("1"));
+  REQUIRE(g.subjects(p, literal("1")).size() == 2);
+  CHECK(g.subjects(p, literal("1"))[0] == s);
+}
+
+TEST_CASE("terms of a graph can be added to the same graph while it grows", "[rdf]") {
+  Graph g;
+  g.add(s, p, tagged_literal("some text that is longer than a short string", "en"));
+  for (std::uint32_t i = 0; i < 3000; ++i) {
+    const TermView known = g.term(g.triples()[0].object);
+    const std::string fresh = "http://e/fresh" + std::to_string(i);
+    g.add(lrt::rdf::iri(fresh), p, known);
+    g.add(lrt::rdf::iri(fresh), q, tagged_literal(g.term(g.triples()[i].subject).text, known.language));  // new, of old parts
+    g.add(lrt::rdf::iri(fresh), lrt::rdf::iri(fresh + "/p"), literal(g.term(g.triples()[i].subject).text));
+  }
+  CHECK(g.size() == 9001);
+  CHECK(g.contains(lrt::rdf::iri("http://e/fresh2999"), p, tagged_literal("some text that is longer than a short string", "en")));
+  CHECK(g.contains(lrt::rdf::iri("http://e/fresh0"), q, tagged_literal("http://e/s", "en")));
+}
+
+TEST_CASE("merging identifies blank nodes of equal label and leaves out what is there", "[rdf]") {
+  Graph a, b;
+  a.add(s, p, blank("x"));
+  b.add(s, p, blank("x"));
+  b.add(blank("x"), q, literal("1", vocab::xsd::integer));
+  a.merge(b);
+  CHECK(a.size() == 2);
+  a.merge(a);
+  CHECK(a.size() == 2);
+  Graph copy = a;
+  copy.add(s, q, o);
+  CHECK(a.size() == 2);
+  CHECK(copy.contains(blank("x"), q, literal("1", vocab::xsd::integer)));
+}
+
+TEST_CASE("a fresh blank node has a label that no other has", "[rdf]") {
+  Graph g;
+  g.intern(blank("b0"));
+  g.intern(blank("b2"));
+  const TermId first = g.fresh_blank(), second = g.fresh_blank();
+  CHECK(g.term(first).text == "b1");
+  CHECK(g.term(second).text == "b3");
+}
+
+TEST_CASE("a list is read only when it is well-formed and ends", "[rdf]") {
+  Graph g;
+  const TermId nil = g.intern(vocab::rdf::nil);
+  REQUIRE(g.list(nil));
+  CHECK(g.list(nil)->empty());
+  g.add(blank("1"), vocab::rdf::first, literal("a"));
+  g.add(blank("1"), vocab::rdf::rest, blank("2"));
+  g.add(blank("2"), vocab::rdf::first, literal("b"));
+  const TermId head = *g.find(blank("1"));
+  CHECK_FALSE(g.list(head));
+  g.add(blank("2"), vocab::rdf::rest, vocab::rdf::nil);
+  REQUIRE(g.list(head));
+  REQUIRE(g.list(head)->size() == 2);
+  CHECK(g.term(g.list(head)->at(1)) == literal("b"));
+  SECTION("two members in a cell") { g.add(blank("2"), vocab::rdf::first, literal("c")); }
+  SECTION("two ways on") { g.add(blank("1"), vocab::rdf::rest, vocab::rdf::nil); }
+  SECTION("a cycle") {
+    Graph cycle;
+    cycle.add(blank("1"), vocab::rdf::first, literal("a"));
+    cycle.add(blank("1"), vocab::rdf::rest, blank("1"));
+    cycle.intern(vocab::rdf::nil);
+    CHECK_FALSE(cycle.list(*cycle.find(blank("1"))));
+    return;
+  }
+  CHECK_FALSE(g.list(head));
+}
+
+TEST_CASE("a hundred thousand triples are found again", "[rdf]") {
+  Graph g;
+  for (int i = 0; i < 100'000; ++i) {
+    g.add(lrt::rdf::iri("http://e/" + std::to_string(i / 10)), lrt::rdf::iri("http://p/" + std::to_string(i % 10)), literal(std::to_string(i)));
+  }
+  REQUIRE(g.size() == 100'000);
+  CHECK(g.object(lrt::rdf::iri("http://e/9999"), lrt::rdf::iri("http://p/9")) == literal("99999"));
+  CHECK(g.subjects(lrt::rdf::iri("http://p/3"), literal("50003")).size() == 1);
+}

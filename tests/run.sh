@@ -1,0 +1,16 @@
+#!/bin/sh
+# Installs what is missing, builds everything in build/dev, and runs all tests.
+#
+#   tests/run.sh [arguments of ctest: -R NAME, --rerun-failed, ...]
+set -eu
+
+root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
+"$root/vendor/install.sh"
+
+if command -v ninja >/dev/null; then export CMAKE_GENERATOR="${CMAKE_GENERATOR:-Ninja}"; fi
+if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER="${CMAKE_CXX_COMPILER_LAUNCHER:-ccache}"; fi
+
+cd "$root"
+cmake --preset dev
+cmake --build --preset dev
+exec ctest --preset dev "$@"

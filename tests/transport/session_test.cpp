@@ -1,0 +1,255 @@
+#include "src/transport/asio/session.hpp"
+
+#include "tests/support/catch.hpp"
+#include "tests/transport/framing_cases.hpp"
+#include "tests/transport/harness.hpp"
+
+using namespace lrt;
+using namespace lrt::test;
+using transport::Session;
+
+namespace {
+
+/// A session whose output is taken at once.
+struct Run {
+  explicit Run(transport::Limits given = {}) : limits(given) {
+    context.handler = &handler;
+  }
+  void receive(std::string_view bytes) {
+    session.receive(bytes, clock.now());
+    drain();
+  }
+  void drain() {
+    for (auto output = session.output(); !output.empty(); output = session.output()) {
+      written.append(output.first).append(output.second);
+      session.sent(output.first.size() + output.second.size(), clock.now());
+    }
+  }
+  void complete(std::string body) {
+    handler.complete(handler.open.back(), std::move(body));
+    session.reply(handler.next_reply(clock.now())->response, clock.now());
+    drain();
+  }
+  bool is_over() const { return session.phase() == Session::Phase::lingering || session.phase() == Session::Phase::closed; }
+
+  transport::Limits limits;
+  HandClock clock;
+  TestHandler handler;
+  transport::SessionContext context{limits};
+  Session session{context, "192.0.2.1"};
+  std::string written;
+};
+
+transport::Limits small_body() {
+  transport::Limits limits;
+  limits.body_bytes = 1'000'000;
+  return limits;
+}
+
+}  // namespace
+
+TEST_CASE("framing has one meaning however the bytes are split", "[transport][R0.1]") {
+  for (const auto& item : framing_cases()) {
+    INFO(item.name);
+    {
+      Run run(small_body());
+      run.receive(item.bytes);
+      CHECK(statuses(parse_answers(run.written)) == item.statuses);
+      CHECK(run.is_over() == item.closes);
+    }
+    {
+      Run run(small_body());
+      for (const char& byte : item.bytes) run.receive({&byte, 1});
+      CHECK(statuses(parse_answers(run.written)) == item.statuses);
+      CHECK(run.is_over() == item.closes);
+    }
+    const std::size_t step = item.bytes.size() > 1000 ? 997 : 1;
+    for (std::size_t at = 1; at < item.bytes.size(); at += step) {
+      Run run(small_body());
+      const auto bytes = std::string_view(item.bytes);
+      run.receive(bytes.substr(0, at));
+      run.receive(bytes.substr(at));
+      if (statuses(parse_answers(run.written)) != item.statuses || run.is_over() != item.closes) {
+        INFO("split at " << at);
+        CHECK(statuses(parse_answers(run.written)) == item.statuses);
+        CHECK(run.is_over() == item.closes);
+      }
+    }
+  }
+}
+
+TEST_CASE("a refusal has problem details and ends the connection", "[transport][R0.1][R0.6]") {
+  Run run;
+  run.receive("GET / HTTP/1.1\r\nHost: a\r\nX : b\r\n\r\n");
+  const auto answers = parse_answers(run.written);
+  REQUIRE(answers.size() == 1);
+  CHECK(contains(answers[0].head, "\r\nContent-Type: application/problem+json\r\n"));
+  CHECK(contains(answers[0].head, "\r\nConnection: close\r\n"));
+  CHECK(contains(answers[0].body, "\"status\":400"));
+  CHECK(run.handler.requests == 0);
+}
+
+TEST_CASE("the handler sees the fields in order, without those that framed the body", "[transport][R0.1]") {
+  const std::string request =
+      "POST /head?q HTTP/1.1\r\nHost: a\r\nContent-Length: 3\r\nAccept:  text/turtle \t\r\nX-Empty:\r\nx-y: 1\r\n\r\nabc";
+  for (std::size_t at = 0; at < request.size(); ++at) {
+    Run run;
+    run.receive(std::string_view(request).substr(0, at));
+    run.receive(std::string_view(request).substr(at));
+    const auto answers = parse_answers(run.written);
+    REQUIRE(answers.size() == 1);
+    CHECK(answers[0].body == "POST /head?q\nHost=a\nAccept=text/turtle\nX-Empty=\nx-y=1\n");
+    CHECK(run.handler.peer == "192.0.2.1");
+  }
+}
+
+TEST_CASE("a chunked body arrives without its coding", "[transport][R0.1]") {
+  const std::string request =
+      "POST / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\n5;x=\"\\\"\"\r\nhello\r\n7\r\n, robot\r\n0\r\nX: y\r\n\r\n";
+  for (std::size_t at = 0; at < request.size(); ++at) {
+    Run run;
+    run.receive(std::string_view(request).substr(0, at));
+    run.receive(std::string_view(request).substr(at));
+    const auto answers = parse_answers(run.written);
+    REQUIRE(answers.size() == 1);
+    CHECK(answers[0].body == "hello, robot");
+  }
+}
+
+TEST_CASE("100 Continue is sent once, and only when the body is waited for", "[transport][R0.1]") {
+  const std::string head = "POST / HTTP/1.1\r\nHost: a\r\nExpect: 100-continue\r\nContent-Length: 2\r\n\r\n";
+  {
+    Run run;
+    run.receive(head);
+    CHECK(run.written == "HTTP/1.1 100 Continue\r\n\r\n");
+    run.receive("hi");
+    CHECK(contains(run.written, "\r\n\r\nHTTP/1.1 200 OK\r\n"));
+  }
+  {
+    Run run;
+    run.receive(head + "h");
+    CHECK(run.written.empty());
+    run.receive("i");
+    CHECK(statuses(parse_answers(run.written)) == std::vector{200});
+  }
+  {
+    Run run;  // RFC 9110 10.1.1: not for HTTP/1.0
+    run.receive("POST / HTTP/1.0\r\nHost: a\r\nExpect: 100-continue\r\nContent-Length: 2\r\n\r\n");
+    CHECK(run.written.empty());
+  }
+  {
+    Run run;
+    run.receive("POST / HTTP/1.1\r\nHost: a\r\nExpect: 100-continue\r\nContent-Length: 2000000\r\n\r\n");
+    CHECK_FALSE(contains(run.written, "100 Continue"));
+    CHECK(statuses(parse_answers(run.written)) == std::vector{413});
+  }
+}
+
+TEST_CASE("pipelined requests wait for a deferred answer and come in order", "[transport][R0.1]") {
+  Run run;
+  run.receive(get("/") + get("/defer") + get("/head") + get("/defer") + get("/"));
+  CHECK(statuses(parse_answers(run.written)) == std::vector{200});
+  CHECK(run.session.phase() == Session::Phase::waiting);
+  CHECK(run.handler.requests == 2);
+  run.complete("first");
+  CHECK(run.handler.requests == 4);
+  run.complete("second");
+  const auto answers = parse_answers(run.written);
+  REQUIRE(statuses(answers) == std::vector{200, 200, 200, 200, 200});
+  CHECK(answers[1].body == "first");
+  CHECK(answers[3].body == "second");
+  CHECK(run.session.phase() == Session::Phase::idle);
+}
+
+TEST_CASE("what is buffered behind a deferred answer is bounded", "[transport]") {
+  Run run;
+  run.receive(get("/defer"));
+  std::size_t taken = 0;
+  while (run.session.wants_input() && taken < 10'000'000) {
+    run.receive(std::string(4096, 'x'));
+    taken += 4096;
+  }
+  CHECK(taken <= run.limits.head_bytes + 4096);
+}
+
+TEST_CASE("HEAD, 204 and 304 have no body, and 204 has no length", "[transport][R0.1]") {
+  Run run;
+  run.receive("HEAD / HTTP/1.1\r\nHost: a\r\n\r\n" + get("/none") + get("/same") + get("/"));
+  const auto answers = parse_answers(run.written, {0});
+  REQUIRE(statuses(answers) == std::vector{200, 204, 304, 200});
+  CHECK(contains(answers[0].head, "\r\nContent-Length: 5\r\n"));
+  CHECK_FALSE(contains(answers[1].head, "Content-Length"));
+  CHECK(answers[3].body == "hello");
+  for (const auto& answer : answers) CHECK(contains(answer.head, "\r\nDate: Sun, 06 Nov 1994 08:49:37 GMT\r\n"));
+}
+
+TEST_CASE("the last request that a connection may carry is answered with close", "[transport]") {
+  transport::Limits limits;
+  limits.requests_per_connection = 3;
+  Run run(limits);
+  for (int i = 0; i < 5; ++i) run.receive(get("/"));
+  const auto answers = parse_answers(run.written);
+  REQUIRE(answers.size() == 3);
+  CHECK_FALSE(contains(answers[1].head, "Connection: close"));
+  CHECK(contains(answers[2].head, "\r\nConnection: close\r\n"));
+  CHECK(run.is_over());
+}
+
+TEST_CASE("a request cut off by the end of input is refused, a whole one answered", "[transport][R0.1]") {
+  const auto cut = [](std::string_view bytes) {
+    Run run;
+    run.receive(bytes);
+    run.session.end_of_input(run.clock.now());
+    run.drain();
+    CHECK(run.session.phase() == Session::Phase::closed);
+    return statuses(parse_answers(run.written));
+  };
+  CHECK(cut("") == std::vector<int>{});
+  CHECK(cut("\r") == std::vector<int>{});
+  CHECK(cut("GET / HT") == std::vector{400});
+  CHECK(cut("POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\n\r\nhell") == std::vector{400});
+  CHECK(cut("POST / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nhello\r\n") == std::vector{400});
+  CHECK(cut(get("/")) == std::vector{200});
+  CHECK(cut(get("/") + "GET") == std::vector{200, 400});
+}
+
+TEST_CASE("the end of input does not cancel a deferred answer", "[transport]") {
+  Run run;
+  run.receive(get("/defer") + get("/"));
+  run.session.end_of_input(run.clock.now());
+  CHECK(run.session.phase() == Session::Phase::waiting);
+  run.complete("late");
+  CHECK(statuses(parse_answers(run.written)) == std::vector{200, 200});
+  CHECK(run.session.phase() == Session::Phase::closed);
+}
+
+TEST_CASE("an expired phase is answered where somebody waits for an answer", "[transport]") {
+  const auto expire = [](std::string_view bytes, Session::Phase phase) {
+    Run run;
+    run.receive(bytes);
+    CHECK(run.session.phase() == phase);
+    run.session.expire(run.clock.now());
+    run.drain();
+    CHECK(run.is_over());
+    return statuses(parse_answers(run.written));
+  };
+  CHECK(expire("", Session::Phase::idle) == std::vector<int>{});
+  CHECK(expire("GET /", Session::Phase::head) == std::vector{408});
+  CHECK(expire("POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\n\r\nh", Session::Phase::body) == std::vector{408});
+}
+
+TEST_CASE("a large body is shared, not copied, and leaves in any portions", "[transport]") {
+  Run run;
+  run.session.receive(get("/big?100000"), run.clock.now());
+  CHECK(run.session.output().second.size() == 100'000);
+  std::string written;
+  for (auto output = run.session.output(); !output.empty(); output = run.session.output()) {
+    const auto part = (output.first.empty() ? output.second : output.first).substr(0, 777);
+    written += part;
+    run.session.sent(part.size(), run.clock.now());
+  }
+  const auto answers = parse_answers(written);
+  REQUIRE(statuses(answers) == std::vector{200});
+  CHECK(answers[0].body == std::string(100'000, 'b'));
+  CHECK(run.session.phase() == Session::Phase::idle);
+}

@@ -1,0 +1,55 @@
+#!/bin/sh
+# Installs what lrt needs and this machine lacks, from the distribution's own packages. Does nothing when all is there.
+#
+#   vendor/install.sh       what the library, the examples and the tests need
+#   vendor/install.sh ci    that, and what .ci/run needs besides
+#
+# vendor/README.md names each package with its version and licence.
+set -eu
+
+build="g++ cmake ninja-build pkg-config ccache librdf0-dev libboost-dev catch2"
+ci="clang libclang-rt-14-dev shellcheck python3 curl"
+
+wanted=$build
+for group in "$@"; do
+  case $group in
+    build) ;;
+    ci) wanted="$wanted $ci" ;;
+    *)
+      echo "usage: $0 [build] [ci]" >&2
+      exit 2
+      ;;
+  esac
+done
+
+if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
+  {
+    echo "$0: this system has no apt. Install these Debian packages' equivalents, then build with cmake:"
+    echo "  $wanted"
+    echo "vendor/README.md says what each is for and which version is known to work."
+  } >&2
+  exit 1
+fi
+
+missing=
+for package in $wanted; do
+  # shellcheck disable=SC2016  # dpkg-query expands it
+  if [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null)" != installed ]; then
+    missing="$missing $package"
+  fi
+done
+[ -n "$missing" ] || exit 0
+
+as_root=
+if [ "$(id -u)" -ne 0 ]; then
+  if ! command -v sudo >/dev/null; then
+    echo "$0: not root, and there is no sudo. As root: apt-get install$missing" >&2
+    exit 1
+  fi
+  as_root=sudo
+fi
+
+echo "Installing:$missing"
+$as_root apt-get update -q
+# shellcheck disable=SC2086  # one argument per package
+$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $missing
