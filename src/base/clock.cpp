@@ -8,6 +8,7 @@ namespace {
 class SystemClock final : public Clock {
  public:
   TimePoint now() const noexcept override { return {std::chrono::steady_clock::now(), std::chrono::system_clock::now()}; }
+  std::chrono::system_clock::time_point utc() const noexcept override { return std::chrono::system_clock::now(); }
 };
 
 }  // namespace

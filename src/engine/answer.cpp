@@ -100,6 +100,9 @@ http::Response Engine::Impl::refused(const Context& context, const std::string& 
 http::Response Engine::Impl::no_content(int status) {
   http::Response response;
   response.status = status;
+  http::LinkWriter links;
+  links.add(vocab::ldp::Resource.text, "type");  // LDP 4.2.1.4: on every answer
+  links.finish(response.fields, {});
   return response;
 }
 

@@ -68,9 +68,6 @@ void Engine::Impl::member_created(const std::string& path, const std::string& id
     response = no_content(201);  // LDP 5.2.3.1
   }
   response.fields.add("Location", location);
-  http::LinkWriter links;
-  links.add(vocab::ldp::Resource.text, "type");
-  links.finish(response.fields, {});
   reply(ticket, std::move(response));
 }
 

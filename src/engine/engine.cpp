@@ -173,7 +173,8 @@ Outcome Engine::Impl::route(Context& context, bool fresh) {
   if (std::find(std::begin(methods), std::end(methods), request.method) == std::end(methods))
     return problem(context, 501, "unknown method \"" + std::string(request.method) + "\"");
   if (target->path == "*") {
-    http::Response response = no_content();
+    http::Response response;
+    response.status = 204;
     response.fields.add("Allow", "GET, HEAD, OPTIONS, PUT, POST, DELETE");
     return response;
   }
@@ -194,7 +195,8 @@ Outcome Engine::Impl::route(Context& context, bool fresh) {
 }
 
 http::Response Engine::Impl::options(const Context& context) {
-  http::Response response = no_content();
+  http::Response response;
+  response.status = 204;
   add_allow(response.fields, *context.resource);
   add_links(response.fields, *context.resource, bases_[context.base], context.page);
   return response;

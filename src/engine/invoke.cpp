@@ -146,6 +146,7 @@ http::Response Engine::Impl::accepted(const Context& context, InvocationResource
   if (context.preferences.return_ == http::Preferences::Return::representation) {
     response = invocation_answer(context, invocation);
   } else {
+    response = no_content();
     response.fields.add("Location", iri_of(context, invocation.path));
   }
   response.status = 202;
@@ -290,6 +291,8 @@ http::Response Engine::Impl::invocation_answer(const Context& context, Invocatio
     response = no_content();
   }
   response.fields.add("Location", location);
+  if (context.preferences.wait && invocation.finished())
+    response.fields.add("Preference-Applied", "wait=" + std::to_string(context.preferences.wait->count()));
   return response;
 }
 

@@ -148,24 +148,28 @@ Result<const Rendering*> Engine::Impl::render(Resource& resource, std::size_t ba
   Result<std::string> text = rdf::write(graph, syntax, options_.prefixes);
   if (!text) return Unexpected{std::move(text).error()};
 
-  Rendering made{&resource, base, syntax, page, revision, {}, {}, nullptr};
-  made.tag = http::entity_tag(rdf::media_type(syntax), *text);
-  made.body = std::make_shared<const std::string>(*std::move(text));
-  made.fields.add("Content-Type", rdf::media_type(syntax));
-  made.fields.add("ETag", made.tag);
-  made.fields.add("Vary", "Accept");
-  made.fields.add("Cache-Control", "no-cache");
-  add_allow(made.fields, resource);
-  add_links(made.fields, resource, bases_[base], page);
-
-  // A rendering of the same kind that is out of date gives up its place; otherwise the oldest of all do.
+  Rendering made{&resource, base, syntax, page, revision, structure_, {}, {}, {}, nullptr};
+  // A rendering of the same kind that is out of date gives up its place, and its links where they still hold.
   for (auto at = resource.renderings.begin(); at != resource.renderings.end(); ++at) {
-    if ((*at)->base != base || (*at)->syntax != syntax || (*at)->page != page) continue;
-    rendered_bytes_ -= (*at)->bytes();
+    Rendering& stale = **at;
+    if (stale.base != base || stale.syntax != syntax || stale.page != page) continue;
+    rendered_bytes_ -= stale.bytes();
+    if (stale.structure == structure_ && resource.kind == Kind::property) made.links = std::move(stale.links);
     renderings_.erase(*at);
     resource.renderings.erase(at);
     break;
   }
+  if (made.links.block().empty()) {
+    made.links.add("Vary", "Accept");
+    made.links.add("Cache-Control", "no-cache");
+    add_allow(made.links, resource);
+    add_links(made.links, resource, bases_[base], page);
+  }
+  made.tag = http::entity_tag(rdf::media_type(syntax), *text);
+  made.body = std::make_shared<const std::string>(*std::move(text));
+  made.fields.add("Content-Type", rdf::media_type(syntax));
+  made.fields.add("ETag", made.tag);
+  made.fields.append(made.links);
   rendered_bytes_ += made.bytes();
   renderings_.push_front(std::move(made));
   resource.renderings.push_back(renderings_.begin());

@@ -37,11 +37,13 @@ struct Rendering {
   rdf::Syntax syntax;
   std::size_t page;
   std::uint64_t revision;
+  std::uint64_t structure; // of the server when `links` were made
+  http::Fields links;     // those of the fields that only the structure changes
   http::Fields fields;    // all of a 200's
   std::string tag;
   std::shared_ptr<const std::string> body;
 
-  std::size_t bytes() const noexcept { return sizeof *this + fields.block().size() + tag.size() + body->size(); }
+  std::size_t bytes() const noexcept { return sizeof *this + links.block().size() + fields.block().size() + tag.size() + body->size(); }
 };
 
 /// Anything that has a URI.

@@ -1,9 +1,12 @@
 #include <lrt/rdf/lexical.hpp>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <limits>
+
+#include <lrt/base/utf8.hpp>
 
 namespace lrt::rdf::lexical {
 namespace {
@@ -287,6 +290,420 @@ std::string format_instant(std::chrono::nanoseconds since_epoch) {
   std::snprintf(text, sizeof text, "%04lld-%02u-%02uT%02d:%02d:%02d", static_cast<long long>(year), month, day,
                 static_cast<int>(of_day / hour_ns), static_cast<int>(of_day / minute_ns % 60), static_cast<int>(of_day / second_ns % 60));
   return text + fraction_text(of_day % second_ns) + "Z";
+}
+
+namespace {
+
+constexpr std::string_view xsd_namespace = "http://www.w3.org/2001/XMLSchema#";
+constexpr std::string_view rdf_namespace = "http://www.w3.org/1999/02/22-rdf-syntax-ns#";
+
+struct Named {
+  std::string_view name;
+  Datatype datatype;
+};
+constexpr Named xsd_datatypes[] = {
+    {"string", Datatype::string},
+    {"float", Datatype::float_},
+    {"double", Datatype::double_},
+    {"integer", Datatype::integer},
+    {"decimal", Datatype::decimal},
+    {"boolean", Datatype::boolean},
+    {"dateTime", Datatype::date_time},
+    {"int", Datatype::int_},
+    {"long", Datatype::long_},
+    {"short", Datatype::short_},
+    {"byte", Datatype::byte_},
+    {"unsignedInt", Datatype::unsigned_int},
+    {"unsignedLong", Datatype::unsigned_long},
+    {"unsignedShort", Datatype::unsigned_short},
+    {"unsignedByte", Datatype::unsigned_byte},
+    {"nonNegativeInteger", Datatype::non_negative_integer},
+    {"positiveInteger", Datatype::positive_integer},
+    {"nonPositiveInteger", Datatype::non_positive_integer},
+    {"negativeInteger", Datatype::negative_integer},
+    {"dateTimeStamp", Datatype::date_time_stamp},
+    {"date", Datatype::date},
+    {"time", Datatype::time},
+    {"gYear", Datatype::g_year},
+    {"gYearMonth", Datatype::g_year_month},
+    {"gMonth", Datatype::g_month},
+    {"gMonthDay", Datatype::g_month_day},
+    {"gDay", Datatype::g_day},
+    {"duration", Datatype::duration},
+    {"dayTimeDuration", Datatype::day_time_duration},
+    {"yearMonthDuration", Datatype::year_month_duration},
+    {"anyURI", Datatype::any_uri},
+    {"hexBinary", Datatype::hex_binary},
+    {"base64Binary", Datatype::base64_binary},
+    {"language", Datatype::language},
+    {"normalizedString", Datatype::normalized_string},
+    {"token", Datatype::token},
+    {"NMTOKEN", Datatype::nmtoken},
+    {"Name", Datatype::name},
+    {"NCName", Datatype::ncname},
+};
+constexpr Named rdf_datatypes[] = {
+    {"langString", Datatype::lang_string}, {"HTML", Datatype::html}, {"XMLLiteral", Datatype::xml_literal}};
+
+template <std::size_t N>
+Datatype look_up(const Named (&table)[N], std::string_view name) noexcept {
+  for (const Named& n : table) {
+    if (n.name == name) return n.datatype;
+  }
+  return Datatype::unknown;
+}
+
+/// A decimal without sign, leading and trailing zeros; zero has neither digits nor sign.
+struct Decimal {
+  bool negative = false;
+  std::string_view whole, fraction;
+};
+
+Decimal split_decimal(std::string_view text) noexcept {
+  Decimal d;
+  if (text.front() == '+' || text.front() == '-') {
+    d.negative = text.front() == '-';
+    text.remove_prefix(1);
+  }
+  const std::size_t point = text.find('.');
+  d.whole = text.substr(0, point);
+  if (point != std::string_view::npos) d.fraction = text.substr(point + 1);
+  d.whole.remove_prefix(std::min(d.whole.find_first_not_of('0'), d.whole.size()));
+  d.fraction = d.fraction.substr(0, d.fraction.find_last_not_of('0') + 1);
+  if (d.whole.empty() && d.fraction.empty()) d.negative = false;
+  return d;
+}
+
+bool in_integer_range(std::string_view text, std::string_view lowest, std::string_view highest) noexcept {
+  return is_integer(text) && (lowest.empty() || compare_decimal(text, lowest) >= 0) &&
+         (highest.empty() || compare_decimal(text, highest) <= 0);
+}
+
+/// The parts of a date or time, as far as its datatype has them.
+struct Civil {
+  bool negative_year = false;
+  std::string_view year;  ///< digits
+  unsigned month = 1, day = 1, hour = 0, minute = 0, second = 0;
+  std::string_view fraction;
+  bool zoned = false;
+  std::int64_t zone_minutes = 0;
+};
+
+/// Takes `text` apart from the left; every step is false when the text does not go on as it should.
+struct Cutter {
+  std::string_view text;
+  bool character(char c) noexcept {
+    if (text.empty() || text.front() != c) return false;
+    text.remove_prefix(1);
+    return true;
+  }
+  bool two(unsigned& out, unsigned lowest, unsigned highest) noexcept {
+    if (!two_digits(text, 0, out) || out < lowest || out > highest) return false;
+    text.remove_prefix(2);
+    return true;
+  }
+  bool year(Civil& c) noexcept {
+    c.negative_year = character('-');
+    const std::size_t end = digits(text, 0);
+    if (end < 4 || (end > 4 && text.front() == '0')) return false;
+    c.year = text.substr(0, end);
+    text.remove_prefix(end);
+    return true;
+  }
+  bool clock(Civil& c) noexcept {
+    if (!two(c.hour, 0, 24) || !character(':') || !two(c.minute, 0, 59) || !character(':') || !two(c.second, 0, 59)) return false;
+    if (character('.')) {
+      const std::size_t end = digits(text, 0);
+      if (end == 0) return false;
+      c.fraction = text.substr(0, end);
+      c.fraction = c.fraction.substr(0, c.fraction.find_last_not_of('0') + 1);
+      text.remove_prefix(end);
+    }
+    return c.hour < 24 || (c.minute == 0 && c.second == 0 && c.fraction.empty());
+  }
+  /// The optional zone, and then the end.
+  bool zone(Civil& c) noexcept {
+    if (text.empty()) return true;
+    c.zoned = true;
+    if (text == "Z") return true;
+    const bool west = text.front() == '-';
+    unsigned hour = 0, minute = 0;
+    if (!character(west ? '-' : '+') || !two(hour, 0, 14) || !character(':') || !two(minute, 0, 59) || !text.empty()) return false;
+    if (hour == 14 && minute != 0) return false;
+    c.zone_minutes = static_cast<std::int64_t>(hour * 60 + minute) * (west ? -1 : 1);
+    return true;
+  }
+};
+
+/// The year's remainder by 400, on which the length of February depends: a year may have any number of digits.
+unsigned year_mod_400(std::string_view year) noexcept {
+  unsigned rest = 0;
+  for (const char c : year) rest = (rest * 10 + static_cast<unsigned>(c - '0')) % 400;
+  return rest;
+}
+
+std::optional<Civil> parse_civil(std::string_view text, Datatype datatype) noexcept {
+  Civil c;
+  Cutter cut{text};
+  const auto day_of_month = [&](unsigned leap_remainder) {
+    return cut.two(c.day, 1, days_in_month(static_cast<std::int64_t>(leap_remainder), c.month));
+  };
+  bool good = false;
+  switch (datatype) {
+    case Datatype::date_time:
+    case Datatype::date_time_stamp:
+      good = cut.year(c) && cut.character('-') && cut.two(c.month, 1, 12) && cut.character('-') && day_of_month(year_mod_400(c.year)) &&
+             cut.character('T') && cut.clock(c) && cut.zone(c) && (c.zoned || datatype == Datatype::date_time);
+      break;
+    case Datatype::date:
+      good = cut.year(c) && cut.character('-') && cut.two(c.month, 1, 12) && cut.character('-') && day_of_month(year_mod_400(c.year)) &&
+             cut.zone(c);
+      break;
+    case Datatype::time: good = cut.clock(c) && cut.zone(c); break;
+    case Datatype::g_year: good = cut.year(c) && cut.zone(c); break;
+    case Datatype::g_year_month: good = cut.year(c) && cut.character('-') && cut.two(c.month, 1, 12) && cut.zone(c); break;
+    case Datatype::g_month: good = cut.character('-') && cut.character('-') && cut.two(c.month, 1, 12) && cut.zone(c); break;
+    case Datatype::g_month_day:
+      good = cut.character('-') && cut.character('-') && cut.two(c.month, 1, 12) && cut.character('-') && day_of_month(0) && cut.zone(c);
+      break;
+    case Datatype::g_day:
+      good = cut.character('-') && cut.character('-') && cut.character('-') && cut.two(c.day, 1, 31) && cut.zone(c);
+      break;
+    default: break;
+  }
+  return good ? std::optional<Civil>(c) : std::nullopt;
+}
+
+/// The parts of `-?P(nY)?(nM)?(nD)?(T(nH)?(nM)?(n(.n)?S)?)?`, at least one of them.
+struct DurationParts {
+  bool negative = false;
+  std::string_view count[6];  ///< Y M D H M S
+  std::string_view fraction;
+};
+
+std::optional<DurationParts> split_duration(std::string_view text, Datatype datatype) noexcept {
+  DurationParts parts;
+  Cutter cut{text};
+  parts.negative = cut.character('-');
+  if (!cut.character('P') || cut.text.empty()) return std::nullopt;
+  constexpr std::string_view letters = "YMDHMS";
+  std::size_t next = 0;
+  bool in_time = false;
+  while (!cut.text.empty()) {
+    if (!in_time && cut.character('T')) {
+      in_time = true;
+      next = 3;
+      if (cut.text.empty()) return std::nullopt;
+    }
+    const std::size_t end = digits(cut.text, 0);
+    if (end == 0 || end == cut.text.size()) return std::nullopt;
+    std::size_t letter = end;
+    if (cut.text[end] == '.') {
+      letter = digits(cut.text, end + 1);
+      if (letter == end + 1 || letter == cut.text.size() || cut.text[letter] != 'S' || !in_time) return std::nullopt;
+      parts.fraction = cut.text.substr(end + 1, letter - end - 1);
+      parts.fraction = parts.fraction.substr(0, parts.fraction.find_last_not_of('0') + 1);
+    }
+    const std::size_t at = letters.substr(0, in_time ? 6 : 3).find(cut.text[letter], next);
+    if (at == std::string_view::npos) return std::nullopt;
+    parts.count[at] = cut.text.substr(0, end);
+    next = at + 1;
+    cut.text.remove_prefix(letter + 1);
+  }
+  const bool months = !parts.count[0].empty() || !parts.count[1].empty();
+  bool clock = false;
+  for (std::size_t i = 2; i < 6; ++i) clock = clock || !parts.count[i].empty();
+  if (datatype == Datatype::day_time_duration && months) return std::nullopt;
+  if (datatype == Datatype::year_month_duration && clock) return std::nullopt;
+  return parts;
+}
+
+bool is_base64(std::string_view text) noexcept {
+  std::size_t count = 0, padding = 0;
+  char last = 0;
+  bool blank = true;  // one space may stand between two characters, none at the ends
+  for (const char c : text) {
+    if (c == ' ') {
+      if (blank) return false;
+      blank = true;
+      continue;
+    }
+    blank = false;
+    ++count;
+    if (c == '=') {
+      if (++padding > 2) return false;
+      continue;
+    }
+    const bool letter = (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || digit(c) || c == '+' || c == '/';
+    if (!letter || padding != 0) return false;
+    last = c;
+  }
+  if (count == 0) return text.empty();
+  if (blank || count % 4 != 0) return false;
+  constexpr std::string_view low_two_bits_0 = "AEIMQUYcgkosw048", low_four_bits_0 = "AQgw";
+  if (padding == 1) return low_two_bits_0.find(last) != std::string_view::npos;
+  return padding == 0 || low_four_bits_0.find(last) != std::string_view::npos;
+}
+
+bool is_hex(std::string_view text) noexcept {
+  for (const char c : text) {
+    if (!digit(c) && !(c >= 'a' && c <= 'f') && !(c >= 'A' && c <= 'F')) return false;
+  }
+  return text.size() % 2 == 0;
+}
+
+/// XSD 1.1 3.4.3: [a-zA-Z]{1,8}(-[a-zA-Z0-9]{1,8})*
+bool is_language(std::string_view text) noexcept {
+  std::size_t length = 0;
+  bool first = true;
+  for (const char c : text) {
+    if (c == '-') {
+      if (length == 0) return false;
+      length = 0;
+      first = false;
+    } else if ((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (!first && digit(c))) {
+      if (++length > 8) return false;
+    } else {
+      return false;
+    }
+  }
+  return length != 0;
+}
+
+/// XML 1.0 (fifth edition) productions 4 and 4a.
+bool is_name_start(char32_t c) noexcept {
+  return c == ':' || c == '_' || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= 0xC0 && c <= 0x2FF && c != 0xD7 && c != 0xF7) ||
+         (c >= 0x370 && c <= 0x1FFF && c != 0x37E) || c == 0x200C || c == 0x200D || (c >= 0x2070 && c <= 0x218F) ||
+         (c >= 0x2C00 && c <= 0x2FEF) || (c >= 0x3001 && c <= 0xD7FF) || (c >= 0xF900 && c <= 0xFDCF) ||
+         (c >= 0xFDF0 && c <= 0xFFFD) || (c >= 0x10000 && c <= 0xEFFFF);
+}
+bool is_name_character(char32_t c) noexcept {
+  return is_name_start(c) || c == '-' || c == '.' || (c >= '0' && c <= '9') || c == 0xB7 || (c >= 0x300 && c <= 0x36F) ||
+         (c >= 0x203F && c <= 0x2040);
+}
+
+bool is_xml_name(std::string_view text, bool any_start, bool colon) noexcept {
+  if (text.empty() || utf8::find_invalid(text)) return false;
+  for (std::size_t at = 0; at < text.size();) {
+    const bool start = at == 0 && !any_start;
+    const char32_t c = utf8::decode(text, at);
+    if ((c == ':' && !colon) || !(start ? is_name_start(c) : is_name_character(c))) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Datatype datatype_of(std::string_view iri) noexcept {
+  if (iri.size() > xsd_namespace.size() && iri.substr(0, xsd_namespace.size()) == xsd_namespace)
+    return look_up(xsd_datatypes, iri.substr(xsd_namespace.size()));
+  if (iri.size() > rdf_namespace.size() && iri.substr(0, rdf_namespace.size()) == rdf_namespace)
+    return look_up(rdf_datatypes, iri.substr(rdf_namespace.size()));
+  return Datatype::unknown;
+}
+
+bool is_well_formed(std::string_view text, Datatype datatype) noexcept {
+  switch (datatype) {
+    case Datatype::boolean: return parse_boolean(text).has_value();
+    case Datatype::decimal: return is_decimal(text);
+    case Datatype::double_:
+    case Datatype::float_: return is_double(text);
+    case Datatype::integer: return is_integer(text);
+    case Datatype::long_: return in_integer_range(text, "-9223372036854775808", "9223372036854775807");
+    case Datatype::int_: return in_integer_range(text, "-2147483648", "2147483647");
+    case Datatype::short_: return in_integer_range(text, "-32768", "32767");
+    case Datatype::byte_: return in_integer_range(text, "-128", "127");
+    case Datatype::unsigned_long: return in_integer_range(text, "0", "18446744073709551615");
+    case Datatype::unsigned_int: return in_integer_range(text, "0", "4294967295");
+    case Datatype::unsigned_short: return in_integer_range(text, "0", "65535");
+    case Datatype::unsigned_byte: return in_integer_range(text, "0", "255");
+    case Datatype::non_negative_integer: return in_integer_range(text, "0", {});
+    case Datatype::positive_integer: return in_integer_range(text, "1", {});
+    case Datatype::non_positive_integer: return in_integer_range(text, {}, "0");
+    case Datatype::negative_integer: return in_integer_range(text, {}, "-1");
+    case Datatype::date_time:
+    case Datatype::date_time_stamp:
+    case Datatype::date:
+    case Datatype::time:
+    case Datatype::g_year:
+    case Datatype::g_year_month:
+    case Datatype::g_month:
+    case Datatype::g_month_day:
+    case Datatype::g_day: return parse_civil(text, datatype).has_value();
+    case Datatype::duration:
+    case Datatype::day_time_duration:
+    case Datatype::year_month_duration: return split_duration(text, datatype).has_value();
+    case Datatype::hex_binary: return is_hex(text);
+    case Datatype::base64_binary: return is_base64(text);
+    case Datatype::language: return is_language(text);
+    case Datatype::normalized_string: return text.find_first_of("\t\n\r") == std::string_view::npos;
+    case Datatype::token:
+      return text.find_first_of("\t\n\r") == std::string_view::npos && text.find("  ") == std::string_view::npos &&
+             (text.empty() || (text.front() != ' ' && text.back() != ' '));
+    case Datatype::nmtoken: return is_xml_name(text, true, true);
+    case Datatype::name: return is_xml_name(text, false, true);
+    case Datatype::ncname: return is_xml_name(text, false, false);
+    case Datatype::unknown:
+    case Datatype::string:
+    case Datatype::any_uri:
+    case Datatype::lang_string:
+    case Datatype::html:
+    case Datatype::xml_literal: return true;
+  }
+  return true;
+}
+
+int compare_decimal(std::string_view a, std::string_view b) noexcept {
+  const Decimal x = split_decimal(a), y = split_decimal(b);
+  if (x.negative != y.negative) return x.negative ? -1 : 1;
+  int magnitude = 0;
+  if (x.whole.size() != y.whole.size()) magnitude = x.whole.size() < y.whole.size() ? -1 : 1;
+  if (magnitude == 0) magnitude = x.whole.compare(y.whole);
+  if (magnitude == 0) magnitude = x.fraction.compare(y.fraction);  // without trailing zeros, so a prefix is the smaller
+  return x.negative ? -magnitude : magnitude;
+}
+
+std::optional<float> parse_float(std::string_view text) noexcept {
+  const auto wide = parse_double(text);
+  if (!wide) return std::nullopt;
+  if (std::isnan(*wide) || std::isinf(*wide)) return static_cast<float>(*wide);
+  text = without_plus(text);
+  float value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error == std::errc() && end == text.data() + text.size()) return value;
+  return static_cast<float>(*wide);  // out of float's range: infinity or 0, or a subnormal
+}
+
+std::optional<Moment> parse_moment(std::string_view text, Datatype datatype) noexcept {
+  if (datatype == Datatype::g_month || datatype == Datatype::g_month_day || datatype == Datatype::g_day) return std::nullopt;
+  const auto c = parse_civil(text, datatype);
+  if (!c || c->year.size() > 9) return std::nullopt;
+  const std::int64_t year = c->year.empty() ? 1972 : *parse_int64(c->year) * (c->negative_year ? -1 : 1);
+  Moment m;
+  m.seconds = days_from_civil(year, c->month, c->day) * 86'400 + static_cast<std::int64_t>(c->hour) * 3600 +
+              static_cast<std::int64_t>(c->minute) * 60 + static_cast<std::int64_t>(c->second) - c->zone_minutes * 60;
+  m.fraction = c->fraction;
+  m.zoned = c->zoned;
+  return m;
+}
+
+std::optional<Duration> parse_full_duration(std::string_view text, Datatype datatype) noexcept {
+  const auto parts = split_duration(text, datatype);
+  if (!parts) return std::nullopt;
+  constexpr std::int64_t units[] = {12, 1, 86'400, 3600, 60, 1};
+  Duration d;
+  for (std::size_t i = 0; i < 6; ++i) {
+    if (parts->count[i].empty()) continue;
+    const auto count = parse_int64(parts->count[i]);
+    if (!count || !accumulate(i < 2 ? d.months : d.seconds, *count, units[i])) return std::nullopt;
+  }
+  if (parts->negative) {
+    d.months = -d.months;
+    d.seconds = -d.seconds;
+  }
+  d.fraction = parts->fraction;
+  d.negative = parts->negative;
+  return d;
 }
 
 }  // namespace lrt::rdf::lexical

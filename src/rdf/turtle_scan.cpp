@@ -221,8 +221,11 @@ class TurtleScanner : Scanner {
   Result<std::string_view> scan() {
     if (well_formed()) {
       while (!end() && token()) {}
-      if (!refused() && awaited_ != Awaited::nothing) expected(awaited(), at_);
-      if (!refused() && !open_.empty()) fail(open_.back(), std::string("'") + text_[open_.back()] + "' without an end");
+      if (!refused() && !open_.empty()) {
+        const std::size_t at = open_.back().at;
+        fail(at, std::string("'") + text_[at] + "' without an end");
+      }
+      if (!refused() && state_ != State::subject) expected(wanted(), at_);
     }
     if (refused()) return fault();
     if (copied_ == 0) return text_;
@@ -231,8 +234,101 @@ class TurtleScanner : Scanner {
   }
 
  private:
-  enum class Awaited : std::uint8_t { nothing, prefix, prefix_iri, base_iri };
-  const char* awaited() const noexcept { return awaited_ == Awaited::prefix ? "a prefix ending in ':'" : "an IRI in '<' and '>'"; }
+  /// What the grammar (Turtle 6.5) wants next.
+  enum class State : std::uint8_t {
+    subject,          // or a directive, or the end
+    verb,
+    verb_or_close,    // behind '['
+    verb_or_dot,      // behind `[ ... ]` as subject
+    verb_or_end,      // behind ';'
+    object,
+    after_object,
+    item,             // of a collection, or ')'
+    datatype,
+    prefix,
+    prefix_iri,
+    base_iri,
+    dot,              // behind @prefix or @base
+  };
+  struct Open {
+    std::size_t at;   // the bracket
+    State behind;     // the state behind its partner
+  };
+
+  const char* wanted() const noexcept {
+    switch (state_) {
+      case State::subject: return "a subject or a directive";
+      case State::verb: return "a predicate";
+      case State::verb_or_close: return "a predicate or ']'";
+      case State::verb_or_dot: return "a predicate or '.'";
+      case State::verb_or_end: return open_.empty() ? "a predicate, ';' or '.'" : "a predicate, ';' or ']'";
+      case State::object: return "an object";
+      case State::after_object: return open_.empty() ? "',', ';' or '.'" : "',', ';' or ']'";
+      case State::item: return "an object or ')'";
+      case State::datatype: return "a datatype IRI";
+      case State::prefix: return "a prefix ending in ':'";
+      case State::prefix_iri:
+      case State::base_iri: return "an IRI in '<' and '>'";
+      case State::dot: return "'.'";
+    }
+    return "";
+  }
+  bool unexpected_here(std::size_t at) { return expected(wanted(), at); }
+
+  bool wants_verb() const noexcept {
+    return state_ == State::verb || state_ == State::verb_or_close || state_ == State::verb_or_dot || state_ == State::verb_or_end;
+  }
+  enum class Kind : std::uint8_t { iri, blank, literal };
+  /// A term of the kind that began at `from`.
+  bool take(Kind kind, std::size_t from) {
+    if (kind == Kind::iri && state_ == State::datatype) {
+      state_ = behind_literal_;
+    } else if (kind == Kind::iri && wants_verb()) {
+      state_ = State::object;
+    } else if (state_ == State::subject && kind != Kind::literal) {
+      state_ = State::verb;
+    } else if (state_ == State::object) {
+      state_ = State::after_object;
+    } else if (state_ != State::item) {
+      return unexpected_here(from);
+    }
+    return true;
+  }
+
+  bool open_bracket(char c) {
+    State behind = State::verb;
+    if (state_ == State::object) behind = State::after_object;
+    else if (state_ == State::item) behind = State::item;
+    else if (state_ != State::subject) return unexpected_here(at_);
+    if (open_.size() >= max_brackets) return fail(at_, "brackets nested more than " + std::to_string(max_brackets) + " deep");
+    open_.push_back({at_++, behind});
+    state_ = c == '[' ? State::verb_or_close : State::item;
+    return true;
+  }
+  bool close_bracket(char c) {
+    const bool ends = c == ')' ? state_ == State::item
+                               : state_ == State::verb_or_close || state_ == State::verb_or_end || state_ == State::after_object;
+    if (open_.empty() || text_[open_.back().at] != (c == ']' ? '[' : '(') || !ends) return unexpected_here(at_);
+    const bool sentence = c == ']' && state_ != State::verb_or_close;
+    state_ = open_.back().behind;
+    if (sentence && state_ == State::verb) state_ = State::verb_or_dot;
+    open_.pop_back();
+    ++at_;
+    return true;
+  }
+  bool punctuation(char c) {
+    const bool after_object = state_ == State::after_object;
+    if (c == ',' && after_object) state_ = State::object;
+    else if (c == ';' && (after_object || state_ == State::verb_or_end)) state_ = State::verb_or_end;
+    else if (c == '.' && open_.empty() &&
+             (after_object || state_ == State::verb_or_end || state_ == State::verb_or_dot || state_ == State::dot)) {
+      state_ = State::subject;
+    } else {
+      return unexpected_here(at_);
+    }
+    ++at_;
+    return true;
+  }
 
   bool token() {
     const char c = peek();
@@ -244,36 +340,30 @@ class TurtleScanner : Scanner {
       skip_comment();
       return true;
     }
-    if (awaited_ == Awaited::prefix) return prefix_declared();
-    if (c == '<') return iri_token();
-    if (awaited_ != Awaited::nothing) return expected(awaited(), at_);
-    if (std::exchange(after_string_, false) && c == '@') return language();
-    switch (c) {
-      case '"':
-      case '\'': return string_token(c);
-      case '@': return directive();
-      case '_': return blank_label();
-      case '[':
-      case '(':
-        if (open_.size() >= max_brackets) return fail(at_, "brackets nested more than " + std::to_string(max_brackets) + " deep");
-        open_.push_back(at_++);
-        return true;
-      case ']':
-      case ')':
-        if (open_.empty() || text_[open_.back()] != (c == ']' ? '[' : '(')) return fail(at_, std::string("'") + c + "' without a beginning");
-        open_.pop_back();
-        ++at_;
-        return true;
-      case '.':
-        if (is_digit(peek(1))) return number();
-        ++at_;
-        return true;
-      case ',':
-      case ';': ++at_; return true;
-      case '^':
-        if (peek(1) != '^') return expected("'^^'", at_);
+    if (state_ == State::prefix) return prefix_declared();
+    if (state_ == State::prefix_iri || state_ == State::base_iri) return c == '<' ? iri_token() : unexpected_here(at_);
+    if (std::exchange(after_string_, false)) {
+      if (c == '@') return language();
+      if (c == '^' && peek(1) == '^') {
+        behind_literal_ = std::exchange(state_, State::datatype);
         at_ += 2;
         return true;
+      }
+    }
+    const std::size_t from = at_;
+    switch (c) {
+      case '<': return iri_token();
+      case '"':
+      case '\'': return take(Kind::literal, from) && string_token(c);
+      case '@': return directive();
+      case '_': return take(Kind::blank, from) && blank_label();
+      case '[':
+      case '(': return open_bracket(c);
+      case ']':
+      case ')': return close_bracket(c);
+      case '.': return is_digit(peek(1)) && state_ != State::after_object ? number() : punctuation(c);
+      case ',':
+      case ';': return punctuation(c);
       case '+':
       case '-': return number();
       default: return is_digit(c) ? number() : word();
@@ -282,6 +372,7 @@ class TurtleScanner : Scanner {
 
   bool number() {
     const std::size_t from = at_;
+    if (!take(Kind::literal, from)) return false;
     if (peek() == '+' || peek() == '-') ++at_;
     std::size_t digits = 0;
     while (is_digit(peek())) ++at_, ++digits;
@@ -313,26 +404,28 @@ class TurtleScanner : Scanner {
       const std::string_view rest = text_.substr(at_ + 1, word.size());
       return rest == word && !is_alpha(peek(1 + word.size()));
     };
+    if (state_ != State::subject) return unexpected_here(at_);
     if (starts("prefix")) {
-      awaited_ = Awaited::prefix;
+      state_ = State::prefix;
       at_ += 7;
     } else if (starts("base")) {
-      awaited_ = Awaited::base_iri;
+      state_ = State::base_iri;
       at_ += 5;
     } else {
       return expected("@prefix or @base", at_);
     }
+    behind_directive_ = State::dot;
     return true;
   }
 
   /// PNAME_NS in a declaration.
   bool prefix_declared() {
     const std::size_t from = at_;
-    if (!prefix_name()) return expected(awaited(), from);
+    if (!prefix_name()) return unexpected_here(from);
     declaring_ = text_.substr(from, at_ - from);
     ++at_;
-    if (name_character(true, true) || peek() == ':' || peek() == '%' || peek() == '\\') return expected(awaited(), from);
-    awaited_ = Awaited::prefix_iri;
+    if (name_character(true, true) || peek() == ':' || peek() == '%' || peek() == '\\') return unexpected_here(from);
+    state_ = State::prefix_iri;
     return true;
   }
 
@@ -350,28 +443,29 @@ class TurtleScanner : Scanner {
     const std::size_t from = at_;
     if (!prefix_name()) {
       const std::string_view read = text_.substr(from, at_ - from);
-      if (detail::iequals_ascii(read, "prefix")) {
-        awaited_ = Awaited::prefix;
+      if (state_ == State::subject && (detail::iequals_ascii(read, "prefix") || detail::iequals_ascii(read, "base"))) {
+        state_ = read.size() == 4 ? State::base_iri : State::prefix;
+        behind_directive_ = State::subject;
         return true;
       }
-      if (detail::iequals_ascii(read, "base")) {
-        awaited_ = Awaited::base_iri;
+      if (read == "a" && wants_verb()) {
+        state_ = State::object;
         return true;
       }
-      for (const std::string_view known : {"true", "false", "a"}) {  // a '.' right behind ends the statement
+      for (const std::string_view known : {"true", "false"}) {  // a '.' right behind ends the statement
         if (read.substr(0, known.size()) == known && read.find_first_not_of('.', known.size()) == npos) {
           at_ = from + known.size();
-          return true;
+          return take(Kind::literal, from);
         }
       }
-      return fail(from, "expected a term or punctuation, found " + found(text_, from));
+      return unexpected_here(from);
     }
     const std::string_view prefix = text_.substr(from, at_ - from);
     if (std::find(prefixes_.begin(), prefixes_.end(), prefix) == prefixes_.end()) {
       return fail(from, "undeclared prefix \"" + std::string(prefix) + ":\"");
     }
     ++at_;
-    return local_name();
+    return take(Kind::iri, from) && local_name();
   }
 
   /// PN_LOCAL or nothing.
@@ -425,13 +519,14 @@ class TurtleScanner : Scanner {
       storage_.push_back('>');
       copied_ = at_;
     }
-    if (awaited_ == Awaited::prefix_iri) {
+    if (state_ != State::prefix_iri && state_ != State::base_iri) return take(Kind::iri, from);
+    if (state_ == State::prefix_iri) {
       if (std::find(prefixes_.begin(), prefixes_.end(), declaring_) == prefixes_.end()) prefixes_.push_back(declaring_);
-    } else if (awaited_ == Awaited::base_iri) {
+    } else {
       own_base_ = reference;
       base_ = own_base_;
     }
-    awaited_ = Awaited::nothing;
+    state_ = behind_directive_;
     return true;
   }
 
@@ -441,8 +536,8 @@ class TurtleScanner : Scanner {
   std::size_t copied_ = 0;                     // up to here `storage_` has the text
   std::vector<std::string_view> prefixes_;
   std::string_view declaring_;
-  std::vector<std::size_t> open_;              // offsets of '[' and '('
-  Awaited awaited_ = Awaited::nothing;
+  std::vector<Open> open_;                     // '[' and '('
+  State state_ = State::subject, behind_directive_ = State::dot, behind_literal_ = State::after_object;
   bool after_string_ = false;                  // an '@' now begins a language tag
 };
 

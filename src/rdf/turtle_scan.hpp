@@ -19,15 +19,15 @@ inline constexpr std::size_t max_language_tag = 255;
 /// removed again from what Raptor reports.
 inline constexpr std::string_view dot_guard = "\xEF\xA3\xBF";
 
-/// Reads the tokens of a Turtle document, judges what Raptor does not (escapes, characters of IRIs, UTF-8, U+0000, undeclared
-/// prefixes, nesting), and makes every IRI absolute. The order of tokens is left to Raptor's grammar.
+/// Judges a Turtle document: UTF-8, U+0000, escapes, characters of IRIs, undeclared prefixes, nesting, and the grammar, because
+/// Raptor leaks what it has of a statement when it finds an error, and says the line at most. Makes every IRI absolute.
 ///
 /// @param base      an absolute IRI, or empty: then relative IRIs are refused.
 /// @param storage   receives the text if it had to be changed; lines stay where they are.
 /// @return          the text to give to Raptor: `text` itself or a view of `storage`.
 ///
 /// @par Errors      expected_rdf with offset, line and column.
-/// @par Implements  RDF 1.1 Turtle 6.3, 6.4, 6.5 (terminals); RFC 3986 5.2
+/// @par Implements  RDF 1.1 Turtle 6.3, 6.4, 6.5; RFC 3986 5.2
 Result<std::string_view> scan_turtle(std::string_view text, std::string_view base, std::string& storage);
 
 /// Judges an N-Triples document completely (RDF 1.1 N-Triples 7).

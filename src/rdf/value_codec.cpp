@@ -53,7 +53,7 @@ class Writer {
     if (value.is_null()) return;
     switch (type.kind) {
       case Kind::optional: return at(focus, *type.element, facets, value);
-      case Kind::record: return record(focus, type, value);
+      case Kind::record: return record(focus, type, facets, value);
       case Kind::integer:
       case Kind::real: return number(focus, type, facets, value);
       default: add(focus, vocab::rdf::value, object(type, facets, value));
@@ -66,12 +66,15 @@ class Writer {
   void number(TermId node, const Type& type, const Facets& facets, const Value& value) {
     add(node, vocab::rdf::type, graph_.intern(vocab::maths::Scalar));
     add(node, vocab::vom::numericalValue, graph_.intern(literal(lexical_form(type, value), type.datatype)));
-    const Unit& unit = facets.unit();
+    unit(node, facets.unit());
+  }
+
+  void unit(TermId node, const Unit& unit) {
     if (!unit.vom.empty()) add(node, vocab::vom::unit, graph_.intern(unit.vom));
     if (!unit.qudt.empty()) add(node, vocab::qudt::unit, graph_.intern(unit.qudt));
   }
 
-  void record(TermId node, const Type& type, const Value& value) {
+  void record(TermId node, const Type& type, const Facets& facets, const Value& value) {
     for (const std::string& c : type.classes) add(node, vocab::rdf::type, graph_.intern(iri(c)));
     const Value::Sequence* members = value.sequence();
     if (!members) return;
@@ -81,6 +84,7 @@ class Writer {
       const TermId predicate = graph_.intern(iri(predicate_iri(field.predicate, names_base_)));
       graph_.add(node, predicate, object(*field.type, field.facets, (*members)[i]));
     }
+    unit(node, facets.unit());
   }
 
   TermId object(const Type& type, const Facets& facets, const Value& value) {
@@ -88,7 +92,7 @@ class Writer {
       case Kind::optional: return object(*type.element, facets, value);
       case Kind::record: {
         const TermId node = graph_.fresh_blank();
-        record(node, type, value);
+        record(node, type, facets, value);
         return node;
       }
       case Kind::list: {
@@ -241,7 +245,7 @@ class Reader {
         if (inner.kind != Kind::record && !graph_.object(graph_.term(focus), carrier)) return Value();
         return at(focus, inner, facets);
       }
-      case Kind::record: return record(focus, type);
+      case Kind::record: return record(focus, type, facets);
       case Kind::integer:
       case Kind::real: return number(focus, type, facets);
       default: return only(focus, vocab::rdf::value.text, type, facets);
@@ -319,11 +323,12 @@ class Reader {
     }
   }
 
-  Value record(TermId node, const Type& type) {
+  Value record(TermId node, const Type& type, const Facets& facets) {
     Value::Sequence members;
     members.reserve(type.fields.size());
     for (const FieldType& field : type.fields)
       members.push_back(only(node, predicate_iri(field.predicate, names_base_), *field.type, field.facets));
+    check_unit(node, facets.unit());
     return Value(std::move(members));
   }
 
@@ -334,7 +339,7 @@ class Reader {
       case Kind::optional: return object(id, *type.element, facets);
       case Kind::record:
         if (term.is_literal()) return fail("expected a node, found " + shown(term));
-        return record(id, type);
+        return record(id, type, facets);
       case Kind::list: {
         const auto members = graph_.list(id);
         if (!members) return fail("expected an RDF list, found " + shown(term));

@@ -135,8 +135,8 @@ int main(int argc, char** argv) {
     if (latencies.empty()) return 0.0;
     return static_cast<double>(latencies[static_cast<std::size_t>(p * static_cast<double>(latencies.size() - 1))]);
   };
-  std::printf("%ld requests on %d connections in %.2f s: %.0f/s, p50 %.1f us, p99 %.1f us, %ld not 200", done, connections, elapsed,
-              static_cast<double>(done) / elapsed, percentile(0.5), percentile(0.99), bad);
+  std::printf("%ld requests on %d connections in %.2f s: %.0f/s, p50 %.1f us, p99 %.1f us, %ld not 200", done, connections,
+              elapsed, static_cast<double>(done) / elapsed, percentile(0.5), percentile(0.99), bad);
   if (pid) std::printf(", server CPU %.2f us/request", cpu / static_cast<double>(done));
   std::printf("\n");
   return bad == 0 ? 0 : 1;

@@ -104,7 +104,8 @@ int main(int argc, char** argv) {
   std::signal(SIGTERM, on_signal);
   if (auto started = server->start(echo); !started) return std::fprintf(stderr, "%s\n", started.error().message.c_str()), 1;
   const bool v6 = options.address.find(':') != std::string::npos;
-  std::printf("listening on http://%s%s%s:%u/\n", v6 ? "[" : "", options.address.c_str(), v6 ? "]" : "", unsigned{server->port()});
+  std::printf("listening on http://%s%s%s:%u/\n", v6 ? "[" : "", options.address.c_str(), v6 ? "]" : "",
+              unsigned{server->port()});
   std::fflush(stdout);
   while (!ended) server->poll(std::chrono::milliseconds(1), std::chrono::hours(1));
   server->stop();

@@ -2,7 +2,9 @@
 
 #include <sys/resource.h>
 
+#include <cstdlib>
 #include <memory>
+#include <new>
 #include <thread>
 
 #include "tests/support/catch.hpp"
@@ -12,6 +14,25 @@
 using namespace lrt;
 using namespace lrt::test;
 using std::chrono::milliseconds;
+
+namespace {
+
+std::atomic<std::size_t> allocations{0};
+
+}  // namespace
+
+// Counted for the test that an idle poll() allocates nothing.
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* const memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  ++allocations;
+  return std::malloc(size);
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace {
 
@@ -70,7 +91,8 @@ struct Host {
 
 }  // namespace
 
-TEST_CASE("framing on the socket is as in the session, and the connection closes without losing the answer", "[transport][R0.1]") {
+TEST_CASE("framing on the socket is as in the session, and the connection closes without losing the answer",
+          "[transport][R0.1]") {
   Host host;
   for (const auto& item : framing_cases()) {
     INFO(item.name);
@@ -273,7 +295,9 @@ TEST_CASE("a large answer arrives whole at a client that reads slowly", "[transp
   client.send(get("/big?30000000") + get("/"));
   REQUIRE(host.run_until_handled(client, 1));
   client.paused = false;
-  REQUIRE(host.run({&client}, [&] { return client.received.size() > 30'000'000 && contains(client.received.substr(client.received.size() - 5), "hello"); }));
+  REQUIRE(host.run({&client}, [&] {
+    return client.received.size() > 30'000'000 && contains(client.received.substr(client.received.size() - 5), "hello");
+  }));
   CHECK(statuses(parse_answers(client.received)) == std::vector{200, 200});
 }
 
@@ -456,6 +480,30 @@ TEST_CASE("poll says how long nothing is due", "[transport]") {
   CHECK(host.server->poll(milliseconds(1), milliseconds(0)) == options.limits.idle_time);
   clock.advance(milliseconds(1000));
   CHECK(host.server->poll(milliseconds(1), milliseconds(0)) == options.limits.idle_time - milliseconds(1000));
+}
+
+TEST_CASE("poll allocates nothing when there is nothing to do, and nothing for a plain request", "[transport]") {
+  Host host;
+  auto client = host.client();
+  for (int i = 0; i < 3; ++i) {
+    client.send(get("/none"));
+    REQUIRE(host.run_to_answers(client, static_cast<std::size_t>(i + 1)));
+  }
+  const auto before_idle = allocations.load();
+  for (int i = 0; i < 100; ++i) host.server->poll(milliseconds(1), milliseconds(0));
+  CHECK(allocations.load() == before_idle);
+
+  const std::string request = get("/none");
+  const auto before_handler = allocations.load();
+  host.handler.handle({"GET", "/none", 11, {}, {}, {}, false}, system_clock().now());
+  const auto of_handler = allocations.load() - before_handler;
+  client.send(request);
+  client.received.reserve(10'000);
+  client.step();
+  const auto before_request = allocations.load();
+  for (int i = 0; i < 20; ++i) host.server->poll(milliseconds(1), milliseconds(1));
+  CHECK(allocations.load() - before_request <= of_handler);
+  CHECK(host.handler.requests == 5);
 }
 
 TEST_CASE("start says why it cannot listen", "[transport]") {

@@ -169,7 +169,11 @@ class RawClient {
     ::fcntl(socket_, F_SETFL, O_NONBLOCK);
   }
   RawClient(RawClient&& other) noexcept
-      : received(std::move(other.received)), ended(other.ended), failed(other.failed), socket_(other.socket_), out_(std::move(other.out_)) {
+      : received(std::move(other.received)),
+        ended(other.ended),
+        failed(other.failed),
+        socket_(other.socket_),
+        out_(std::move(other.out_)) {
     other.socket_ = -1;
   }
   ~RawClient() { close(); }
@@ -211,10 +215,10 @@ class RawClient {
   }
 
   std::string received;
-  bool ended = false;        ///< the server closed
-  bool failed = false;       ///< ... with RST
+  bool ended = false;   ///< the server closed
+  bool failed = false;  ///< ... with RST
   bool send_failed = false;
-  bool paused = false;       ///< does not read
+  bool paused = false;  ///< does not read
 
  private:
   int socket_ = -1;

@@ -12,9 +12,7 @@ namespace {
 
 /// A session whose output is taken at once.
 struct Run {
-  explicit Run(transport::Limits given = {}) : limits(given) {
-    context.handler = &handler;
-  }
+  explicit Run(transport::Limits given = {}) : limits(given) { context.handler = &handler; }
   void receive(std::string_view bytes) {
     session.receive(bytes, clock.now());
     drain();
@@ -105,7 +103,8 @@ TEST_CASE("the handler sees the fields in order, without those that framed the b
 
 TEST_CASE("a chunked body arrives without its coding", "[transport][R0.1]") {
   const std::string request =
-      "POST / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\n5;x=\"\\\"\"\r\nhello\r\n7\r\n, robot\r\n0\r\nX: y\r\n\r\n";
+      "POST / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\n5;x=\"\\\"\"\r\nhello\r\n7\r\n, robot\r\n0\r\nX: "
+      "y\r\n\r\n";
   for (std::size_t at = 0; at < request.size(); ++at) {
     Run run;
     run.receive(std::string_view(request).substr(0, at));

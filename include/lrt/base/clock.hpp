@@ -17,6 +17,8 @@ class Clock {
  public:
   virtual ~Clock() = default;
   virtual TimePoint now() const noexcept = 0;
+  /// The same instant's UTC half, where that is cheaper alone.
+  virtual std::chrono::system_clock::time_point utc() const noexcept { return now().utc; }
 };
 
 /// The system's clocks. Lives as long as the program.

@@ -34,4 +34,49 @@ std::string format(std::chrono::nanoseconds duration);  ///< canonical xsd:dayTi
 /// xsd:dateTime in UTC with as many decimals as needed.
 std::string format_instant(std::chrono::nanoseconds since_epoch);
 
+/// The datatypes whose lexical space is known here: those RDF 1.1 Concepts 5.1 names, and rdf:langString, rdf:HTML, rdf:XMLLiteral.
+enum class Datatype : std::uint8_t {
+  unknown,
+  string, boolean, decimal, integer, double_, float_,
+  long_, int_, short_, byte_, unsigned_long, unsigned_int, unsigned_short, unsigned_byte,
+  non_negative_integer, positive_integer, non_positive_integer, negative_integer,
+  date_time, date_time_stamp, date, time, g_year, g_year_month, g_month, g_month_day, g_day,
+  duration, day_time_duration, year_month_duration,
+  hex_binary, base64_binary, any_uri, language, normalized_string, token, nmtoken, name, ncname,
+  lang_string, html, xml_literal,
+};
+
+Datatype datatype_of(std::string_view iri) noexcept;
+constexpr bool is_integer_type(Datatype d) noexcept {
+  return d == Datatype::integer || (d >= Datatype::long_ && d <= Datatype::negative_integer);
+}
+
+/// Whether the text is in the lexical space of the datatype, ranges of the integer types and the calendar included. Of an unknown
+/// datatype every text is; so is every text of xsd:string, xsd:anyURI, rdf:langString, rdf:HTML and rdf:XMLLiteral.
+bool is_well_formed(std::string_view text, Datatype datatype) noexcept;
+
+/// Exact order of two decimals of any length: negative, 0 or positive as a < b, a = b, a > b. @pre is_decimal() of both
+int compare_decimal(std::string_view a, std::string_view b) noexcept;
+
+/// The nearest float of a lexical form, in one rounding.
+std::optional<float> parse_float(std::string_view text) noexcept;
+
+/// A point on the time line of XSD 1.1: xsd:dateTime, dateTimeStamp, date, time, gYear, gYearMonth.
+struct Moment {
+  std::int64_t seconds = 0;   ///< from 1970-01-01T00:00:00, in UTC if zoned, else as if it were
+  std::string_view fraction;  ///< decimals of the second without trailing zeros; a view into the text
+  bool zoned = false;
+};
+/// nullopt: no such datatype, not well formed, or a year of more than nine digits.
+std::optional<Moment> parse_moment(std::string_view text, Datatype datatype) noexcept;
+
+/// An xsd:duration, dayTimeDuration or yearMonthDuration: months and seconds have the same sign.
+struct Duration {
+  std::int64_t months = 0, seconds = 0;
+  std::string_view fraction;  ///< decimals of the second without trailing zeros; a view into the text
+  bool negative = false;      ///< also where only the fraction is not 0
+};
+/// nullopt: not well formed, or beyond int64.
+std::optional<Duration> parse_full_duration(std::string_view text, Datatype datatype) noexcept;
+
 }  // namespace lrt::rdf::lexical

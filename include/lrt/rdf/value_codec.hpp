@@ -14,7 +14,7 @@ namespace lrt::rdf {
 /// Where values and graphs meet.
 ///
 /// At a focus node a number is `a maths:Scalar; vom:numericalValue n` with its unit as vom:unit and qudt:unit; other scalars and lists
-/// are the object of rdf:value; a record is its classes and fields. As the object of a field, a scalar is a literal (or, with a unit,
+/// are the object of rdf:value; a record is its classes and fields, and its unit said once for all of them. As the object of a field, a scalar is a literal (or, with a unit,
 /// a node as above), a list an rdf:List, a record a blank node, an absent optional no triple.
 
 /// Adds the triples of `value` to `graph` at `focus`.

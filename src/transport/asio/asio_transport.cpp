@@ -38,6 +38,7 @@ class AsioTransport final : public Transport {
     close_all();
     boost::system::error_code ignored;
     wake_event_.close(ignored);
+    loop_.readiness.close();
     loop_.io.restart();
     loop_.io.poll();  // the cancelled waits own the connections
   }
@@ -75,6 +76,7 @@ Result<void> AsioTransport::start(engine::Handler& handler) {
     }
     wait_for_wake();
   }
+  if (!loop_.readiness.open()) return unexpected(Errc::io_error, "no epoll descriptor");
   if (auto opened = listener_.open(); !opened) return opened;
   loop_.context.handler = &handler;
   loop_.context.stopping = false;
@@ -94,14 +96,13 @@ milliseconds AsioTransport::poll(std::chrono::microseconds budget, milliseconds 
   if (!started()) return milliseconds::max();
   auto& io = loop_.io;
   if (io.stopped()) io.restart();
+  loop_.readiness.forget_buried();
 
   if (wait > milliseconds(0)) wait = std::min({wait, next_due(loop_.clock.now()), longest_wait});
   // With no time to wait this is one epoll_wait that returns at once.
+  loop_.readiness.set_budget(budget);
   bool more = (wait > milliseconds(0) ? io.run_one_for(wait) : io.poll_one()) != 0;
-  if (more) {
-    const auto end = SteadyClock::now() + budget;
-    while (more && SteadyClock::now() < end) more = io.poll_one() != 0;
-  }
+  while (more && !loop_.readiness.is_over()) more = io.poll_one() != 0;
   const auto now = loop_.clock.now();
   deliver_replies(now);
   expire(now);

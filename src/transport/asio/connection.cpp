@@ -83,7 +83,6 @@ void Connection::give_up(TimePoint now) {
 void Connection::close() {
   if (closed_) return;
   closed_ = true;
-  const auto self = shared_from_this();
   loop_.deadlines.clear(*this);
   if (const auto ticket = session_.ticket()) {
     loop_.tickets.erase(ticket_);
@@ -92,14 +91,20 @@ void Connection::close() {
   if (refused_) --loop_.refused;
   boost::system::error_code ignored;
   socket_.close(ignored);
-  loop_.connections[index_] = std::move(loop_.connections.back());
-  loop_.connections[index_]->index_ = index_;
+  auto self = std::move(loop_.connections[index_]);
+  if (index_ + 1 < loop_.connections.size()) {
+    loop_.connections[index_] = std::move(loop_.connections.back());
+    loop_.connections[index_]->index_ = index_;
+  }
   loop_.connections.pop_back();
+  loop_.readiness.bury(std::move(self));
 }
 
 // ------------------------------------------------------------------------------------------------------------- reading
 
-void Connection::on_readable() {
+void Connection::on_ready(bool broken) {
+  if (closed_) return;
+  if (!session_.wants_input()) return broken ? close() : update(loop_.clock.now());
   const auto now = loop_.clock.now();
   auto& scratch = loop_.scratch;
   for (int turn = 0; turn < reads_per_turn; ++turn) {
@@ -179,8 +184,7 @@ void Connection::update(TimePoint now) {
       loop_.deadlines.clear(*this);
     }
   }
-  if (session_.wants_input()) wait_readable();
-  else if (phase == Session::Phase::waiting) wait_broken();
+  watch();
 }
 
 void Connection::keep_ticket() {
@@ -190,13 +194,12 @@ void Connection::keep_ticket() {
   loop_.tickets.emplace(ticket, this);
 }
 
-void Connection::wait_readable() {
-  if (waits_readable_) return;
-  waits_readable_ = true;
-  socket_.async_wait(Socket::wait_read, [self = shared_from_this()](const boost::system::error_code& error) {
-    self->waits_readable_ = false;
-    if (!error && !self->closed_) self->on_readable();
-  });
+/// Tells the loop whether input is wanted; that a client is gone it tells anyway.
+void Connection::watch() {
+  const bool wanted = session_.wants_input();
+  if (watched_ && wanted == input_watched_) return;
+  input_watched_ = wanted;
+  loop_.readiness.watch(*this, socket_.native_handle(), wanted, watched_);
 }
 
 void Connection::wait_writable() {
@@ -208,20 +211,6 @@ void Connection::wait_writable() {
     const auto now = self->loop_.clock.now();
     self->write(now);
     self->update(now);
-  });
-}
-
-/// Notices that a client is gone whose input is not read while its answer is open.
-void Connection::wait_broken() {
-  if (waits_broken_) return;
-  waits_broken_ = true;
-  socket_.async_wait(Socket::wait_error, [self = shared_from_this()](const boost::system::error_code& error) {
-    self->waits_broken_ = false;
-    if (error || self->closed_) return;
-    int reason = 0;
-    socklen_t size = sizeof reason;
-    if (::getsockopt(self->socket_.native_handle(), SOL_SOCKET, SO_ERROR, &reason, &size) != 0 || reason != 0) self->close();
-    // Else it was urgent data. Waiting again would return at once, so this connection is not watched any more.
   });
 }
 

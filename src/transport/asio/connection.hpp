@@ -12,8 +12,8 @@ namespace lrt::transport {
 
 /// A Session on a socket: waits for readiness, reads and writes without blocking, keeps the session's deadline.
 ///
-/// Asio's reactor is used for its readiness waits only. Per request that is epoll_wait, recv, send and epoll_ctl, by which asio
-/// arms the next wait; a buffer is needed only while something is being read.
+/// Asio is used for its readiness waits only. Per request that is recv and send, and a share of the waits of the Readiness; a buffer
+/// is needed only while something is being read.
 class Connection final : public std::enable_shared_from_this<Connection>, public Deadlines::Entry {
  public:
   Connection(Loop& loop, Socket socket, std::string peer);
@@ -24,6 +24,8 @@ class Connection final : public std::enable_shared_from_this<Connection>, public
   void open_refused(TimePoint now);
   void reply(http::Response response, TimePoint now);
   void expire(TimePoint now);
+  /// There is input, or the connection is broken.
+  void on_ready(bool broken);
   /// Answers 503 if the handler's answer is still open.
   void give_up(TimePoint now);
   /// Drops whatever is under way.
@@ -34,14 +36,12 @@ class Connection final : public std::enable_shared_from_this<Connection>, public
   bool is_lingering() const noexcept { return session_.phase() == Session::Phase::lingering; }
 
  private:
-  void on_readable();
   void write(TimePoint now);
   void update(TimePoint now);
+  void watch();
   void continue_later();
   void keep_ticket();
-  void wait_readable();
   void wait_writable();
-  void wait_broken();
   void join();
 
   Loop& loop_;
@@ -50,9 +50,9 @@ class Connection final : public std::enable_shared_from_this<Connection>, public
   std::size_t index_ = 0;  ///< in loop_.connections
   std::uint32_t epoch_ = 0;
   std::uint64_t ticket_ = 0;  ///< that loop_.tickets has for this connection; 0: none
-  bool waits_readable_ = false;
+  bool watched_ = false;
+  bool input_watched_ = false;
   bool waits_writable_ = false;
-  bool waits_broken_ = false;
   bool half_closed_ = false;
   bool refused_ = false;
   bool closed_ = false;

@@ -49,14 +49,16 @@ Result<void> Listener::open() {
   boost::system::error_code error;
   const auto& options = loop_.options;
   const auto address = ip::make_address(options.address, error);
-  if (error) return unexpected(Errc::invalid_option, "address \"" + options.address + "\": expected a numeric IPv4 or IPv6 address");
+  if (error)
+    return unexpected(Errc::invalid_option, "address \"" + options.address + "\": expected a numeric IPv4 or IPv6 address");
 
   const ip::tcp::endpoint endpoint(address, options.port);
   const auto failed = [&](const char* step) -> Result<void> {
     boost::system::error_code ignored;
     acceptor_.close(ignored);
     const auto code = error == boost::asio::error::address_in_use ? Errc::address_in_use : Errc::io_error;
-    return unexpected(code, "address " + options.address + ", port " + std::to_string(options.port) + ": " + step + ": " + error.message());
+    return unexpected(
+        code, "address " + options.address + ", port " + std::to_string(options.port) + ": " + step + ": " + error.message());
   };
   protocol_ = endpoint.protocol();
   if (acceptor_.open(protocol_, error)) return failed("socket");
@@ -157,8 +159,7 @@ bool Listener::refuse_with_reserve() {
     [[maybe_unused]] const auto sent = ::send(descriptor, out_of_descriptors.data(), out_of_descriptors.size(), MSG_NOSIGNAL);
     ::shutdown(descriptor, SHUT_WR);
     char discarded[4096];
-    while (::recv(descriptor, discarded, sizeof discarded, 0) > 0) {
-    }
+    while (::recv(descriptor, discarded, sizeof discarded, 0) > 0) {}
     ::close(descriptor);
   }
   reserve_ = open_reserve();

@@ -16,6 +16,7 @@
 #include <lrt/transport/transport.hpp>
 
 #include "src/transport/asio/deadlines.hpp"
+#include "src/transport/asio/readiness.hpp"
 #include "src/transport/asio/session.hpp"
 
 namespace lrt::transport {
@@ -31,6 +32,7 @@ struct Loop {
       : options(std::move(given)),
         clock(options.clock ? *options.clock : system_clock()),
         io(BOOST_ASIO_CONCURRENCY_HINT_UNSAFE),
+        readiness(io),
         context(options.limits) {}
 
   void log(LogLevel level, std::string_view text) const {
@@ -40,11 +42,12 @@ struct Loop {
   const Options options;
   const Clock& clock;
   boost::asio::io_context io;  ///< run inside poll() and stop() only, hence without locks
+  Readiness readiness;
   SessionContext context;
   Deadlines deadlines;
   std::vector<std::shared_ptr<Connection>> connections;
-  std::unordered_map<std::uint64_t, Connection*> tickets;  ///< whose deferred answers are open
-  std::size_t refused = 0;                                 ///< connections over the limit, while they get their 503
+  std::unordered_map<std::uint64_t, Connection*> tickets;    ///< whose deferred answers are open
+  std::size_t refused = 0;                                   ///< connections over the limit, while they get their 503
   std::vector<char> scratch = std::vector<char>(64 * 1024);  ///< what is being received, by whichever connection is at work
 };
 

@@ -38,7 +38,9 @@ std::string_view SessionContext::date(std::chrono::system_clock::time_point utc)
   return date_;
 }
 
-Session::Session(SessionContext& context, std::string peer) : context_(context), peer_(std::move(peer)) { request_.peer = peer_; }
+Session::Session(SessionContext& context, std::string peer) : context_(context), peer_(std::move(peer)) {
+  request_.peer = peer_;
+}
 
 void Session::enter(Phase phase) noexcept {
   phase_ = phase;
@@ -148,8 +150,10 @@ bool Session::take_head(TimePoint now) {
     while (!rest_.empty() && rest_.front() == '\r') {
       if (rest_.size() == 1) return false;
       if (rest_[1] != '\n' || ++empty_lines_ > max_empty_lines) {
-        refuse(400, rest_[1] != '\n' ? "a carriage return without a line feed before the request line"
-                                     : "too many empty lines before the request line", now);
+        refuse(400,
+               rest_[1] != '\n' ? "a carriage return without a line feed before the request line"
+                                : "too many empty lines before the request line",
+               now);
         return false;
       }
       rest_.remove_prefix(2);
@@ -343,7 +347,9 @@ void Session::finish_answer(TimePoint now) {
 }
 
 void Session::expire(TimePoint now) {
-  const auto within = [](std::chrono::milliseconds time) { return " was not complete within " + std::to_string(time.count()) + " ms"; };
+  const auto within = [](std::chrono::milliseconds time) {
+    return " was not complete within " + std::to_string(time.count()) + " ms";
+  };
   switch (phase_) {
     case Phase::head: refuse(408, "the head" + within(context_.limits().head_time), now); break;
     case Phase::body: refuse(408, "the body" + within(context_.limits().body_time), now); break;

@@ -33,7 +33,7 @@ class SlotBase {
     return every_sample_.load(std::memory_order_relaxed) ||
            (forgotten_.load(std::memory_order_relaxed) && forgotten_.exchange(false, std::memory_order_acquire));
   }
-  Utc now() const noexcept { return clock_.load(std::memory_order_acquire)->now().utc; }
+  Utc now() const noexcept { return clock_.load(std::memory_order_acquire)->utc(); }
 
   std::atomic<bool> news_{false};
 

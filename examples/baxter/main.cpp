@@ -1,0 +1,75 @@
+// Baxter's right arm as Linked Robotic Things: a 1 kHz control loop that also polls the server.
+//
+//   baxter [--port N] [--bind ADDRESS] [--demo]
+
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <string>
+#include <thread>
+
+#include "examples/baxter/linked_arm.hpp"
+
+namespace {
+
+volatile std::sig_atomic_t interrupted = 0;
+
+/// With --demo each joint swings slowly through a third of its range, unless a command moves it.
+void demonstrate(baxter::RightArm& arm) {
+  for (std::size_t i = 0; i < baxter::joint_count; ++i) {
+    if (arm.moving(i)) continue;
+    const baxter::JointLimits& limits = baxter::RightArm::limits(i);
+    const double middle = (limits.lower_rad + limits.upper_rad) / 2, reach = (limits.upper_rad - limits.lower_rad) / 6;
+    arm.move_to(i, arm.position(i) < middle ? middle + reach : middle - reach);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  lrt::Options options;
+  bool demo = false;
+  for (int i = 1; i < argc; ++i) {
+    const std::string arg = argv[i];
+    if (arg == "--demo") {
+      demo = true;
+    } else if (arg == "--bind" && i + 1 < argc) {
+      options.address = argv[++i];
+    } else if (arg == "--port" && i + 1 < argc) {
+      const std::string text = argv[++i];
+      const char* const end = text.data() + text.size();
+      const auto [read_to, error] = std::from_chars(text.data(), end, options.port);
+      if (error != std::errc() || read_to != end) return std::fprintf(stderr, "baxter: --port wants 0 to 65535\n"), 2;
+    } else {
+      std::fprintf(stderr, "usage: baxter [--port N] [--bind ADDRESS] [--demo]\n");
+      return arg == "--help" ? 0 : 2;
+    }
+  }
+  options.engine.log = [](lrt::LogLevel level, std::string_view text) {
+    if (level >= lrt::LogLevel::warning) std::fprintf(stderr, "baxter: %.*s\n", static_cast<int>(text.size()), text.data());
+  };
+
+  baxter::RightArm arm;
+  auto server = lrt::Server::create(options);
+  if (!server) return std::fprintf(stderr, "baxter: %s\n", server.error().message.c_str()), 1;
+  baxter::LinkedArm linked(arm);
+  if (auto added = linked.add_to(*server); !added) return std::fprintf(stderr, "baxter: %s\n", added.error().message.c_str()), 1;
+
+  std::signal(SIGINT, [](int) { interrupted = 1; });
+  std::signal(SIGTERM, [](int) { interrupted = 1; });
+  std::printf("Baxter's right arm is at %s (Ctrl-C ends)\n", server->url().c_str());
+  std::fflush(stdout);
+
+  auto next = std::chrono::steady_clock::now();
+  while (!interrupted) {
+    if (demo) demonstrate(arm);
+    arm.step();
+    linked.publish();
+    server->poll();
+    next += std::chrono::milliseconds(1);
+    std::this_thread::sleep_until(next);
+  }
+  server->stop();
+}

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <lrt/rdf/lexical.hpp>
+#include <lrt/rdf/term.hpp>
+
+namespace lrt::shacl {
+
+enum class Order : unsigned char { less, equal, greater, unordered };
+
+/// A literal made ready for comparison. Views into the term it was made of.
+class Comparable {
+ public:
+  explicit Comparable(const rdf::TermView& term) noexcept;
+  /// False: nothing compares with it (an IRI, an ill-typed literal, a datatype without order).
+  bool ordered() const noexcept { return kind_ != Kind::none; }
+  /// SPARQL 1.1 17.3 operator `<`: numbers, xsd:string, booleans, dateTimes; and dates, times and durations with their like.
+  friend Order compare(const Comparable& a, const Comparable& b) noexcept;
+
+ private:
+  enum class Kind : unsigned char { none, decimal, single, real, text, boolean, date_time, date, time, year, year_month, duration };
+  static Order numbers(const Comparable& a, const Comparable& b) noexcept;
+
+  Kind kind_ = Kind::none;
+  std::string_view text_;
+  double number_ = 0;
+  rdf::lexical::Moment moment_;
+  rdf::lexical::Duration duration_;
+};
+
+Order compare(const Comparable& a, const Comparable& b) noexcept;
+
+}  // namespace lrt::shacl

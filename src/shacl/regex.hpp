@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include <lrt/base/result.hpp>
+
+namespace lrt::shacl {
+
+/// A regular expression as SPARQL's REGEX reads it (XPath and XQuery Functions 3.1, 5.6): searched anywhere in the subject,
+/// flags i, m, s, x, q. PCRE2 behind it, with bounds on work. Immutable, any thread.
+class Regex {
+ public:
+  enum class Outcome : unsigned char { match, no_match, undecided };
+
+  /// Memory that matching reuses: one per thread.
+  class Scratch {
+   public:
+    Scratch() = default;
+
+   private:
+    friend class Regex;
+    struct Free {
+      void operator()(void* data) const noexcept;
+    };
+    std::unique_ptr<void, Free> data_;
+  };
+
+  /// @par Errors  expected_value: no such expression, or unknown flags; limit_exceeded: longer than `max_length` bytes.
+  static Result<Regex> compile(std::string_view pattern, std::string_view flags, std::size_t max_length);
+
+  Outcome search(std::string_view subject, Scratch& scratch) const noexcept;
+
+ private:
+  Regex() = default;
+  std::shared_ptr<const void> code_;
+};
+
+}  // namespace lrt::shacl
