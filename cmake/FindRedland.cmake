@@ -1,12 +1,12 @@
-# Redland::rdf: librdf with raptor2 behind it, found by pkg-config.
+# Redland::rdf: Raptor, Redland's library of RDF parsers and serialisers, found by pkg-config. librdf itself is not needed: see
+# src/rdf/redland.cpp.
 find_package(PkgConfig QUIET)
 if(PkgConfig_FOUND)
-  pkg_check_modules(Redland QUIET IMPORTED_TARGET GLOBAL redland)
   pkg_check_modules(Raptor QUIET IMPORTED_TARGET GLOBAL raptor2)
 endif()
 include(FindPackageHandleStandardArgs)
-find_package_handle_standard_args(Redland REQUIRED_VARS Redland_LIBRARIES Raptor_LIBRARIES VERSION_VAR Redland_VERSION)
+find_package_handle_standard_args(Redland REQUIRED_VARS Raptor_LIBRARIES VERSION_VAR Raptor_VERSION)
 if(Redland_FOUND AND NOT TARGET Redland::rdf)
   add_library(Redland::rdf INTERFACE IMPORTED)
-  target_link_libraries(Redland::rdf INTERFACE PkgConfig::Redland PkgConfig::Raptor)
+  target_link_libraries(Redland::rdf INTERFACE PkgConfig::Raptor)
 endif()

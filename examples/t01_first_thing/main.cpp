@@ -1,10 +1,10 @@
 // One joint of a robot on the web: a property that is read, and an action that moves it.
 #include <lrt/lrt.hpp>
 
-#include <cstdio>
+#include "examples/lesson.hpp"  // only what makes this a lesson that ends by itself
 
 int main() {
-  double angle = 0.5;  // [rad], owned by the control loop
+  double angle = 0.5;  // [rad], owned by this thread
 
   lrt::Thing joint{"baxter/right_s1"};
   joint.property("rotation", [&] { return angle; }, lrt::unit::radian);
@@ -13,9 +13,15 @@ int main() {
     std::move(done).succeed();
   });
 
-  auto server = lrt::Server::create();
-  if (!server) return std::fprintf(stderr, "%s\n", server.error().message.c_str()), 1;
-  if (auto added = server->add(std::move(joint)); !added) return std::fprintf(stderr, "%s\n", added.error().message.c_str()), 1;
-  std::printf("%s\n", server->url().c_str());
-  server->run();  // or poll() from a control loop
+  lrt::Options options;           // http://127.0.0.1:8080/, for this machine only
+  options.port = lesson::port();  // with --serve: 8080
+  lrt::Server server = lrt::Server::create(options).value();  // value() throws what a Result has instead of a value
+  server.add(std::move(joint)).value();
+
+  lesson::Visitor visitor(server, [](lesson::Client& client) {                      // lesson
+    client.get("/baxter/right_s1/rotation");                                        // lesson
+    client.post("/baxter/right_s1/actions/rotate", "<> vom:numericalValue 0.75 .");  // lesson
+    client.get_until("/baxter/right_s1/rotation", "0.75");                          // lesson
+  });                                                                               // lesson
+  server.run();  // or, in a control loop: server.poll(), which never waits
 }

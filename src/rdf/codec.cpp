@@ -71,15 +71,15 @@ Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& opti
   }
   std::string storage;
   switch (syntax) {
+    case Syntax::n_triples:
+      if (Result<void> scanned = scan_n_triples(text); !scanned) return unexpected(scanned.error());
+      [[fallthrough]];
     case Syntax::turtle: {
       Result<std::string_view> scanned = scan_turtle(text, options.base, storage);
       if (!scanned) return unexpected(std::move(scanned).error());
       text = *scanned;
       break;
     }
-    case Syntax::n_triples:
-      if (Result<void> scanned = scan_n_triples(text); !scanned) return unexpected(scanned.error());
-      break;
     case Syntax::rdf_xml:
       if (Result<void> scanned = scan_rdf_xml(text); !scanned) return unexpected(scanned.error());
       break;

@@ -5,7 +5,7 @@
 /// What Redland's Raptor does for lrt. Only redland.cpp includes its headers.
 namespace lrt::rdf::redland {
 
-/// Parses with this thread's world. `text` has passed the scanner when it is Turtle or N-Triples.
+/// Parses with a world of its own. `text` has passed the scanner of its syntax.
 /// @par Errors  expected_rdf with the line if Raptor tells one; limit_exceeded.
 Result<Graph> parse(std::string_view text, Syntax syntax, const ReadOptions& options);
 

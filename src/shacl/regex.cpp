@@ -8,23 +8,26 @@
 namespace lrt::shacl {
 namespace {
 
-// A search takes at most about this many steps of PCRE2's matcher (some milliseconds), and this much memory.
-constexpr std::uint32_t match_limit = 100'000, depth_limit = 2'000, heap_limit_kib = 2'048;
+// A search takes at most this many steps of PCRE2's matcher (some milliseconds) and this much memory. It is tried with few steps
+// first, so that what it costs is known: the caller has a budget for many searches.
+constexpr std::uint32_t few_steps = 1'000, many_steps = 100'000, depth_limit = 50'000, heap_limit_kib = 4'096;
 
-const pcre2_match_context* limits() noexcept {
-  struct Context {
-    pcre2_match_context* context = pcre2_match_context_create(nullptr);
-    Context() noexcept {
-      if (!context) return;
-      pcre2_set_match_limit(context, match_limit);
-      pcre2_set_depth_limit(context, depth_limit);
-      pcre2_set_heap_limit(context, heap_limit_kib);
-    }
-    ~Context() { pcre2_match_context_free(context); }
-  };
-  static const Context context;
-  return context.context;
-}
+class Limits {
+ public:
+  explicit Limits(std::uint32_t steps) noexcept : context_(pcre2_match_context_create(nullptr)) {
+    if (!context_) return;
+    pcre2_set_match_limit(context_, steps);
+    pcre2_set_depth_limit(context_, depth_limit);
+    pcre2_set_heap_limit(context_, heap_limit_kib);
+  }
+  ~Limits() { pcre2_match_context_free(context_); }
+  Limits(const Limits&) = delete;
+  Limits& operator=(const Limits&) = delete;
+  pcre2_match_context* context() const noexcept { return context_; }
+
+ private:
+  pcre2_match_context* context_;
+};
 
 // The members of XPath's \i and \c: XML 1.0 NameStartChar and NameChar.
 constexpr std::string_view initial_characters =
@@ -176,13 +179,21 @@ Result<Regex> Regex::compile(std::string_view pattern, std::string_view flags, s
   return regex;
 }
 
-Regex::Outcome Regex::search(std::string_view subject, Scratch& scratch) const noexcept {
+Regex::Outcome Regex::search(std::string_view subject, Scratch& scratch, std::size_t& steps) const noexcept {
+  static const Limits few(few_steps), many(many_steps);
   if (!scratch.data_) scratch.data_.reset(pcre2_match_data_create(1, nullptr));
   auto* data = static_cast<pcre2_match_data*>(scratch.data_.get());
-  const pcre2_match_context* context = limits();
-  if (!data || !context) return Outcome::undecided;
-  const int result = pcre2_match(static_cast<const pcre2_code*>(code_.get()), reinterpret_cast<PCRE2_SPTR>(subject.data()),
-                                 subject.size(), 0, 0, data, const_cast<pcre2_match_context*>(context));
+  if (!data || !few.context() || !many.context()) return Outcome::undecided;
+  const auto run = [&](const Limits& limits) {
+    return pcre2_match(static_cast<const pcre2_code*>(code_.get()), reinterpret_cast<PCRE2_SPTR>(subject.data()), subject.size(), 0, 0,
+                       data, limits.context());
+  };
+  steps += 1 + subject.size() / 32;
+  int result = run(few);
+  if (result == PCRE2_ERROR_MATCHLIMIT) {
+    steps += many_steps;
+    result = run(many);
+  }
   if (result >= 0) return Outcome::match;
   return result == PCRE2_ERROR_NOMATCH ? Outcome::no_match : Outcome::undecided;
 }

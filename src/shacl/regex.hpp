@@ -31,7 +31,8 @@ class Regex {
   /// @par Errors  expected_value: no such expression, or unknown flags; limit_exceeded: longer than `max_length` bytes.
   static Result<Regex> compile(std::string_view pattern, std::string_view flags, std::size_t max_length);
 
-  Outcome search(std::string_view subject, Scratch& scratch) const noexcept;
+  /// @param steps  what the search may have cost is added, in units of some tens of nanoseconds
+  Outcome search(std::string_view subject, Scratch& scratch, std::size_t& steps) const noexcept;
 
  private:
   Regex() = default;

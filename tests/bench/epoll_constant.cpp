@@ -1,6 +1,6 @@
 // The yardstick for tests/bench: a bare epoll program that answers every request head with the same bytes.
 //
-//   epoll_constant [--port 0] [--size 600]
+//   epoll_constant [--port 0] [--size 600 (of the body) | --total BYTES (with the head)]
 //
 // Ends on SIGINT or SIGTERM and prints the CPU time (user + system) that it used per request.
 
@@ -38,6 +38,7 @@ int main(int argc, char** argv) {
   for (int i = 1; i + 1 < argc; i += 2) {
     if (std::strcmp(argv[i], "--port") == 0) port = std::atoi(argv[i + 1]);
     else if (std::strcmp(argv[i], "--size") == 0) size = static_cast<std::size_t>(std::atol(argv[i + 1]));
+    else if (std::strcmp(argv[i], "--total") == 0) size = static_cast<std::size_t>(std::atol(argv[i + 1])) - 66;
     else return std::fprintf(stderr, "usage: epoll_constant [--port N] [--size BYTES]\n"), 2;
   }
   struct sigaction action {};

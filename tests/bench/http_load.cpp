@@ -1,6 +1,8 @@
 // A bounded HTTP client for tests/bench: so many keep-alive connections, one GET at a time on each.
 //
-//   http_load --port N [--path /] [--connections 8] [--requests 100000] [--seconds 0] [--pid SERVER]
+//   http_load --port N [--path /] [--connections 8] [--requests 100000] [--seconds 0] [--pid SERVER] [--spread N]
+//
+// With --spread, '%' in the path stands for a number from 1 to N that jumps about.
 //
 // Ends after so many requests in all, or after so many seconds if given. Prints requests/s and latencies, checks that every answer is
 // 200 and, with --pid, prints the CPU time per request that this process used, read from /proc.
@@ -17,6 +19,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,14 +36,13 @@ struct Connection {
   Clock::time_point begin;
 };
 
-/// User and system time so far.
+/// Time on a CPU so far, of all threads.
 double cpu_microseconds(int pid) {
-  const std::string path = "/proc/" + std::to_string(pid) + "/schedstat";  // nanoseconds on a CPU, of the main thread
   double total = 0;
-  if (std::FILE* const file = std::fopen(path.c_str(), "r")) {
-    unsigned long long nanoseconds = 0;
-    if (std::fscanf(file, "%llu", &nanoseconds) == 1) total = static_cast<double>(nanoseconds) / 1e3;
-    std::fclose(file);
+  for (const auto& task : std::filesystem::directory_iterator("/proc/" + std::to_string(pid) + "/task")) {
+    std::ifstream file(task.path() / "schedstat");
+    double nanoseconds = 0;
+    if (file >> nanoseconds) total += nanoseconds / 1e3;
   }
   return total;
 }
@@ -59,6 +62,7 @@ int main(int argc, char** argv) {
   long requests = 100'000;
   double seconds = 0;
   std::string path = "/";
+  std::size_t spread = 1;
   for (int i = 1; i + 1 < argc; i += 2) {
     const std::string_view name = argv[i];
     const char* const value = argv[i + 1];
@@ -67,11 +71,18 @@ int main(int argc, char** argv) {
     else if (name == "--requests") requests = std::atol(value);
     else if (name == "--seconds") seconds = std::atof(value);
     else if (name == "--path") path = value;
+    else if (name == "--spread") spread = static_cast<std::size_t>(std::atol(value));
     else if (name == "--pid") pid = std::atoi(value);
     else return std::fprintf(stderr, "unknown option %s\n", argv[i]), 2;
   }
-  const std::string request = "GET " + path + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
+  const auto request_for = [&](std::size_t number) {
+    std::string where = path;
+    if (const auto at = where.find('%'); at != std::string::npos) where.replace(at, 1, std::to_string(number));
+    return "GET " + where + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
                               "\r\nUser-Agent: http_load\r\nAccept: */*\r\n\r\n";
+  };
+  std::vector<std::string> all_requests;
+  for (std::size_t i = 1; i <= spread; ++i) all_requests.push_back(request_for(i));
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
@@ -101,6 +112,7 @@ int main(int argc, char** argv) {
   const auto send_next = [&](Connection& connection) {
     if (seconds > 0 ? Clock::now() >= deadline : sent >= requests) return;
     connection.begin = Clock::now();
+    const std::string& request = all_requests[static_cast<std::size_t>(sent) * 7919 % spread];
     if (::send(connection.socket, request.data(), request.size(), MSG_NOSIGNAL) > 0) ++sent;
   };
   for (auto& connection : all) send_next(connection);

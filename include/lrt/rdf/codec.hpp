@@ -32,10 +32,13 @@ struct ReadOptions {
   std::size_t max_triples = 100'000;      ///< more: Errc::limit_exceeded
 };
 
-/// Reads a document. What Raptor lets pass at the edges (U+0000, surrogate escapes, illegal IRIs, invalid UTF-8) is refused.
+/// Reads a document. What Raptor lets pass at the edges (U+0000, surrogate escapes, illegal IRIs, invalid UTF-8) is refused, and so
+/// are brackets nested more than 1000 deep, language tags of more than 255 bytes, and RDF/XML with a document type declaration.
+/// Blank nodes are called b0, b1, ... in order of appearance.
 ///
-/// @par Errors   expected_rdf with line, and column where known; limit_exceeded.
-/// @par Threads  Any. The first call on a thread makes that thread's Redland world.
+/// @par Errors   expected_rdf with line, column and offset (RDF/XML: the line, where known); limit_exceeded; expected_iri for a
+///               base that is no absolute IRI.
+/// @par Threads  Any. Each call borrows a Redland world; there are as many as calls have run at once, and they are kept.
 /// @par Implements  R1.2, RDF 1.1 Turtle, N-Triples, RDF/XML
 Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& options);
 
@@ -43,7 +46,8 @@ Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& opti
 /// prefix, never relative. Only prefixes that occur are declared.
 ///
 /// @par Errors   unsupported_syntax when the syntax cannot carry the graph (RDF/XML and a predicate without a local name, or a
-///               character that XML 1.0 lacks).
+///               character that XML 1.0 lacks), and when a term is no RDF: a relative IRI, invalid UTF-8.
+/// @par Time     Turtle, N-Triples: 3 us for 12 triples. RDF/XML: fifty times that, and it is read back to be sure of it.
 Result<std::string> write(const Graph& graph, Syntax syntax, const Prefixes& prefixes = default_prefixes());
 
 }  // namespace lrt::rdf

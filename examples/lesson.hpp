@@ -1,0 +1,210 @@
+#pragma once
+
+// What the lessons share, so that a lesson shows lrt and nothing else. Your program needs none of this.
+//
+// A lesson serves and is visited by a small client on a thread of its own, over the real port, which prints what it asks and what it is
+// answered; when the client goes, the lesson ends. With --serve there is no client: the lesson serves on port 8080 until Ctrl-C, for curl.
+//
+// So that the same is printed at every run, the client shows any port as 8080, ids as id-1, id-2 ..., times as <time>, of the header
+// only Content-Type, Allow and Location (and what the lesson asks for), and of Turtle not the @prefix lines. It adds those when it sends.
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <utility>
+
+#include <lrt/server.hpp>
+
+namespace lesson {
+
+/// True if the program was called with --serve.
+inline bool serves() {
+  std::ifstream line("/proc/self/cmdline");
+  for (std::string arg; std::getline(line, arg, '\0');)
+    if (arg == "--serve") return true;
+  return false;
+}
+
+/// The port to listen on: 8080 for a reader with curl, any free one for the lesson's own client.
+inline std::uint16_t port() { return serves() ? 8080 : 0; }
+
+/// lrt::Options with that port.
+inline lrt::Options options() {
+  lrt::Options o;
+  o.port = port();
+  return o;
+}
+
+struct Answer {
+  int status = 0;
+  std::string head, body;
+
+  std::string field(std::string_view name) const {
+    const std::size_t at = head.find("\r\n" + std::string(name) + ": ");
+    if (at == std::string::npos) return {};
+    const std::size_t from = at + name.size() + 4;
+    return head.substr(from, head.find("\r\n", from) - from);
+  }
+};
+
+class Client {
+ public:
+  explicit Client(std::uint16_t port) : port_(port) {}
+
+  /// Each sends one request and prints it and its answer. `fields` are further header lines, "Prefer: wait=1\r\n". A path may be a URI
+  /// of the server, as Location gives it.
+  Answer get(const std::string& path, const std::string& fields = {}) { return shown("GET", path, {}, fields); }
+  Answer put(const std::string& path, const std::string& turtle, const std::string& fields = {}) { return shown("PUT", path, turtle, fields); }
+  Answer post(const std::string& path, const std::string& turtle = {}, const std::string& fields = {}) {
+    return shown("POST", path, turtle, fields);
+  }
+  Answer remove(const std::string& path) { return shown("DELETE", path, {}, {}); }
+  Answer options(const std::string& path) { return shown("OPTIONS", path, {}, {}); }
+
+  /// Asks until the answer has `text`, then prints that answer.
+  Answer get_until(const std::string& path, std::string_view text) {
+    for (;;) {
+      Answer answer = ask("GET", path, {}, {});
+      if (answer.body.find(text) != std::string::npos) return print("GET", path, {}, {}, answer), answer;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+
+  /// From now on this field is printed too, one line for each member of its list.
+  void show(std::string name) { more_ = std::move(name); }
+
+  Answer ask(const std::string& method, const std::string& path, const std::string& turtle, const std::string& fields) const {
+    const std::string host = "127.0.0.1:" + std::to_string(port_);
+    const std::string body = turtle.empty() ? turtle : prefixes() + turtle + "\n";
+    std::string request = method + " " + without_base(path) + " HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n" + fields;
+    if (!body.empty()) request += "Content-Type: text/turtle\r\n";
+    if (!body.empty() || method == "POST") request += "Content-Length: " + std::to_string(body.size()) + "\r\n";
+    return parse(exchange(request + "\r\n" + body));
+  }
+
+ private:
+  Answer shown(const std::string& method, const std::string& path, const std::string& turtle, const std::string& fields) {
+    Answer answer = ask(method, path, turtle, fields);
+    print(method, path, turtle, fields, answer);
+    return answer;
+  }
+
+  void print(const std::string& method, const std::string& path, const std::string& turtle, const std::string& fields, const Answer& answer) {
+    std::string text = method + " " + without_base(path) + "\n" + fields;
+    if (!turtle.empty()) text += "  " + turtle + "\n";
+    text += answer.head.substr(9, answer.head.find("\r\n") - 9) + "\n";  // without "HTTP/1.1 "
+    for (const std::string name : {"Content-Type", "Allow", "Location"})
+      if (const std::string value = answer.field(name); !value.empty() && (name != "Allow" || method == "OPTIONS" || answer.status == 405))
+        text += name + ": " + value + "\n";
+    if (std::string value = answer.field(more_); !more_.empty() && !value.empty()) {
+      for (std::size_t at = 0; (at = value.find(", ", at)) != std::string::npos;) value.replace(at, 2, "\n    ");
+      text += more_ + ":\n    " + value + "\n";
+    }
+    std::string body = answer.body;
+    while (body.compare(0, 8, "@prefix ") == 0) body.erase(0, body.find('\n') + 1);
+    if (!body.empty() && body[0] == '\n') body.erase(0, 1);
+    if (!body.empty() && body.back() != '\n') body += '\n';
+    text += body;
+    text.erase(std::remove(text.begin(), text.end(), '\r'), text.end());
+    std::printf("%s\n", steady(std::move(text)).c_str());
+    std::fflush(stdout);
+  }
+
+  /// What differs from run to run is replaced: the port, ids and times.
+  std::string steady(std::string text) {
+    const std::string mine = "127.0.0.1:" + std::to_string(port_);
+    for (std::size_t at = 0; (at = text.find(mine, at)) != std::string::npos; ++at) text.replace(at, mine.size(), "127.0.0.1:8080");
+    const auto replace = [&text](std::string_view pattern, bool (*fits)(char), auto with) {  // 'x' in a pattern: any that fits
+      for (std::size_t at = 0; at + pattern.size() <= text.size(); ++at) {
+        std::size_t i = 0;
+        while (i < pattern.size() && (pattern[i] == 'x' ? fits(text[at + i]) : text[at + i] == pattern[i])) ++i;
+        if (i == pattern.size()) text.replace(at, i, with(text.substr(at, i)));
+      }
+    };
+    replace("xxxxxxxx-xxxx-xxxx-xxxx-xxxxxxxxxxxx", [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); },
+            [this](const std::string& id) { return ids_.emplace(id, "id-" + std::to_string(ids_.size() + 1)).first->second; });
+    replace("xxxx-xx-xxTxx:xx:xx.xxxxxxZ", [](char c) { return c >= '0' && c <= '9'; }, [](const std::string&) { return "<time>"; });
+    return text;
+  }
+
+  static std::string without_base(const std::string& uri) {
+    return uri.compare(0, 7, "http://") == 0 ? uri.substr(uri.find('/', 7)) : uri;
+  }
+
+  static std::string prefixes() {
+    std::string text;
+    for (const auto& [name, iri] : lrt::rdf::default_prefixes()) text += "@prefix " + name + ": <" + iri + "> .\n";
+    return text;
+  }
+
+  std::string exchange(const std::string& request) const {
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(port_);
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    const int fd = ::socket(AF_INET, SOCK_STREAM, 0);
+    std::string answer;
+    if (::connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0 &&
+        ::send(fd, request.data(), request.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(request.size())) {
+      char bytes[4096];
+      for (ssize_t n = 0; (n = ::recv(fd, bytes, sizeof bytes, 0)) > 0;) answer.append(bytes, static_cast<std::size_t>(n));
+    }
+    ::close(fd);
+    return answer;
+  }
+
+  static Answer parse(const std::string& text) {
+    const std::size_t end = text.find("\r\n\r\n");
+    if (text.size() < 12 || end == std::string::npos) return {0, "HTTP/1.1 no answer\r\n", {}};
+    return {std::stoi(text.substr(9, 3)), text.substr(0, end + 2), text.substr(end + 4)};
+  }
+
+  std::uint16_t port_;
+  std::string more_;
+  std::map<std::string, std::string> ids_;
+};
+
+/// Visits a server from a thread of its own. Afterwards it stops the server: run() returns.
+class Visitor {
+ public:
+  Visitor(lrt::Server& server, std::function<void(Client&)> visit) {
+    if (serves()) {
+      std::printf("serving at %s (Ctrl-C ends)\n", server.url().c_str());
+      std::fflush(stdout);
+      return;
+    }
+    thread_ = std::thread([this, &server, visit = std::move(visit)] {
+      Client client(server.port());
+      visit(client);
+      here_ = false;
+      server.stop();
+    });
+  }
+  ~Visitor() {
+    if (thread_.joinable()) thread_.join();
+  }
+  Visitor(const Visitor&) = delete;
+  Visitor& operator=(const Visitor&) = delete;
+
+  /// For a loop of the lesson's own: true while somebody may still ask.
+  bool is_here() const noexcept { return here_; }
+
+ private:
+  std::atomic<bool> here_{true};
+  std::thread thread_;
+};
+
+}  // namespace lesson

@@ -1,0 +1,30 @@
+// A control loop of 1 kHz hands its position over with publish(), which neither locks nor allocates. lrt's own thread answers from
+// the last value: the loop never hears of a request, and need not even poll.
+#include <chrono>
+#include <thread>
+
+#include <lrt/lrt.hpp>
+
+#include "examples/lesson.hpp"
+
+int main() {
+  lrt::Thing joint{"joint"};
+  lrt::Property<double> position = joint.property<double>("position", lrt::unit::radian);
+
+  lrt::Server server = lrt::Server::create(lesson::options()).value();
+  server.add(std::move(joint)).value();  // the handle stays good for publish()
+
+  lesson::Visitor visitor(server, [](lesson::Client& client) {
+    const lesson::Answer arrived = client.get_until("/joint/position", "\"0.1\"");
+    client.get("/joint/position", "If-None-Match: " + arrived.field("ETag") + "\r\n");  // publishing the same value again changes nothing
+  });
+
+  double angle = 0;
+  for (auto next = std::chrono::steady_clock::now(); visitor.is_here();) {
+    if (angle < 0.1) angle += 1.0 / 1024;
+    if (angle > 0.1) angle = 0.1;
+    position.publish(angle);
+    next += std::chrono::milliseconds(1);
+    std::this_thread::sleep_until(next);
+  }
+}

@@ -1,0 +1,67 @@
+// Your own structs and enums: list the fields of a struct, give names to the values of an enum. A field under a term of a vocabulary
+// is understood by those who know the vocabulary; a field under a name of your own is documented by the Blueprint.
+#include <optional>
+#include <string>
+
+#include <lrt/lrt.hpp>
+
+#include "examples/lesson.hpp"
+
+enum class Mode { idle, holding, fault };
+
+struct Position {
+  double x = 0, y = 0, z = 0;  // [m]
+};
+
+struct Grip {
+  Mode mode = Mode::idle;
+  double width = 0;                 // [mm]
+  std::optional<std::string> item;  // absent: no triple
+  Position where;
+};
+
+template <>
+struct lrt::rdf::traits<Mode> : lrt::rdf::Enumeration<Mode> {
+  static void describe(Enumeration<Mode>& e) { e.name(Mode::idle, "idle").name(Mode::holding, "holding").name(Mode::fault, "fault"); }
+};
+
+template <>
+struct lrt::rdf::traits<Position> : lrt::rdf::Record<Position> {
+  static void describe(Record<Position>& r) {
+    r.is(vocab::maths::Vector3D);
+    r.field(vocab::maths::x, &Position::x);
+    r.field(vocab::maths::y, &Position::y);
+    r.field(vocab::maths::z, &Position::z);
+  }
+};
+
+template <>
+struct lrt::rdf::traits<Grip> : lrt::rdf::Record<Grip> {
+  static void describe(Record<Grip>& r) {
+    r.field("mode", &Grip::mode);
+    r.field("width", &Grip::width).unit(unit::millimetre).between(0, 100);
+    r.field("item", &Grip::item);
+    r.field("where", &Grip::where);
+  }
+};
+
+int main() {
+  Grip grip{Mode::holding, 42, "cup", {0.5, 0, 0.25}};
+
+  lrt::Thing gripper{"gripper"};
+  gripper.property("grip", [&] { return grip; }).on_write([&](const Grip& wanted) { grip = wanted; });
+
+  lrt::Server server = lrt::Server::create(lesson::options()).value();
+  server.add(std::move(gripper)).value();
+
+  lesson::Visitor visitor(server, [](lesson::Client& client) {
+    const std::string where = "<blueprint#where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] ";
+    const std::string width = "<blueprint#width> [ vom:numericalValue 80 ; qudt:unit unit:MilliM ] ; ";
+    client.get("/gripper/grip");
+    client.put("/gripper/grip", "<grip> <blueprint#mode> \"idle\" ; " + width + where + ".");
+    client.put("/gripper/grip", "<grip> <blueprint#mode> \"asleep\" ; " + width + where + ".");
+    client.put("/gripper/grip", "<grip> <blueprint#mode> \"idle\" ; " + where + ".");
+    client.get("/gripper/grip");
+  });
+  server.run();
+}

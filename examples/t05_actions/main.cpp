@@ -1,0 +1,42 @@
+// Actions that are done when their lambda returns: without input or output, with both, and one that the robot refuses. Each POST makes
+// an invocation, which Location names and which can be read afterwards.
+#include <cmath>
+
+#include <lrt/lrt.hpp>
+
+#include "examples/lesson.hpp"
+
+int main() {
+  double height = 0.5;  // [m]
+  bool homed = false;
+
+  lrt::Thing lift{"lift"};
+  lift.action("home", [&] {
+    height = 0;
+    homed = true;
+  });
+  lift.action("moveTo", [&](double target) -> lrt::Result<void> {
+        if (!homed) return lrt::unexpected(lrt::Errc::refused, "the lift does not know its height yet: invoke home first");
+        height = target;
+        return {};
+      })
+      .consumes(lrt::rdf::Facets{}.unit(lrt::unit::metre).between(0, 1.25));
+  lift.action("timeTo", [&](double target) { return std::abs(target - height) / 0.25; })
+      .consumes(lrt::rdf::Facets{}.unit(lrt::unit::metre))
+      .produces(lrt::rdf::Facets{}.unit(lrt::unit::second));
+
+  lrt::Server server = lrt::Server::create(lesson::options()).value();
+  server.add(std::move(lift)).value();
+
+  lesson::Visitor visitor(server, [](lesson::Client& client) {
+    const std::string one_metre = "<> vom:numericalValue 1 ; qudt:unit unit:M .";
+    client.post("/lift/actions/moveTo", one_metre);
+    client.post("/lift/actions/home");
+    client.post("/lift/actions/moveTo", "<> vom:numericalValue 5 ; qudt:unit unit:M .");
+    const lesson::Answer moved = client.post("/lift/actions/moveTo", one_metre);
+    client.get(moved.field("Location"));
+    client.post("/lift/actions/timeTo", "<> vom:numericalValue 0.5 ; qudt:unit unit:M .");
+    client.get("/lift/actions/timeTo");
+  });
+  server.run();
+}

@@ -1,0 +1,82 @@
+// Which thread runs my lambda? Dispatch says it, for a whole server or for a thing; Io says whether lrt has a thread of its own.
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include <lrt/lrt.hpp>
+
+#include "examples/lesson.hpp"
+
+thread_local std::string whoami = "a thread of lrt";
+
+/// An executor of your own: one worker thread.
+class Worker {
+ public:
+  ~Worker() {
+    post({});
+    thread_.join();
+  }
+  void post(std::function<void()> job) {
+    {
+      const std::lock_guard lock(mutex_);
+      jobs_.push_back(std::move(job));
+    }
+    ready_.notify_one();
+  }
+
+ private:
+  void work() {
+    whoami = "the worker's thread";
+    for (;;) {
+      std::unique_lock lock(mutex_);
+      ready_.wait(lock, [this] { return !jobs_.empty(); });
+      const std::function<void()> job = std::move(jobs_.front());
+      jobs_.pop_front();
+      lock.unlock();
+      if (!job) return;
+      job();
+    }
+  }
+  std::mutex mutex_;
+  std::condition_variable ready_;
+  std::deque<std::function<void()>> jobs_;
+  std::thread thread_{[this] { work(); }};
+};
+
+lrt::Thing make(const char* name, lrt::Dispatch where) {
+  lrt::Thing thing{name};
+  thing.dispatch(where).property("thread", [] { return whoami; });
+  return thing;
+}
+
+int main() {
+  whoami = "the host's thread";
+  Worker worker;
+
+  lrt::Options options = lesson::options();
+  options.executor = [&](std::function<void()> job) { worker.post(std::move(job)); };
+  lrt::Server server = lrt::Server::create(options).value();
+  server.add(make("default", lrt::Dispatch::as_server)).value();      // in poll: no lock in robot code
+  server.add(make("quick", lrt::Dispatch::io_thread)).value();        // at once: for code that is safe there
+  server.add(make("elsewhere", lrt::Dispatch::executor)).value();     // for what takes long: a camera, a planner
+
+  options.io = lrt::Io::in_poll;  // lrt makes no thread at all: while nobody polls, nothing is answered
+  options.port = 0;
+  lrt::Server single = lrt::Server::create(options).value();
+  single.add(make("default", lrt::Dispatch::as_server)).value();
+  single.add(make("quick", lrt::Dispatch::io_thread)).value();
+
+  lesson::Visitor visitor(server, [](lesson::Client& client) {
+    for (const char* path : {"/default/thread", "/quick/thread", "/elsewhere/thread"}) client.get(path);
+  });
+  server.run();  // run() is a loop over poll()
+  if (lesson::serves()) return 0;
+
+  lesson::Visitor again(single, [](lesson::Client& client) {
+    for (const char* path : {"/default/thread", "/quick/thread"}) client.get(path);
+  });
+  while (again.is_here()) single.poll();
+}

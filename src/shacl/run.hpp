@@ -1,0 +1,180 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <lrt/shacl/validator.hpp>
+
+#include "src/shacl/plan.hpp"
+#include "src/shacl/regex.hpp"
+
+namespace lrt::shacl {
+
+/// A term under judgement: its number in the data graph; or, behind those, that of a term of the shapes graph which the data graph
+/// does not know; or `outsider`, the focus node that neither knows. Equal numbers are equal terms.
+using Node = std::uint32_t;
+inline constexpr Node outsider = 0xFFFFFFFE;
+
+/// One focus node before one shape. Value nodes are run.node(begin) .. run.node(end - 1), each once.
+struct Scene {
+  const Shape& shape;
+  Node focus;
+  std::size_t begin, end;
+  std::size_t size() const noexcept { return end - begin; }
+};
+
+/// One validation: its scratch memory, its limits, and what it has found. Constraints see data through it.
+class Run {
+ public:
+  Run(const Shapes& shapes, const rdf::Graph& data, const ValidateOptions& options);
+
+  Result<Report> all_targets();
+  Result<Report> one(const rdf::TermView& focus, ShapeIndex shape);
+
+  // What constraints ask.
+  Node node(std::size_t at) const noexcept { return nodes_[at]; }
+  rdf::TermView term(Node node) const noexcept;
+  /// The node that a term of the shapes graph is. A blank node of the shapes graph is none of the data.
+  Node node_of(Constant constant) noexcept;
+  bool in_data(Node node) const noexcept { return node < data_terms_; }
+  const rdf::Graph& data() const noexcept { return data_; }
+  const Plan& plan() const noexcept { return *plan_; }
+  bool has(Node subject, Node predicate, Node object) const noexcept {
+    return in_data(subject) && in_data(predicate) && in_data(object) &&
+           data_.contains(rdf::TermId{subject}, rdf::TermId{predicate}, rdf::TermId{object});
+  }
+  /// Calls `take(object)` for the objects of a subject and predicate until it returns false.
+  template <class Take>
+  void each_object(Node subject, Node predicate, Take&& take) const {
+    if (!in_data(subject) || !in_data(predicate)) return;
+    for (const rdf::Triple& t : data_.match(rdf::TermId{subject}, rdf::TermId{predicate}, std::nullopt))
+      if (!take(static_cast<Node>(t.object))) return;
+  }
+  /// The same backwards.
+  template <class Take>
+  void each_subject(Node predicate, Node object, Take&& take) const {
+    if (!in_data(predicate) || !in_data(object)) return;
+    for (const rdf::Triple& t : data_.match(std::nullopt, rdf::TermId{predicate}, rdf::TermId{object}))
+      if (!take(static_cast<Node>(t.subject))) return;
+  }
+
+  /// SHACL 1.1: an instance of the class or of one of its subclasses in the data.
+  bool is_instance(Node node, Constant class_iri);
+  bool conforms(Node node, ShapeIndex shape);
+  /// Validates a value node against a shape whose results are results of this validation: sh:property.
+  void descend(Node node, ShapeIndex shape) { judge(shape, node); }
+
+  /// A set of nodes on top of the stack of nodes, with look-up; gone with its scope.
+  class Set {
+   public:
+    explicit Set(Run& run) noexcept : run_(run), begin_(run.nodes_.size()), level_(run.level_++) {}
+    ~Set() {
+      run_.nodes_.resize(begin_);
+      --run_.level_;
+    }
+    Set(const Set&) = delete;
+    Set& operator=(const Set&) = delete;
+    std::size_t begin() const noexcept { return begin_; }
+    std::size_t end() const noexcept { return run_.nodes_.size(); }
+    bool contains(Node node) const noexcept;
+    /// False if it was there. @pre no other set has been built on top
+    bool insert(Node node);
+    /// Adds what stands on the stack from `start` on. @pre that is the top of the stack
+    void take_in(std::size_t start);
+    /// Leaves the members on the stack for the owner of what is below.
+    void release() noexcept { begin_ = run_.nodes_.size(); }
+
+   private:
+    bool stamped(Node node) const noexcept;
+    void stamp(Node node);
+    Run& run_;
+    std::size_t begin_;
+    std::size_t level_;
+    std::uint32_t epoch_ = 0;  // 0: few members, searched one by one
+  };
+
+  /// Reports a violation. `words()` makes the message, and is called only if the message is wanted.
+  template <class Words>
+  void violation(const Scene& scene, const Constraint& constraint, std::optional<Node> value, Words&& words) {
+    if (quiet_) {
+      failed_ = true;
+    } else if (ValidationResult* result = add_result(scene, constraint, value)) {
+      if (result->messages.empty()) result->messages.emplace_back(rdf::literal(words()));
+    }
+  }
+  /// The same, with what the shape `inner` finds at the value as details.
+  template <class Words>
+  void violation_within(const Scene& scene, const Constraint& constraint, Node value, ShapeIndex inner, Words&& words) {
+    const std::size_t before = results_ ? results_->size() : 0;
+    violation(scene, constraint, value, std::forward<Words>(words));
+    if (!quiet_ && options_.details && results_->size() > before) add_details(before, value, inner);
+  }
+  /// A violation about a predicate that the data have (sh:closed).
+  template <class Words>
+  void violation_at(const Scene& scene, const Constraint& constraint, Node predicate, Node value, Words&& words) {
+    if (quiet_) {
+      failed_ = true;
+    } else if (ValidationResult* result = add_result(scene, constraint, value)) {
+      result->path = PropertyPath(term(predicate));
+      if (result->messages.empty()) result->messages.emplace_back(rdf::literal(words()));
+    }
+  }
+
+  /// Nothing more can be learnt: a limit was hit, or a quiet judgement has failed.
+  bool done() const noexcept { return stopped_ || full_ || (quiet_ && failed_); }
+  /// Counts work. False when the budget is spent.
+  bool step(std::size_t n = 1) {
+    steps_ += n;
+    if (steps_ <= options_.max_steps) return !stopped_;
+    stop("max_steps", options_.max_steps);
+    return false;
+  }
+
+  /// Appends the nodes that the path leads to from `from`, each once.
+  void walk(PathIndex path, bool backward, Node from);
+
+  Regex::Scratch regex_scratch;
+  std::vector<std::string_view> texts;  ///< scratch of one check
+
+ private:
+  friend class Set;
+
+  void judge(ShapeIndex shape, Node focus);
+  void collect_targets(const Shape& shape, Set& out);
+  /// The subclasses of a class, itself included, in order of their numbers; empty if it has no other.
+  const std::vector<Node>& subclasses(Constant class_iri);
+  ValidationResult* add_result(const Scene& scene, const Constraint& constraint, std::optional<Node> value);
+  void add_details(std::size_t at, Node value, ShapeIndex inner);
+  void stop(const char* limit, std::size_t value);
+  Result<Report> finish();
+
+  std::shared_ptr<const Plan> plan_;
+  const rdf::Graph& data_;
+  ValidateOptions options_;
+  Node data_terms_;
+  std::vector<Node> bound_;                       // from the shapes graph's TermId; nothing: not looked for yet
+  std::optional<rdf::TermView> outsider_;
+  std::vector<Node> nodes_;                       // stack: value nodes of the scenes and sets under way
+  struct Stamps {
+    std::vector<std::uint32_t> of;                // from Node: epoch of the set it was last put into
+    std::uint32_t epoch = 0;
+  };
+  std::vector<Stamps> stamps_;                    // one for each level of sets within sets
+  std::size_t level_ = 0;
+  std::vector<std::pair<ShapeIndex, Node>> under_way_;  // of recursive shapes
+  std::unordered_map<std::uint32_t, std::vector<Node>> subclasses_;
+  std::size_t depth_ = 0, steps_ = 0, path_nodes_ = 0;
+  bool quiet_ = false, failed_ = false;
+  bool full_ = false;                             // max_results was reached
+  std::optional<Error> stopped_;
+  Report report_;
+  std::vector<ValidationResult>* results_ = &report_.results_;
+  std::size_t result_count_ = 0;
+};
+
+}  // namespace lrt::shacl

@@ -1,0 +1,61 @@
+// The server under tests/bench/http_load: one pushed property, optionally among many things and published at 1 kHz.
+//
+//   pushed_server [--things 1] [--publish]
+//
+// The property is at /arm/joint/angle. Ends on SIGINT or SIGTERM and prints its resident memory.
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+#include <thread>
+
+#include <lrt/lrt.hpp>
+
+namespace {
+volatile std::sig_atomic_t ended = 0;
+}
+
+int main(int argc, char** argv) {
+  std::size_t things = 1;
+  bool publish = false;
+  for (int i = 1; i < argc; ++i) {
+    const std::string arg = argv[i];
+    if (arg == "--things" && i + 1 < argc) things = static_cast<std::size_t>(std::atol(argv[++i]));
+    else if (arg == "--publish") publish = true;
+    else return std::fprintf(stderr, "usage: pushed_server [--things N] [--publish]\n"), 2;
+  }
+  std::signal(SIGINT, [](int) { ended = 1; });
+  std::signal(SIGTERM, [](int) { ended = 1; });
+
+  lrt::Options options;
+  options.port = 0;
+  auto server = lrt::Server::create(std::move(options));
+  if (!server) return std::fprintf(stderr, "%s\n", server.error().message.c_str()), 1;
+  lrt::Thing joint{"arm/joint"};
+  auto angle = joint.property<double>("angle", lrt::unit::radian);
+  angle.publish(0.5);
+  server->add(std::move(joint)).value();
+  for (std::size_t i = 1; i < things; ++i) {
+    lrt::Thing thing{"thing" + std::to_string(i)};
+    thing.property<double>("angle", lrt::unit::radian).publish(static_cast<double>(i));
+    server->add(std::move(thing)).value();
+  }
+  std::printf("listening on %s\n", server->url().c_str());
+  std::fflush(stdout);
+
+  double t = 0;
+  auto next = std::chrono::steady_clock::now();
+  while (!ended) {
+    if (publish) angle.publish(t += 0.001);
+    server->poll();
+    next += std::chrono::milliseconds(publish ? 1 : 50);
+    std::this_thread::sleep_until(next);
+  }
+  server->stop();
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.compare(0, 6, "VmRSS:") == 0) std::printf("%s\n", line.c_str());
+}
