@@ -5,8 +5,9 @@
 // A lesson serves and is visited by a small client on a thread of its own, over the real port, which prints what it asks and what it is
 // answered; when the client goes, the lesson ends. With --serve there is no client: the lesson serves on port 8080 until Ctrl-C, for curl.
 //
-// So that the same is printed at every run, the client shows any port as 8080, ids as id-1, id-2 ..., times as <time>, of the header
-// only Content-Type, Allow and Location (and what the lesson asks for), and of Turtle not the @prefix lines. It adds those when it sends.
+// So that the same is printed at every run, the client shows any port as 8080, ids as id-1, id-2 ..., times as <time>, tags as <tag>,
+// of the header only Content-Type, Allow and Location (and what the lesson asks for), and of Turtle not the @prefix lines. It adds
+// those when it sends.
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -25,6 +26,7 @@
 #include <string_view>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include <lrt/server.hpp>
 
@@ -67,7 +69,9 @@ class Client {
   /// Each sends one request and prints it and its answer. `fields` are further header lines, "Prefer: wait=1\r\n". A path may be a URI
   /// of the server, as Location gives it.
   Answer get(const std::string& path, const std::string& fields = {}) { return shown("GET", path, {}, fields); }
-  Answer put(const std::string& path, const std::string& turtle, const std::string& fields = {}) { return shown("PUT", path, turtle, fields); }
+  Answer put(const std::string& path, const std::string& turtle, const std::string& fields = {}) {
+    return shown("PUT", path, turtle, fields);
+  }
   Answer post(const std::string& path, const std::string& turtle = {}, const std::string& fields = {}) {
     return shown("POST", path, turtle, fields);
   }
@@ -86,10 +90,14 @@ class Client {
   /// From now on this field is printed too, one line for each member of its list.
   void show(std::string name) { more_ = std::move(name); }
 
+  /// From now on only those lines of a representation are printed that have one of these words.
+  void only(std::vector<std::string> words) { only_ = std::move(words); }
+
   Answer ask(const std::string& method, const std::string& path, const std::string& turtle, const std::string& fields) const {
     const std::string host = "127.0.0.1:" + std::to_string(port_);
     const std::string body = turtle.empty() ? turtle : prefixes() + turtle + "\n";
-    std::string request = method + " " + without_base(path) + " HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n" + fields;
+    std::string request =
+        method + " " + without_base(path) + " HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n" + fields;
     if (!body.empty()) request += "Content-Type: text/turtle\r\n";
     if (!body.empty() || method == "POST") request += "Content-Length: " + std::to_string(body.size()) + "\r\n";
     return parse(exchange(request + "\r\n" + body));
@@ -102,12 +110,16 @@ class Client {
     return answer;
   }
 
-  void print(const std::string& method, const std::string& path, const std::string& turtle, const std::string& fields, const Answer& answer) {
+  void print(const std::string& method, const std::string& path, const std::string& turtle, const std::string& fields,
+             const Answer& answer) {
     std::string text = method + " " + without_base(path) + "\n" + fields;
+    if (const std::size_t tag = text.find('"'); tag != std::string::npos)
+      text.replace(tag, text.find('"', tag + 1) - tag + 1, "<tag>");
     if (!turtle.empty()) text += "  " + turtle + "\n";
     text += answer.head.substr(9, answer.head.find("\r\n") - 9) + "\n";  // without "HTTP/1.1 "
     for (const std::string name : {"Content-Type", "Allow", "Location"})
-      if (const std::string value = answer.field(name); !value.empty() && (name != "Allow" || method == "OPTIONS" || answer.status == 405))
+      if (const std::string value = answer.field(name);
+          !value.empty() && (name != "Allow" || method == "OPTIONS" || answer.status == 405))
         text += name + ": " + value + "\n";
     if (std::string value = answer.field(more_); !more_.empty() && !value.empty()) {
       for (std::size_t at = 0; (at = value.find(", ", at)) != std::string::npos;) value.replace(at, 2, "\n    ");
@@ -117,16 +129,29 @@ class Client {
     while (body.compare(0, 8, "@prefix ") == 0) body.erase(0, body.find('\n') + 1);
     if (!body.empty() && body[0] == '\n') body.erase(0, 1);
     if (!body.empty() && body.back() != '\n') body += '\n';
+    if (answer.status == 200 && !only_.empty()) body = chosen(body);
     text += body;
     text.erase(std::remove(text.begin(), text.end(), '\r'), text.end());
     std::printf("%s\n", steady(std::move(text)).c_str());
     std::fflush(stdout);
   }
 
+  std::string chosen(const std::string& body) const {
+    std::string lines;
+    for (std::size_t at = 0, end = 0; at < body.size(); at = end + 1) {
+      end = std::min(body.find('\n', at), body.size());
+      const std::string line = body.substr(at, end - at);
+      if (std::any_of(only_.begin(), only_.end(), [&](const std::string& w) { return line.find(w) != std::string::npos; }))
+        lines += line + "\n";
+    }
+    return lines;
+  }
+
   /// What differs from run to run is replaced: the port, ids and times.
   std::string steady(std::string text) {
     const std::string mine = "127.0.0.1:" + std::to_string(port_);
-    for (std::size_t at = 0; (at = text.find(mine, at)) != std::string::npos; ++at) text.replace(at, mine.size(), "127.0.0.1:8080");
+    for (std::size_t at = 0; (at = text.find(mine, at)) != std::string::npos; ++at)
+      text.replace(at, mine.size(), "127.0.0.1:8080");
     const auto replace = [&text](std::string_view pattern, bool (*fits)(char), auto with) {  // 'x' in a pattern: any that fits
       for (std::size_t at = 0; at + pattern.size() <= text.size(); ++at) {
         std::size_t i = 0;
@@ -134,9 +159,12 @@ class Client {
         if (i == pattern.size()) text.replace(at, i, with(text.substr(at, i)));
       }
     };
-    replace("xxxxxxxx-xxxx-xxxx-xxxx-xxxxxxxxxxxx", [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); },
-            [this](const std::string& id) { return ids_.emplace(id, "id-" + std::to_string(ids_.size() + 1)).first->second; });
-    replace("xxxx-xx-xxTxx:xx:xx.xxxxxxZ", [](char c) { return c >= '0' && c <= '9'; }, [](const std::string&) { return "<time>"; });
+    replace(
+        "xxxxxxxx-xxxx-xxxx-xxxx-xxxxxxxxxxxx", [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); },
+        [this](const std::string& id) { return ids_.emplace(id, "id-" + std::to_string(ids_.size() + 1)).first->second; });
+    replace(
+        "xxxx-xx-xxTxx:xx:xx.xxxxxxZ", [](char c) { return c >= '0' && c <= '9'; },
+        [](const std::string&) { return "<time>"; });
     return text;
   }
 
@@ -174,6 +202,7 @@ class Client {
 
   std::uint16_t port_;
   std::string more_;
+  std::vector<std::string> only_;
   std::map<std::string, std::string> ids_;
 };
 

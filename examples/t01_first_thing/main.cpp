@@ -13,15 +13,41 @@ int main() {
     std::move(done).succeed();
   });
 
-  lrt::Options options;           // http://127.0.0.1:8080/, for this machine only
-  options.port = lesson::port();  // with --serve: 8080
+  lrt::Options options;                                       // http://127.0.0.1:8080/, for this machine only
+  options.port = lesson::port();                              // with --serve: 8080
   lrt::Server server = lrt::Server::create(options).value();  // value() throws what a Result has instead of a value
   server.add(std::move(joint)).value();
 
-  lesson::Visitor visitor(server, [](lesson::Client& client) {                      // lesson
-    client.get("/baxter/right_s1/rotation");                                        // lesson
+  lesson::Visitor visitor(server, [](lesson::Client& client) {                       // lesson
+    client.get("/baxter/right_s1/rotation");                                         // lesson
     client.post("/baxter/right_s1/actions/rotate", "<> vom:numericalValue 0.75 .");  // lesson
-    client.get_until("/baxter/right_s1/rotation", "0.75");                          // lesson
-  });                                                                               // lesson
+    client.get_until("/baxter/right_s1/rotation", "0.75");                           // lesson
+  });                                                                                // lesson
   server.run();  // or, in a control loop: server.poll(), which never waits
 }
+
+// Output:
+// GET /baxter/right_s1/rotation
+// 200 OK
+// Content-Type: text/turtle
+// <http://127.0.0.1:8080/baxter/right_s1/rotation> a hybrit:Property, maths:Scalar ;
+//     rdfs:seeAlso <http://127.0.0.1:8080/baxter/right_s1> ;
+//     vom:numericalValue "0.5"^^xsd:double ;
+//     vom:unit maths:Radian ;
+//     qudt:unit unit:RAD ;
+//     dcterms:modified "<time>"^^xsd:dateTime .
+//
+// POST /baxter/right_s1/actions/rotate
+//   <> vom:numericalValue 0.75 .
+// 204 No Content
+// Location: http://127.0.0.1:8080/baxter/right_s1/actions/rotate/id-1
+//
+// GET /baxter/right_s1/rotation
+// 200 OK
+// Content-Type: text/turtle
+// <http://127.0.0.1:8080/baxter/right_s1/rotation> a hybrit:Property, maths:Scalar ;
+//     rdfs:seeAlso <http://127.0.0.1:8080/baxter/right_s1> ;
+//     vom:numericalValue "0.75"^^xsd:double ;
+//     vom:unit maths:Radian ;
+//     qudt:unit unit:RAD ;
+//     dcterms:modified "<time>"^^xsd:dateTime .

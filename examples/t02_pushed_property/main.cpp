@@ -16,7 +16,7 @@ int main() {
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
     const lesson::Answer arrived = client.get_until("/joint/position", "\"0.1\"");
-    client.get("/joint/position", "If-None-Match: " + arrived.field("ETag") + "\r\n");  // publishing the same value again changes nothing
+    client.get("/joint/position", "If-None-Match: " + arrived.field("ETag") + "\r\n");  // the same value again is no change
   });
 
   double angle = 0;
@@ -28,3 +28,18 @@ int main() {
     std::this_thread::sleep_until(next);
   }
 }
+
+// Output:
+// GET /joint/position
+// 200 OK
+// Content-Type: text/turtle
+// <http://127.0.0.1:8080/joint/position> a hybrit:Property, maths:Scalar ;
+//     rdfs:seeAlso <http://127.0.0.1:8080/joint> ;
+//     vom:numericalValue "0.1"^^xsd:double ;
+//     vom:unit maths:Radian ;
+//     qudt:unit unit:RAD ;
+//     dcterms:modified "<time>"^^xsd:dateTime .
+//
+// GET /joint/position
+// If-None-Match: <tag>
+// 304 Not Modified

@@ -16,21 +16,70 @@ int main() {
         speed = wanted;
         return {};
       });
-  arm.property("emergencyStop", [&] { return emergency_stop; });
+  arm.property("emergencyStop", [&] { return emergency_stop; });  // without on_write: read-only
+  arm.action("stop", [&] { emergency_stop = true; });
 
   lrt::Server server = lrt::Server::create(lesson::options()).value();
   server.add(std::move(arm)).value();
 
-  lesson::Visitor visitor(server, [&](lesson::Client& client) {
+  lesson::Visitor visitor(server, [](lesson::Client& client) {
     client.put("/arm/speed", "<> vom:numericalValue 0.5 ; qudt:unit unit:M-PER-SEC .");
     client.get("/arm/speed");
     client.put("/arm/speed", "<> vom:numericalValue 2 ; qudt:unit unit:M-PER-SEC .");
     client.put("/arm/speed", "<> vom:numericalValue 0.5 ; qudt:unit unit:DEG .");
     client.put("/arm/speed", "<> vom:numericalValue \"fast\" .");
-    client.put("/arm/speed", "<> vom:numericalValue 0.5");
-    client.put("/arm/emergencyStop", "<> rdf:value true .");
-    client.ask("POST", "/arm/actions/press", {}, {});
-    client.post("/arm/speed");
+    client.put("/arm/emergencyStop", "<> rdf:value false .");
+    client.post("/arm/actions/stop");
+    client.put("/arm/speed", "<> vom:numericalValue 0.25 ; qudt:unit unit:M-PER-SEC .");
   });
   server.run();
 }
+
+// Output:
+// PUT /arm/speed
+//   <> vom:numericalValue 0.5 ; qudt:unit unit:M-PER-SEC .
+// 204 No Content
+//
+// GET /arm/speed
+// 200 OK
+// Content-Type: text/turtle
+// <http://127.0.0.1:8080/arm/speed> a hybrit:Property, maths:Scalar ;
+//     rdfs:seeAlso <http://127.0.0.1:8080/arm> ;
+//     vom:numericalValue "0.5"^^xsd:double ;
+//     qudt:unit unit:M-PER-SEC ;
+//     dcterms:modified "<time>"^^xsd:dateTime .
+//
+// PUT /arm/speed
+//   <> vom:numericalValue 2 ; qudt:unit unit:M-PER-SEC .
+// 422 Unprocessable Content
+// Content-Type: application/problem+json
+// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"vom:numericalValue: expected a finite number of at least 0 and at most 1.5, found \"2\"^^xsd:integer"}
+//
+// PUT /arm/speed
+//   <> vom:numericalValue 0.5 ; qudt:unit unit:DEG .
+// 422 Unprocessable Content
+// Content-Type: application/problem+json
+// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"qudt:unit: expected unit:M-PER-SEC, found unit:DEG"}
+//
+// PUT /arm/speed
+//   <> vom:numericalValue "fast" .
+// 422 Unprocessable Content
+// Content-Type: application/problem+json
+// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"vom:numericalValue: expected a finite number of at least 0 and at most 1.5, found \"fast\"; qudt:unit: expected unit:M-PER-SEC, found none"}
+//
+// PUT /arm/emergencyStop
+//   <> rdf:value false .
+// 405 Method Not Allowed
+// Content-Type: application/problem+json
+// Allow: GET, HEAD, OPTIONS
+// {"type":"about:blank","title":"Method Not Allowed","status":405,"detail":"PUT is not allowed here, GET, HEAD, OPTIONS are"}
+//
+// POST /arm/actions/stop
+// 204 No Content
+// Location: http://127.0.0.1:8080/arm/actions/stop/id-1
+//
+// PUT /arm/speed
+//   <> vom:numericalValue 0.25 ; qudt:unit unit:M-PER-SEC .
+// 409 Conflict
+// Content-Type: application/problem+json
+// {"type":"about:blank","title":"Conflict","status":409,"detail":"property \"/arm/speed\" was not written: the emergency stop is pressed"}

@@ -22,7 +22,9 @@ struct Grip {
 
 template <>
 struct lrt::rdf::traits<Mode> : lrt::rdf::Enumeration<Mode> {
-  static void describe(Enumeration<Mode>& e) { e.name(Mode::idle, "idle").name(Mode::holding, "holding").name(Mode::fault, "fault"); }
+  static void describe(Enumeration<Mode>& e) {
+    e.name(Mode::idle, "idle").name(Mode::holding, "holding").name(Mode::fault, "fault");
+  }
 };
 
 template <>
@@ -55,13 +57,69 @@ int main() {
   server.add(std::move(gripper)).value();
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
-    const std::string where = "<blueprint#where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] ";
-    const std::string width = "<blueprint#width> [ vom:numericalValue 80 ; qudt:unit unit:MilliM ] ; ";
+    const std::string width = "<blueprint#width> [ vom:numericalValue 80 ; qudt:unit unit:MilliM ]";
+    const std::string where = "<blueprint#where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ]";
     client.get("/gripper/grip");
-    client.put("/gripper/grip", "<grip> <blueprint#mode> \"idle\" ; " + width + where + ".");
-    client.put("/gripper/grip", "<grip> <blueprint#mode> \"asleep\" ; " + width + where + ".");
-    client.put("/gripper/grip", "<grip> <blueprint#mode> \"idle\" ; " + where + ".");
+    client.put("/gripper/grip", "<> <blueprint#mode> \"idle\" ; " + width + " ; " + where + " .");
+    client.put("/gripper/grip", "<> <blueprint#mode> \"asleep\" ; " + width + " ; " + where + " .");
+    client.put("/gripper/grip", "<> <blueprint#mode> \"fault\" ; " + where + " .");
     client.get("/gripper/grip");
   });
   server.run();
 }
+
+// Output:
+// GET /gripper/grip
+// 200 OK
+// Content-Type: text/turtle
+// <http://127.0.0.1:8080/gripper/grip> a hybrit:Property ;
+//     rdfs:seeAlso <http://127.0.0.1:8080/gripper> ;
+//     <http://127.0.0.1:8080/gripper/blueprint#mode> "holding" ;
+//     <http://127.0.0.1:8080/gripper/blueprint#width> [
+//         a maths:Scalar ;
+//         vom:numericalValue "42"^^xsd:double ;
+//         qudt:unit unit:MilliM
+//     ] ;
+//     <http://127.0.0.1:8080/gripper/blueprint#item> "cup" ;
+//     <http://127.0.0.1:8080/gripper/blueprint#where> [
+//         a maths:Vector3D ;
+//         maths:x "0.5"^^xsd:double ;
+//         maths:y "0"^^xsd:double ;
+//         maths:z "0.25"^^xsd:double
+//     ] ;
+//     dcterms:modified "<time>"^^xsd:dateTime .
+//
+// PUT /gripper/grip
+//   <> <blueprint#mode> "idle" ; <blueprint#width> [ vom:numericalValue 80 ; qudt:unit unit:MilliM ] ; <blueprint#where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] .
+// 204 No Content
+//
+// PUT /gripper/grip
+//   <> <blueprint#mode> "asleep" ; <blueprint#width> [ vom:numericalValue 80 ; qudt:unit unit:MilliM ] ; <blueprint#where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] .
+// 422 Unprocessable Content
+// Content-Type: application/problem+json
+// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"<http://127.0.0.1:8080/gripper/blueprint#mode>: expected one of \"idle\", \"holding\", \"fault\", found \"asleep\""}
+//
+// PUT /gripper/grip
+//   <> <blueprint#mode> "fault" ; <blueprint#where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] .
+// 422 Unprocessable Content
+// Content-Type: application/problem+json
+// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"<http://127.0.0.1:8080/gripper/blueprint#width>: expected a finite number of at least 0 and at most 100, found none"}
+//
+// GET /gripper/grip
+// 200 OK
+// Content-Type: text/turtle
+// <http://127.0.0.1:8080/gripper/grip> a hybrit:Property ;
+//     rdfs:seeAlso <http://127.0.0.1:8080/gripper> ;
+//     <http://127.0.0.1:8080/gripper/blueprint#mode> "idle" ;
+//     <http://127.0.0.1:8080/gripper/blueprint#width> [
+//         a maths:Scalar ;
+//         vom:numericalValue "80"^^xsd:double ;
+//         qudt:unit unit:MilliM
+//     ] ;
+//     <http://127.0.0.1:8080/gripper/blueprint#where> [
+//         a maths:Vector3D ;
+//         maths:x "0.5"^^xsd:double ;
+//         maths:y "0"^^xsd:double ;
+//         maths:z "0.25"^^xsd:double
+//     ] ;
+//     dcterms:modified "<time>"^^xsd:dateTime .

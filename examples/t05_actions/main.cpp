@@ -15,11 +15,13 @@ int main() {
     height = 0;
     homed = true;
   });
-  lift.action("moveTo", [&](double target) -> lrt::Result<void> {
-        if (!homed) return lrt::unexpected(lrt::Errc::refused, "the lift does not know its height yet: invoke home first");
-        height = target;
-        return {};
-      })
+  lift.action("moveTo",
+              [&](double target) -> lrt::Result<void> {
+                if (!homed)
+                  return lrt::unexpected(lrt::Errc::refused, "the lift does not know its height yet: invoke home first");
+                height = target;
+                return {};
+              })
       .consumes(lrt::rdf::Facets{}.unit(lrt::unit::metre).between(0, 1.25));
   lift.action("timeTo", [&](double target) { return std::abs(target - height) / 0.25; })
       .consumes(lrt::rdf::Facets{}.unit(lrt::unit::metre))
@@ -34,9 +36,49 @@ int main() {
     client.post("/lift/actions/home");
     client.post("/lift/actions/moveTo", "<> vom:numericalValue 5 ; qudt:unit unit:M .");
     const lesson::Answer moved = client.post("/lift/actions/moveTo", one_metre);
+    client.only({"lrt:", "vom:", "prov:"});
     client.get(moved.field("Location"));
     client.post("/lift/actions/timeTo", "<> vom:numericalValue 0.5 ; qudt:unit unit:M .");
-    client.get("/lift/actions/timeTo");
   });
   server.run();
 }
+
+// Output:
+// POST /lift/actions/moveTo
+//   <> vom:numericalValue 1 ; qudt:unit unit:M .
+// 409 Conflict
+// Content-Type: application/problem+json
+// {"type":"about:blank","title":"Conflict","status":409,"detail":"action \"/lift/actions/moveTo\" failed: the lift does not know its height yet: invoke home first"}
+//
+// POST /lift/actions/home
+// 204 No Content
+// Location: http://127.0.0.1:8080/lift/actions/home/id-1
+//
+// POST /lift/actions/moveTo
+//   <> vom:numericalValue 5 ; qudt:unit unit:M .
+// 422 Unprocessable Content
+// Content-Type: application/problem+json
+// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"vom:numericalValue: expected a finite number of at least 0 and at most 1.25, found \"5\"^^xsd:integer"}
+//
+// POST /lift/actions/moveTo
+//   <> vom:numericalValue 1 ; qudt:unit unit:M .
+// 204 No Content
+// Location: http://127.0.0.1:8080/lift/actions/moveTo/id-2
+//
+// GET /lift/actions/moveTo/id-2
+// 200 OK
+// Content-Type: text/turtle
+// <http://127.0.0.1:8080/lift/actions/moveTo/id-2> a lrt:Invocation, prov:Activity ;
+//     lrt:status lrt:succeeded ;
+//     lrt:progress "1"^^xsd:double ;
+//     prov:startedAtTime "<time>"^^xsd:dateTime ;
+//     prov:endedAtTime "<time>"^^xsd:dateTime ;
+//     lrt:input <http://127.0.0.1:8080/lift/actions/moveTo/id-2#input> .
+//     vom:numericalValue "1"^^xsd:double ;
+//
+// POST /lift/actions/timeTo
+//   <> vom:numericalValue 0.5 ; qudt:unit unit:M .
+// 200 OK
+// Content-Type: text/turtle
+// Location: http://127.0.0.1:8080/lift/actions/timeTo/id-3
+//     vom:numericalValue "2"^^xsd:double ;

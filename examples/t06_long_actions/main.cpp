@@ -13,11 +13,12 @@ int main() {
   std::optional<lrt::Responder> move;
 
   lrt::Thing axis{"axis"};
-  axis.action("moveTo", [&](int to, lrt::Responder done) {
-        target = to;
-        done.on_cancel([&] { target = position; });  // also when a later command takes over: it is called before that one begins
-        move = std::move(done);
-      })
+  axis.action("moveTo",
+              [&](int to, lrt::Responder done) {
+                target = to;
+                done.on_cancel([&] { target = position; });  // when a later command takes over, before that one begins
+                move = std::move(done);
+              })
       .consumes(lrt::rdf::Facets{}.unit(lrt::unit::millimetre).between(0, 1'000'000))
       .policy(lrt::ActionPolicy::preempt());  // others: queue(n), reject(), parallel(n)
 
@@ -27,10 +28,12 @@ int main() {
   lesson::Visitor visitor(server, [](lesson::Client& client) {
     const std::string far = "<> vom:numericalValue 1000000 ; qudt:unit unit:MilliM .";
     const std::string near = "<> vom:numericalValue 0 ; qudt:unit unit:MilliM .";
-    const std::string first = client.post("/axis/actions/moveTo", far).field("Location");                  // goes on after the answer
-    const std::string second = client.post("/axis/actions/moveTo", far, "Prefer: respond-async\r\n").field("Location");
+    client.only({"lrt:status", "lrt:progress"});
+    const std::string first = client.post("/axis/actions/moveTo", far).field("Location");  // answered at once; the move goes on
+    client.get_until(first, "0.25");
+    const std::string second = client.post("/axis/actions/moveTo", far).field("Location");
     client.get(first);  // preempted
-    client.get_until(second, "lrt:running");
+    client.get_until(second, "0.25");
     client.remove(second);
     client.get(second);
     client.post("/axis/actions/moveTo", near, "Prefer: wait=5, return=representation\r\n");
@@ -49,3 +52,50 @@ int main() {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
 }
+
+// Output:
+// POST /axis/actions/moveTo
+//   <> vom:numericalValue 1000000 ; qudt:unit unit:MilliM .
+// 204 No Content
+// Location: http://127.0.0.1:8080/axis/actions/moveTo/id-1
+//
+// GET /axis/actions/moveTo/id-1
+// 200 OK
+// Content-Type: text/turtle
+//     lrt:status lrt:running ;
+//     lrt:progress "0.25"^^xsd:double ;
+//
+// POST /axis/actions/moveTo
+//   <> vom:numericalValue 1000000 ; qudt:unit unit:MilliM .
+// 204 No Content
+// Location: http://127.0.0.1:8080/axis/actions/moveTo/id-2
+//
+// GET /axis/actions/moveTo/id-1
+// 200 OK
+// Content-Type: text/turtle
+//     lrt:status lrt:cancelled ;
+//     lrt:progress "0.25"^^xsd:double ;
+//
+// GET /axis/actions/moveTo/id-2
+// 200 OK
+// Content-Type: text/turtle
+//     lrt:status lrt:running ;
+//     lrt:progress "0.25"^^xsd:double ;
+//
+// DELETE /axis/actions/moveTo/id-2
+// 204 No Content
+//
+// GET /axis/actions/moveTo/id-2
+// 200 OK
+// Content-Type: text/turtle
+//     lrt:status lrt:cancelled ;
+//     lrt:progress "0.25"^^xsd:double ;
+//
+// POST /axis/actions/moveTo
+// Prefer: wait=5, return=representation
+//   <> vom:numericalValue 0 ; qudt:unit unit:MilliM .
+// 200 OK
+// Content-Type: text/turtle
+// Location: http://127.0.0.1:8080/axis/actions/moveTo/id-3
+//     lrt:status lrt:succeeded ;
+//     lrt:progress "1"^^xsd:double ;

@@ -42,7 +42,8 @@ int main() {
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
     const auto at = [](const std::string& x, const std::string& y) {
-      return "<> maths:x [ vom:numericalValue " + x + " ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue " + y + " ; qudt:unit unit:M ] .";
+      return "<> maths:x [ vom:numericalValue " + x + " ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue " + y +
+             " ; qudt:unit unit:M ] .";
     };
     client.options("/rover/waypoints");
     const std::string first = client.post("/rover/waypoints", at("1.5", "2")).field("Location");
@@ -56,3 +57,68 @@ int main() {
   });
   server.run();
 }
+
+// Output:
+// OPTIONS /rover/waypoints
+// 204 No Content
+// Allow: GET, HEAD, OPTIONS, POST
+//
+// POST /rover/waypoints
+//   <> maths:x [ vom:numericalValue 1.5 ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:unit unit:M ] .
+// 201 Created
+// Location: http://127.0.0.1:8080/rover/waypoints/id-1
+//
+// POST /rover/waypoints
+//   <> maths:x [ vom:numericalValue 3 ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:unit unit:M ] .
+// 201 Created
+// Location: http://127.0.0.1:8080/rover/waypoints/id-2
+//
+// POST /rover/waypoints
+//   <> maths:x [ vom:numericalValue -1 ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:unit unit:M ] .
+// 409 Conflict
+// Content-Type: application/problem+json
+// {"type":"about:blank","title":"Conflict","status":409,"detail":"the collection \"/rover/waypoints\" did not take the member: there is a wall at x = 0 m"}
+//
+// GET /rover/waypoints
+// 200 OK
+// Content-Type: text/turtle
+// <http://127.0.0.1:8080/rover/waypoints> a ldp:BasicContainer, ldp:Container, ldp:RDFSource ;
+//     rdfs:seeAlso <http://127.0.0.1:8080/rover> ;
+//     ldp:contains <http://127.0.0.1:8080/rover/waypoints/id-1>,
+//         <http://127.0.0.1:8080/rover/waypoints/id-2> .
+//
+// <http://127.0.0.1:8080/rover/waypoints/id-1> a ldp:RDFSource .
+//
+// <http://127.0.0.1:8080/rover/waypoints/id-2> a ldp:RDFSource .
+//
+// GET /rover/waypoints/id-2
+// 200 OK
+// Content-Type: text/turtle
+// <http://127.0.0.1:8080/rover/waypoints/id-2> a ldp:RDFSource ;
+//     maths:x [
+//         a maths:Scalar ;
+//         vom:numericalValue "3"^^xsd:double ;
+//         qudt:unit unit:M
+//     ] ;
+//     maths:y [
+//         a maths:Scalar ;
+//         vom:numericalValue "2"^^xsd:double ;
+//         qudt:unit unit:M
+//     ] .
+//
+// DELETE /rover/waypoints/id-1
+// 409 Conflict
+// Content-Type: application/problem+json
+// {"type":"about:blank","title":"Conflict","status":409,"detail":"the member \"/rover/waypoints/id-1\" was not removed: the rover is on its way there"}
+//
+// DELETE /rover/waypoints/id-2
+// 204 No Content
+//
+// GET /rover/waypoints
+// 200 OK
+// Content-Type: text/turtle
+// <http://127.0.0.1:8080/rover/waypoints> a ldp:BasicContainer, ldp:Container, ldp:RDFSource ;
+//     rdfs:seeAlso <http://127.0.0.1:8080/rover> ;
+//     ldp:contains <http://127.0.0.1:8080/rover/waypoints/id-1> .
+//
+// <http://127.0.0.1:8080/rover/waypoints/id-1> a ldp:RDFSource .

@@ -19,7 +19,8 @@ int main() {
       .add_turtle("@prefix schema: <http://schema.org/> . <> schema:weight [ schema:value 12.5 ; schema:unitCode \"KGM\" ] .");
 
   lrt::Thing battery{"rover/battery"};  // a thing below a thing: its path says so
-  battery.property("charge", [&] { return level; }, lrt::unit::one)
+  battery
+      .property("charge", [&] { return level; }, lrt::unit::one)
       .predicate(Iri{"http://example.org/rover#charge"})
       .type(Iri{"http://www.w3.org/ns/sosa/ObservableProperty"})
       .add(lrt::vocab::rdfs::comment, "Measured at rest; drops by a tenth under load.");
@@ -30,10 +31,63 @@ int main() {
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
     client.show("Link");
-    client.get("/");
     client.get("/rover");
-    client.get("/rover/battery");
     client.get("/rover/battery/state");
   });
   server.run();
 }
+
+// Output:
+// GET /rover
+// 200 OK
+// Content-Type: text/turtle
+// Link:
+//     <http://www.w3.org/ns/ldp#Resource>; rel="type"
+//     <http://www.w3.org/ns/ldp#RDFSource>; rel="type"
+//     <http://127.0.0.1:8080/>; rel="up"
+//     <http://127.0.0.1:8080/rover/blueprint>; rel="describedby"
+//     <http://127.0.0.1:8080/rover/state>; rel="related"
+//     <http://127.0.0.1:8080/rover/blueprint>; rel="related"
+//     <http://127.0.0.1:8080/rover/subscriptions>; rel="related"
+//     <http://127.0.0.1:8080/rover/battery>; rel="related"
+// <http://127.0.0.1:8080/rover> a hybrit:RoboticThing, <http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#PhysicalAgent> ;
+//     dcterms:title "The rover in the lab" ;
+//     hybrit:blueprint <http://127.0.0.1:8080/rover/blueprint> ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/rover/subscriptions> ;
+//     lrt:state <http://127.0.0.1:8080/rover/state> ;
+//     dcterms:hasPart <http://127.0.0.1:8080/rover/battery> ;
+//     <http://schema.org/serialNumber> "R-0042" ;
+//     rdfs:label "Rover"@en,
+//         "Roboter"@de ;
+//     rdfs:seeAlso <http://127.0.0.1:8080/rover/battery> ;
+//     <http://schema.org/weight> [
+//         <http://schema.org/value> 12.5 ;
+//         <http://schema.org/unitCode> "KGM"
+//     ] .
+//
+// <http://127.0.0.1:8080/rover/battery> a hybrit:RoboticThing .
+//
+// GET /rover/battery/state
+// 200 OK
+// Content-Type: text/turtle
+// Link:
+//     <http://www.w3.org/ns/ldp#Resource>; rel="type"
+//     <http://www.w3.org/ns/ldp#RDFSource>; rel="type"
+//     <http://127.0.0.1:8080/rover/battery>; rel="up"
+//     <http://127.0.0.1:8080/rover/battery/blueprint>; rel="describedby"
+//     <http://127.0.0.1:8080/rover/battery/charge>; rel="related"
+// <http://127.0.0.1:8080/rover/battery> a hybrit:RoboticThing ;
+//     dcterms:title "battery" ;
+//     hybrit:blueprint <http://127.0.0.1:8080/rover/battery/blueprint> ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/rover/battery/subscriptions> ;
+//     lrt:state <http://127.0.0.1:8080/rover/battery/state> ;
+//     dcterms:isPartOf <http://127.0.0.1:8080/rover> ;
+//     hybrit:property <http://127.0.0.1:8080/rover/battery/charge> ;
+//     <http://example.org/rover#charge> <http://127.0.0.1:8080/rover/battery/charge> .
+//
+// <http://127.0.0.1:8080/rover/battery/charge> a hybrit:Property, maths:Scalar, sosa:ObservableProperty ;
+//     rdfs:seeAlso <http://127.0.0.1:8080/rover/battery> ;
+//     vom:numericalValue "0.75"^^xsd:double ;
+//     qudt:unit unit:UNITLESS ;
+//     dcterms:modified "<time>"^^xsd:dateTime ;
+//     rdfs:comment "Measured at rest; drops by a tenth under load." .

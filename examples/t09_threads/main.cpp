@@ -59,9 +59,9 @@ int main() {
   lrt::Options options = lesson::options();
   options.executor = [&](std::function<void()> job) { worker.post(std::move(job)); };
   lrt::Server server = lrt::Server::create(options).value();
-  server.add(make("default", lrt::Dispatch::as_server)).value();      // in poll: no lock in robot code
-  server.add(make("quick", lrt::Dispatch::io_thread)).value();        // at once: for code that is safe there
-  server.add(make("elsewhere", lrt::Dispatch::executor)).value();     // for what takes long: a camera, a planner
+  server.add(make("default", lrt::Dispatch::as_server)).value();   // in poll: no lock in robot code
+  server.add(make("quick", lrt::Dispatch::io_thread)).value();     // at once: for code that is safe there
+  server.add(make("elsewhere", lrt::Dispatch::executor)).value();  // for what takes long: a camera, a planner
 
   options.io = lrt::Io::in_poll;  // lrt makes no thread at all: while nobody polls, nothing is answered
   options.port = 0;
@@ -70,13 +70,41 @@ int main() {
   single.add(make("quick", lrt::Dispatch::io_thread)).value();
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
+    client.only({"rdf:value"});
     for (const char* path : {"/default/thread", "/quick/thread", "/elsewhere/thread"}) client.get(path);
   });
   server.run();  // run() is a loop over poll()
   if (lesson::serves()) return 0;
 
   lesson::Visitor again(single, [](lesson::Client& client) {
+    client.only({"rdf:value"});
     for (const char* path : {"/default/thread", "/quick/thread"}) client.get(path);
   });
   while (again.is_here()) single.poll();
 }
+
+// Output:
+// GET /default/thread
+// 200 OK
+// Content-Type: text/turtle
+//     rdf:value "the host's thread" ;
+//
+// GET /quick/thread
+// 200 OK
+// Content-Type: text/turtle
+//     rdf:value "a thread of lrt" ;
+//
+// GET /elsewhere/thread
+// 200 OK
+// Content-Type: text/turtle
+//     rdf:value "the worker's thread" ;
+//
+// GET /default/thread
+// 200 OK
+// Content-Type: text/turtle
+//     rdf:value "the host's thread" ;
+//
+// GET /quick/thread
+// 200 OK
+// Content-Type: text/turtle
+//     rdf:value "the host's thread" ;

@@ -37,8 +37,8 @@ class Numbers final : public lrt::IdSource {
 };
 
 void show(const lrt::http::Response& r) {
-  std::printf("%d %.*s\n%.*s\n", r.status, int(r.fields.find("Location").value_or("").size()), r.fields.find("Location").value_or("").data(),
-              int(r.content().size()), r.content().data());
+  std::printf("%d %.*s\n%.*s\n", r.status, int(r.fields.find("Location").value_or("").size()),
+              r.fields.find("Location").value_or("").data(), int(r.content().size()), r.content().data());
 }
 
 int main() {
@@ -78,3 +78,9 @@ int main() {
   clock.advance(options.engine.host_time);  // the host hangs ...
   server.poll();                            // ... and what waited too long is told so
 }
+
+// Output:
+// 204 http://robot.example/joint/actions/rotate/1
+//
+// 503
+// {"type":"about:blank","title":"Service Unavailable","status":503,"detail":"the robot's program did not take the request in time"}

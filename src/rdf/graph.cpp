@@ -10,7 +10,7 @@
 namespace lrt::rdf {
 namespace {
 
-constexpr std::size_t first_term_slots = 64;    // at most half full: room for the terms of a usual property graph
+constexpr std::size_t first_term_slots = 64;  // at most half full: room for the terms of a usual property graph
 constexpr std::size_t first_triple_slots = 32;
 
 std::uint32_t number(TermId id) noexcept { return static_cast<std::uint32_t>(id); }
@@ -109,8 +109,9 @@ TermId Graph::intern(const TermView& term) {
   std::uint32_t datatype = none;
   if (term.is_literal()) datatype = number(intern(iri(datatype_of(term))));
 
-  Entry entry{term.kind, static_cast<std::uint32_t>(text_.size()), static_cast<std::uint32_t>(term.text.size()),
-              datatype,  0, 0, hash, {}};
+  Entry entry{
+      term.kind, static_cast<std::uint32_t>(text_.size()), static_cast<std::uint32_t>(term.text.size()), datatype, 0, 0, hash,
+      {}};
   text_.append(term.text);
   if (!term.language.empty()) {
     entry.language_offset = static_cast<std::uint32_t>(text_.size());
@@ -152,9 +153,7 @@ TermView Graph::term(TermId id) const noexcept {
 
 TermId Graph::fresh_blank() {
   std::string label;
-  do {
-    label = "b" + std::to_string(next_blank_++);
-  } while (find(blank(label)));
+  do { label = "b" + std::to_string(next_blank_++); } while (find(blank(label)));
   return intern(blank(label));
 }
 
@@ -277,9 +276,7 @@ bool Graph::Matches::fits(std::uint32_t at) const noexcept {
 std::uint32_t Graph::Matches::next(std::uint32_t at) const noexcept {
   if (position_ == 4) return none;
   if (position_ == 3) return at + 1 < graph_->triples_.size() ? at + 1 : none;
-  do {
-    at = graph_->links_[at].next[position_];
-  } while (at != none && !fits(at));
+  do { at = graph_->links_[at].next[position_]; } while (at != none && !fits(at));
   return at;
 }
 

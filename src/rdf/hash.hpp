@@ -27,9 +27,7 @@ inline std::uint64_t hash_seed() noexcept {
     try {
       std::random_device device;
       return (static_cast<std::uint64_t>(device()) << 32) ^ device();
-    } catch (...) {
-      return 0x9E3779B97F4A7C15u;
-    }
+    } catch (...) { return 0x9E3779B97F4A7C15u; }
   }();
   return seed;
 }

@@ -20,9 +20,9 @@ struct Edge {
 };
 
 struct Side {
-  std::vector<Edge> edges;         // those with a blank node
-  std::vector<TermId> blanks;      // number to term
-  std::size_t ground = 0;          // triples without one
+  std::vector<Edge> edges;     // those with a blank node
+  std::vector<TermId> blanks;  // number to term
+  std::size_t ground = 0;      // triples without one
 };
 
 Colour mix(Colour a, Colour b) noexcept { return fold_multiply(a ^ 0xA0761D6478BD642Fu, b ^ 0xE7037ED1A0B428DBu); }

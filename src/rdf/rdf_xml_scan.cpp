@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t npos = std::string_view::npos;
 constexpr std::string_view spaces = " \t\r\n";
 
-/// The text between quotes after `name`, '=' and white space, with its offset in `from`; or nullopt-like npos.
+/// What stands in quotes behind a name, white space and "="; `from` is its offset, or npos if there is no such thing.
 std::string_view attribute_value(std::string_view text, std::size_t behind_name, std::size_t& from) {
   from = text.find_first_not_of(spaces, behind_name);
   if (from == npos || text[from] != '=') return from = npos, std::string_view();

@@ -14,7 +14,7 @@ namespace lrt::rdf {
 namespace {
 
 constexpr std::string_view rdf_namespace = "http://www.w3.org/1999/02/22-rdf-syntax-ns#";  // Raptor declares it itself
-constexpr std::size_t max_nested_blanks = 64;     // Raptor nests blank nodes by recursion, and searches them one by one
+constexpr std::size_t max_nested_blanks = 64;  // Raptor nests blank nodes by recursion, and searches them one by one
 constexpr std::size_t max_nested_triples = 2000;
 constexpr std::size_t max_compared_blanks = 200;  // with more, reading back compares the number of triples
 
@@ -23,7 +23,8 @@ bool is_xml(std::string_view text) noexcept {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto c = static_cast<unsigned char>(text[i]);
     if (c < 0x20 && c != '\t' && c != '\n' && c != '\r') return false;
-    if (c == 0xEF && text.size() - i > 2 && text[i + 1] == '\xBF' && (text[i + 2] == '\xBE' || text[i + 2] == '\xBF')) return false;
+    if (c == 0xEF && text.size() - i > 2 && text[i + 1] == '\xBF' && (text[i + 2] == '\xBE' || text[i + 2] == '\xBF'))
+      return false;
   }
   return true;
 }

@@ -18,10 +18,8 @@
 namespace lrt::rdf::redland {
 namespace {
 
-// Raptor is Redland's library of parsers and serialisers. librdf above it is left out: for the four triples of Figure 5b it takes
-// 9.7 us instead of 7.9, and its world adds 3.3 MiB instead of 0.9 (Debian 12, one core of a Xeon, librdf 1.0.17, -O2); it loads
-// modules through libltdl, which threads must not do at once; and it parses a whole text before it hands out the first statement,
-// so that max_triples would not bound memory.
+// Raptor is Redland's library of parsers and serialisers. librdf above it is left out: for a body of four triples it takes 9.7
+// us instead of 7.9, and its world adds 3.3 MiB instead of 0.9 (Debian 12, one core of a Xeon, librdf 1.0.17, -O2).
 
 /// Stands for a missing base: Raptor insists on one. Nothing that was read may begin with it.
 constexpr std::string_view no_base = "lrt-no-base://none/";
@@ -49,8 +47,8 @@ using Parser = std::unique_ptr<raptor_parser, Free<raptor_free_parser>>;
 using Serializer = std::unique_ptr<raptor_serializer, Free<raptor_free_serializer>>;
 using OwnedTerm = std::unique_ptr<raptor_term, Free<raptor_free_term>>;
 
-/// A Raptor world, used by one call at a time: its URIs, its error messages, its names for blank nodes. Never destroyed: freeing
-/// one also takes down what libxml2 shares between all threads, and another thread's parser then waits for ever.
+/// A Raptor world, used by one call at a time: its URIs, its error messages, its names for blank nodes. Never destroyed: when
+/// threads freed theirs, a parser of libxml2 on another thread hung in a lock that all share.
 class World {
  public:
   World() {
@@ -108,8 +106,7 @@ class World {
     }
     try {
       world.message_ = message->text != nullptr ? message->text : "";
-    } catch (...) {
-    }
+    } catch (...) {}
   }
 
   /// Keeps the document's names and ours apart: Raptor calls its own "genid1" even if the document has a `_:genid1`.
@@ -178,9 +175,7 @@ class Lease {
     std::thread([&]() noexcept {
       try {
         world = new World;
-      } catch (...) {
-        exception = std::current_exception();
-      }
+      } catch (...) { exception = std::current_exception(); }
     }).join();
     if (exception) std::rethrow_exception(exception);
     return world;
@@ -194,10 +189,10 @@ struct Sink {
   Sink(std::size_t most, raptor_parser* p, bool dots) : max_triples(most), parser(p), guarded(dots) {}
 
   Graph graph;
-  Graph blanks;                 // numbers the labels in order of appearance
+  Graph blanks;  // numbers the labels in order of appearance
   std::size_t max_triples;
   raptor_parser* parser;
-  bool guarded;                 // the text may have dot guards
+  bool guarded;  // the text may have dot guards
   bool too_many = false;
   std::exception_ptr exception;
   std::string plain[3];
@@ -241,9 +236,7 @@ struct Sink {
       sink.graph.add(sink.term(statement->subject, subject), sink.iri_of(statement->predicate->value.uri),
                      sink.term(statement->object, object));
       sink.too_many = sink.graph.size() > sink.max_triples;
-    } catch (...) {
-      sink.exception = std::current_exception();
-    }
+    } catch (...) { sink.exception = std::current_exception(); }
     if (sink.too_many || sink.exception) raptor_parser_parse_abort(sink.parser);
   }
 };
@@ -304,7 +297,8 @@ Result<Graph> parse(std::string_view text, Syntax syntax, const ReadOptions& opt
     for (std::size_t i = 0; i < sink.graph.term_count(); ++i) {
       const TermView term = sink.graph.term(TermId{static_cast<std::uint32_t>(i)});
       if (term.is_iri() && term.text.substr(0, no_base.size()) == no_base) {
-        return unexpected(Errc::expected_rdf, "relative IRI <" + std::string(term.text.substr(no_base.size())) + "> and no base");
+        return unexpected(Errc::expected_rdf,
+                          "relative IRI <" + std::string(term.text.substr(no_base.size())) + "> and no base");
       }
     }
   }

@@ -23,9 +23,9 @@ struct Range {
   char32_t from, to;
 };
 /// PN_CHARS_BASE beyond ASCII (Turtle 6.5).
-constexpr Range name_letters[] = {{0xC0, 0xD6},     {0xD8, 0xF6},     {0xF8, 0x2FF},    {0x370, 0x37D},   {0x37F, 0x1FFF},
-                                  {0x200C, 0x200D}, {0x2070, 0x218F}, {0x2C00, 0x2FEF}, {0x3001, 0xD7FF}, {0xF900, 0xFDCF},
-                                  {0xFDF0, 0xFFFD}, {0x10000, 0xEFFFF}};
+constexpr Range name_letters[] = {{0xC0, 0xD6},     {0xD8, 0xF6},     {0xF8, 0x2FF},    {0x370, 0x37D},
+                                  {0x37F, 0x1FFF},  {0x200C, 0x200D}, {0x2070, 0x218F}, {0x2C00, 0x2FEF},
+                                  {0x3001, 0xD7FF}, {0xF900, 0xFDCF}, {0xFDF0, 0xFFFD}, {0x10000, 0xEFFFF}};
 /// What PN_CHARS adds to them.
 constexpr Range name_marks[] = {{0xB7, 0xB7}, {0x300, 0x36F}, {0x203F, 0x2040}};
 
@@ -60,7 +60,9 @@ class Scanner {
     fault_ = std::move(sentence);
     return false;
   }
-  bool expected(const char* what, std::size_t at) { return fail(at, std::string("expected ") + what + ", found " + found(text_, at)); }
+  bool expected(const char* what, std::size_t at) {
+    return fail(at, std::string("expected ") + what + ", found " + found(text_, at));
+  }
   bool refused() const noexcept { return !fault_.empty(); }
   Unexpected fault() const { return misread(text_, fault_at_, fault_); }
 
@@ -98,7 +100,7 @@ class Scanner {
     const std::size_t from = ++at_;
     std::size_t copied = from;
     buffer_.clear();
-    for (;; ) {
+    for (;;) {
       const char c = peek();
       if (c == '>') break;
       if (c == '\\' && (peek(1) == 'u' || peek(1) == 'U')) {
@@ -236,23 +238,23 @@ class TurtleScanner : Scanner {
  private:
   /// What the grammar (Turtle 6.5) wants next.
   enum class State : std::uint8_t {
-    subject,          // or a directive, or the end
+    subject,  // or a directive, or the end
     verb,
-    verb_or_close,    // behind '['
-    verb_or_dot,      // behind `[ ... ]` as subject
-    verb_or_end,      // behind ';'
+    verb_or_close,  // behind '['
+    verb_or_dot,    // behind `[ ... ]` as subject
+    verb_or_end,    // behind ';'
     object,
     after_object,
-    item,             // of a collection, or ')'
+    item,  // of a collection, or ')'
     datatype,
     prefix,
     prefix_iri,
     base_iri,
-    dot,              // behind @prefix or @base
+    dot,  // behind @prefix or @base
   };
   struct Open {
-    std::size_t at;   // the bracket
-    State behind;     // the state behind its partner
+    std::size_t at;  // the bracket
+    State behind;    // the state behind its partner
   };
 
   const char* wanted() const noexcept {
@@ -276,7 +278,8 @@ class TurtleScanner : Scanner {
   bool unexpected_here(std::size_t at) { return expected(wanted(), at); }
 
   bool wants_verb() const noexcept {
-    return state_ == State::verb || state_ == State::verb_or_close || state_ == State::verb_or_dot || state_ == State::verb_or_end;
+    return state_ == State::verb || state_ == State::verb_or_close || state_ == State::verb_or_dot ||
+           state_ == State::verb_or_end;
   }
   enum class Kind : std::uint8_t { iri, blank, literal };
   /// A term of the kind that began at `from`.
@@ -306,8 +309,9 @@ class TurtleScanner : Scanner {
     return true;
   }
   bool close_bracket(char c) {
-    const bool ends = c == ')' ? state_ == State::item
-                               : state_ == State::verb_or_close || state_ == State::verb_or_end || state_ == State::after_object;
+    const bool ends = c == ')'
+                          ? state_ == State::item
+                          : state_ == State::verb_or_close || state_ == State::verb_or_end || state_ == State::after_object;
     if (open_.empty() || text_[open_.back().at] != (c == ']' ? '[' : '(') || !ends) return unexpected_here(at_);
     const bool sentence = c == ']' && state_ != State::verb_or_close;
     state_ = open_.back().behind;
@@ -474,7 +478,8 @@ class TurtleScanner : Scanner {
     for (bool first = true;; first = false) {
       const char c = peek();
       if (c == '%') {
-        if (!detail::is(peek(1), detail::hex) || !detail::is(peek(2), detail::hex)) return expected("two hexadecimal digits behind '%'", at_);
+        if (!detail::is(peek(1), detail::hex) || !detail::is(peek(2), detail::hex))
+          return expected("two hexadecimal digits behind '%'", at_);
         at_ += 3;
       } else if (c == '\\') {
         const char escaped = peek(1);
@@ -513,7 +518,8 @@ class TurtleScanner : Scanner {
       storage_.append(text_, copied_, from - copied_);
       storage_.push_back('<');
       for (std::size_t i = 0; i < reference.size(); ++i) {
-        if (dots && i != 0 && reference[i] == '.' && (reference[i - 1] == '/' || reference[i - 1] == ':')) storage_.append(dot_guard);
+        if (dots && i != 0 && reference[i] == '.' && (reference[i - 1] == '/' || reference[i - 1] == ':'))
+          storage_.append(dot_guard);
         storage_.push_back(reference[i]);
       }
       storage_.push_back('>');
@@ -533,12 +539,12 @@ class TurtleScanner : Scanner {
   std::string_view base_;
   std::string own_base_;
   std::string& storage_;
-  std::size_t copied_ = 0;                     // up to here `storage_` has the text
+  std::size_t copied_ = 0;  // up to here `storage_` has the text
   std::vector<std::string_view> prefixes_;
   std::string_view declaring_;
-  std::vector<Open> open_;                     // '[' and '('
+  std::vector<Open> open_;  // '[' and '('
   State state_ = State::subject, behind_directive_ = State::dot, behind_literal_ = State::after_object;
-  bool after_string_ = false;                  // an '@' now begins a language tag
+  bool after_string_ = false;  // an '@' now begins a language tag
 };
 
 class NTriplesScanner : Scanner {

@@ -14,8 +14,8 @@ inline constexpr std::size_t max_brackets = 1000;
 /// Longer language tags are refused: Raptor 2.0.15 keeps the length in a byte, and reads beyond the tag when it does not fit.
 inline constexpr std::size_t max_language_tag = 255;
 
-/// Stands before a '.' that begins a path segment of an IRI in scanned text: Raptor takes dot segments out of absolute IRIs too,
-/// where Turtle 6.3 resolves only relative ones. U+F8FF is for private use, which no IRI has (RFC 3987 2.2), so it can be
+/// Stands before a '.' that begins a path segment of an IRI in scanned text: Raptor takes dot segments out of absolute IRIs
+/// too, where Turtle 6.3 resolves only relative ones. U+F8FF is for private use, which no IRI has (RFC 3987 2.2), so it can be
 /// removed again from what Raptor reports.
 inline constexpr std::string_view dot_guard = "\xEF\xA3\xBF";
 

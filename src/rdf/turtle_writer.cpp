@@ -121,11 +121,11 @@ class TurtleWriter {
  private:
   enum class ListState : std::uint8_t { unknown, yes, no };
   struct Node {
-    std::uint32_t uses = 0;                // as object
-    std::uint32_t parent = 0;              // subject of the last use
-    std::uint32_t at = 0, length = 0;      // where out_ has the term already, as an IRI
-    std::uint32_t rank = 0, ranked_by = 0; // of a predicate among those of a subject
-    std::uint32_t label = 0;               // of a renamed blank node, from 1
+    std::uint32_t uses = 0;                 // as object
+    std::uint32_t parent = 0;               // subject of the last use
+    std::uint32_t at = 0, length = 0;       // where out_ has the term already, as an IRI
+    std::uint32_t rank = 0, ranked_by = 0;  // of a predicate among those of a subject
+    std::uint32_t label = 0;                // of a renamed blank node, from 1
     bool subject = false, nested = false, done = false, seen = false;
     ListState list = ListState::unknown;
   };
@@ -400,7 +400,7 @@ class TurtleWriter {
   std::vector<Prefix> prefixes_;
   const std::optional<TermId> type_, first_, rest_, nil_;
   std::vector<Node> nodes_;
-  std::vector<std::uint64_t> keys_;    // a stack: rank and index of the triples of the subjects being written
+  std::vector<std::uint64_t> keys_;  // a stack: rank and index of the triples of the subjects being written
   std::vector<TermId> cells_, postponed_;
   std::string out_;
   std::optional<TermId> fault_;
@@ -413,9 +413,7 @@ Unexpected unwritable(const TermView& term, std::string_view why) {
   return unexpected(Errc::unsupported_syntax, "cannot write " + to_string(term) + ": " + std::string(why));
 }
 
-Result<std::string> write_turtle(const Graph& graph, const Prefixes& prefixes) {
-  return TurtleWriter(graph, prefixes).write();
-}
+Result<std::string> write_turtle(const Graph& graph, const Prefixes& prefixes) { return TurtleWriter(graph, prefixes).write(); }
 
 Result<std::string> write_n_triples(const Graph& graph) {
   std::string out;

@@ -226,6 +226,7 @@ void Compiler::compile_shape(ShapeIndex index) {
   if (!paths.empty() && is_instance(id, sh::NodeShape)) fail(id, sh::path, paths.front(), "no path in a sh:NodeShape");
   if (paths.empty() && is_instance(id, sh::PropertyShape))
     fail("ill-formed shape: " + shown(term(id)) + " a sh:PropertyShape: expected a sh:path");
+  path_size_ = 0;
   if (!paths.empty()) plan_.shapes[index].path = compile_path(id, paths.front(), 0);
 
   compile_targets(index);
@@ -256,7 +257,8 @@ void Compiler::compile_shape(ShapeIndex index) {
       if (all.empty()) continue;
       used = true;
       if (p.single && all.size() > 1) fail(id, p.predicate, all[1], "one value only");
-      if (component->property_shapes_only && !draft.is_property_shape) fail(id, p.predicate, all.front(), "this in property shapes only");
+      const bool first = &p == &component->parameters.front();
+      if (first && component->property_shapes_only && !draft.is_property_shape) fail(id, p.predicate, all.front(), "this in property shapes only");
     }
     if (used && !fault_) component->build(*this, draft);
   }
@@ -276,7 +278,11 @@ PathIndex Compiler::compile_path(rdf::TermId owner, rdf::TermId node, std::size_
     return nothing;
   };
   if (fault_) return nothing;
-  if (depth > options_.max_path_depth) return refuse("a path that does not contain itself, nested at most " + std::to_string(options_.max_path_depth) + " deep", Errc::limit_exceeded);
+  if (depth > options_.max_path_depth)
+    return refuse("a path that does not contain itself, nested at most " + std::to_string(options_.max_path_depth) + " deep",
+                  Errc::limit_exceeded);
+  if (++path_size_ > options_.max_path_size)
+    return refuse("a path of at most " + std::to_string(options_.max_path_size) + " parts", Errc::limit_exceeded);
   const rdf::TermView view = term(node);
   if (view.is_literal() || view == rdf::TermView(vocab::rdf::nil)) return refuse("a property path");
   if (view.is_iri()) {

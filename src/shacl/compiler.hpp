@@ -32,7 +32,7 @@ struct Component {
     bool single;  ///< at most one value in a shape
   };
   std::vector<Parameter> parameters;
-  bool property_shapes_only = false;
+  bool property_shapes_only = false;  ///< the first parameter makes a node shape ill-formed
   /// Adds the constraints that the shape's values of the parameters declare.
   void (*build)(Compiler&, const Draft&) = nullptr;
 };
@@ -89,6 +89,7 @@ class Compiler {
   const rdf::Graph& graph_;
   const CompileOptions& options_;
   std::unordered_map<std::uint32_t, PathIndex> predicate_paths_;
+  std::size_t path_size_ = 0;
   std::optional<Error> fault_;
 };
 

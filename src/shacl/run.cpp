@@ -139,6 +139,7 @@ void Run::Set::take_in(std::size_t start) {
 
 /// SHACL 2.3.1. Inverse paths are walked by reversing direction, so that the inverse of a sequence is the reversed sequence of inverses.
 void Run::walk(PathIndex index, bool backward, Node from) {
+  if (!step()) return;
   const Path& path = plan_->paths[index];
   const std::size_t before = nodes_.size();
   switch (path.kind) {

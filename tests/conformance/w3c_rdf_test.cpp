@@ -28,18 +28,15 @@ const std::string rdft = "http://www.w3.org/ns/rdftest#";
 const std::string turtle_base = "https://w3c.github.io/rdf-tests/rdf/rdf11/rdf-turtle/";
 const std::string n_triples_base = "https://w3c.github.io/rdf-tests/rdf/rdf11/rdf-n-triples/";
 
-/// lrt refuses it: Raptor cuts literals there, so that what was validated would not be what was sent, and xsd:string has no such
-/// character in its lexical space (XML Schema 1.1 part 2, 3.3.1.1).
+/// lrt refuses it: Raptor cuts literals there, so that what was validated would not be what was sent, and xsd:string has no
+/// such character in its lexical space (XML Schema 1.1 part 2, 3.3.1.1).
 const std::string has_nul = "U+0000 in a literal";
 
 /// Cases that do not come out as the suite says, with the reason. One that does come out fails the test: remove it then.
 const std::map<std::string, std::string> known_failures = {
-    {turtle_base + "#LITERAL1_ascii_boundaries", has_nul},
-    {turtle_base + "#LITERAL1_all_controls", has_nul},
-    {turtle_base + "#LITERAL_LONG1_ascii_boundaries", has_nul},
-    {turtle_base + "#LITERAL2_ascii_boundaries", has_nul},
-    {turtle_base + "#LITERAL_LONG2_ascii_boundaries", has_nul},
-    {n_triples_base + "#literal_all_controls", has_nul},
+    {turtle_base + "#LITERAL1_ascii_boundaries", has_nul},      {turtle_base + "#LITERAL1_all_controls", has_nul},
+    {turtle_base + "#LITERAL_LONG1_ascii_boundaries", has_nul}, {turtle_base + "#LITERAL2_ascii_boundaries", has_nul},
+    {turtle_base + "#LITERAL_LONG2_ascii_boundaries", has_nul}, {n_triples_base + "#literal_all_controls", has_nul},
     {n_triples_base + "#literal_ascii_boundaries", has_nul},
 };
 
@@ -57,7 +54,8 @@ std::string path_of(const std::string& folder, std::string_view iri) {
 }
 
 /// What went wrong, or an empty text.
-std::string outcome(const std::string& folder, Syntax syntax, std::string_view type, TermView action, std::optional<TermView> result) {
+std::string outcome(const std::string& folder, Syntax syntax, std::string_view type, TermView action,
+                    std::optional<TermView> result) {
   const auto text = file(path_of(folder, action.text));
   if (!text) return "no file for " + std::string(action.text);
   const Result<Graph> graph = lrt::rdf::read(*text, syntax, {action.text});

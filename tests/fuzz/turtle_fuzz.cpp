@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <string>
 
-// Bytes -> read -> write in every syntax -> read -> the same graph. The first byte chooses the syntax: 'n' N-Triples, 'x' RDF/XML,
-// anything else Turtle; it is part of the text unless it is one of the two.
+// Bytes -> read -> write in every syntax -> read -> the same graph. The first byte chooses the syntax: 'n' N-Triples, 'x'
+// RDF/XML, anything else Turtle; it is part of the text unless it is one of the two.
 
 namespace {
 

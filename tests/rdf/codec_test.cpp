@@ -54,7 +54,8 @@ TEST_CASE("a body is read with its effective URI as base", "[rdf]") {
   CHECK(g.size() == 4);
   CHECK(g.contains(self, vocab::rdf::type, vocab::maths::Scalar));
   CHECK(g.contains(self, vocab::vom::numericalValue, literal("43.6", vocab::xsd::float_)));
-  CHECK(g.contains(self, lrt::rdf::iri("http://vocab.arvida.de/2015/06/vom/vocab#near"), lrt::rdf::iri("http://h/baxter/right_s1/x?y#z")));
+  CHECK(g.contains(self, lrt::rdf::iri("http://vocab.arvida.de/2015/06/vom/vocab#near"),
+                   lrt::rdf::iri("http://h/baxter/right_s1/x?y#z")));
 }
 
 TEST_CASE("an error tells line and column and what was found", "[rdf]") {
@@ -78,18 +79,45 @@ TEST_CASE("an error tells line and column and what was found", "[rdf]") {
 }
 
 TEST_CASE("each production of the Turtle grammar is accepted, and its neighbours are not", "[rdf]") {
-  for (const char* good : {"", "# comment", "<a> <b> <c>, <d>; <e> <f>;; a <g>; .", "[ <p> 1 ] .", "[ <p> 1; ] <q> 2 .", "[] <p> [] .",
-                           "( 1 .5 ( ) [ ] ) <p> ( [ a <T> ] ) .", "PREFIX : <p#> BASE <q> : :a :b.", "@prefix a: <p#> . a:a a a:a.a .",
-                           "<a> <b> true, false, 'x' @en , 'y' ^^ <t>, '''z'''.", "<a> <b> 1.", "<a> <b> 1.0.", "<a> <b> -1.e-1.",
-                           "<a> a true."}) {
+  for (const char* good : {"", "# comment", "<a> <b> <c>, <d>; <e> <f>;; a <g>; .", "[ <p> 1 ] .", "[ <p> 1; ] <q> 2 .",
+                           "[] <p> [] .", "( 1 .5 ( ) [ ] ) <p> ( [ a <T> ] ) .", "PREFIX : <p#> BASE <q> : :a :b.",
+                           "@prefix a: <p#> . a:a a a:a.a .", "<a> <b> true, false, 'x' @en , 'y' ^^ <t>, '''z'''.",
+                           "<a> <b> 1.", "<a> <b> 1.0.", "<a> <b> -1.e-1.", "<a> a true."}) {
     accepted(good);
   }
-  for (const char* bad : {".", "<a> .", "<a> <b> <c>", "<a> <b> , <c> .", "<a> <b> <c> ,; .", "<a> ; <b> <c> .", "( 1 ) .",
-                          "[ ; <a> <b> ] .", "[ <a> ] <b> <c> .", "<a> <b> ( , ) .", "<a> <b> ( <c> ] .", "<a> <b> [ <c> <d> ) .",
-                          "a <b> <c> .", "<a> <b> a .", "<a> _:b <c> .", "1 <b> <c> .", "<a> <b> 'x'^^'y' .", "<a> <b> 'x' ^ ^ <t> .",
-                          "<a> <b> <c>^^<t> .", "<a> <b> @en .", "@prefix : <p#> : :a :b .", "PREFIX : <p#> . : :a :b .",
-                          "@PREFIX : <p#> .", "<a> <b> [ @base <x> . ] .", "<a> <b> <c> . } .", "<a> <b> <c> = <d> .", "<a> => <c> .",
-                          "@prefix p: .", "@base p: .", "@forAll <x> .", "<a> <b> 1.e .", "<a> <b> +.", "<a> <b> tru .",
+  for (const char* bad : {".",
+                          "<a> .",
+                          "<a> <b> <c>",
+                          "<a> <b> , <c> .",
+                          "<a> <b> <c> ,; .",
+                          "<a> ; <b> <c> .",
+                          "( 1 ) .",
+                          "[ ; <a> <b> ] .",
+                          "[ <a> ] <b> <c> .",
+                          "<a> <b> ( , ) .",
+                          "<a> <b> ( <c> ] .",
+                          "<a> <b> [ <c> <d> ) .",
+                          "a <b> <c> .",
+                          "<a> <b> a .",
+                          "<a> _:b <c> .",
+                          "1 <b> <c> .",
+                          "<a> <b> 'x'^^'y' .",
+                          "<a> <b> 'x' ^ ^ <t> .",
+                          "<a> <b> <c>^^<t> .",
+                          "<a> <b> @en .",
+                          "@prefix : <p#> : :a :b .",
+                          "PREFIX : <p#> . : :a :b .",
+                          "@PREFIX : <p#> .",
+                          "<a> <b> [ @base <x> . ] .",
+                          "<a> <b> <c> . } .",
+                          "<a> <b> <c> = <d> .",
+                          "<a> => <c> .",
+                          "@prefix p: .",
+                          "@base p: .",
+                          "@forAll <x> .",
+                          "<a> <b> 1.e .",
+                          "<a> <b> +.",
+                          "<a> <b> tru .",
                           "<a> <b> \"x\"\"y\" ."}) {
     refusal(bad);
   }
@@ -98,7 +126,8 @@ TEST_CASE("each production of the Turtle grammar is accepted, and its neighbours
 TEST_CASE("relative IRIs need a base", "[rdf]") {
   CHECK(read("<> a <http://e/T> .", Syntax::turtle, {}).error().code == Errc::expected_rdf);
   CHECK(read("<http://e/a> a <http://e/T> .", Syntax::turtle, {}));
-  CHECK(read("@base <http://e/> . <> a <T> .", Syntax::turtle, {})->contains(lrt::rdf::iri("http://e/"), vocab::rdf::type, lrt::rdf::iri("http://e/T")));
+  CHECK(read("@base <http://e/> . <> a <T> .", Syntax::turtle, {})
+            ->contains(lrt::rdf::iri("http://e/"), vocab::rdf::type, lrt::rdf::iri("http://e/T")));
   CHECK(read("<a> <b> <c> .", Syntax::turtle, {"no base"}).error().code == Errc::expected_iri);
   CHECK(read(rdf_xml("<e:T rdf:about='a'/>"), Syntax::rdf_xml, {}).error().code == Errc::expected_rdf);
   CHECK(read(rdf_xml("<e:T rdf:about='http://e/a'/>"), Syntax::rdf_xml, {}));
@@ -133,18 +162,21 @@ TEST_CASE("invalid UTF-8 is refused with its place", "[rdf]") {
 }
 
 TEST_CASE("characters that no IRI has are refused, escaped or not", "[rdf]") {
-  for (const char* iri : {"http://e/a b", "http://e/\\u0020", "http://e/\\u003C", "http://e/\\u0001", "http://e/{x}", "http://e/%zz", "http://e/\\n", "http://e/\"", "http://e/\xEF\xA3\xBF"}) {
+  for (const char* iri : {"http://e/a b", "http://e/\\u0020", "http://e/\\u003C", "http://e/\\u0001", "http://e/{x}",
+                          "http://e/%zz", "http://e/\\n", "http://e/\"", "http://e/\xEF\xA3\xBF"}) {
     refusal("<" + std::string(iri) + "> <http://e/b> <http://e/c> .");
     refusal("<" + std::string(iri) + "> <http://e/b> <http://e/c> .", Syntax::n_triples);
   }
   refusal("<relative> <http://e/b> <http://e/c> .", Syntax::n_triples);
   refusal("@prefix e: <http://e/> . e:a e:b e:\\%zz .");
   refusal(rdf_xml("<e:T rdf:about='a b'/>"), Syntax::rdf_xml);
-  CHECK(n_triples(accepted("<\\u0061> <b> <\\U000000E9> .")) == "<http://h/baxter/right_s1/actions/a> <http://h/baxter/right_s1/actions/b> <http://h/baxter/right_s1/actions/é> .\n");
+  CHECK(n_triples(accepted("<\\u0061> <b> <\\U000000E9> .")) ==
+        "<http://h/baxter/right_s1/actions/a> <http://h/baxter/right_s1/actions/b> <http://h/baxter/right_s1/actions/é> .\n");
 }
 
 TEST_CASE("an N-Triples error after good lines fails the document, where Raptor says success", "[rdf]") {
-  const lrt::Error error = refusal("<http://e/a> <http://e/b> <http://e/c> .\n<http://e/a> <http://e/b> .\n", Syntax::n_triples);
+  const lrt::Error error =
+      refusal("<http://e/a> <http://e/b> <http://e/c> .\n<http://e/a> <http://e/b> .\n", Syntax::n_triples);
   CHECK(error.line == 2);
   refusal("<http://e/a> <http://e/b> <http://e/c>", Syntax::n_triples);
   refusal("<http://e/a> <http://e/b> <http://e/c> . <http://e/a> <http://e/b> <http://e/c> .", Syntax::n_triples);
@@ -233,9 +265,12 @@ TEST_CASE("language tags that Raptor would read beyond are refused", "[rdf]") {
   const std::string longest = "en-" + std::string(252, 'x');
   for (const bool fits : {true, false}) {
     const std::string tag = longest + (fits ? "" : "y");
-    for (const auto& [text, syntax] : {std::pair<std::string, Syntax>("<a:> <b:> \"x\"@" + tag + " .", Syntax::turtle),
-                                       std::pair<std::string, Syntax>("<a:> <b:> \"x\"@" + tag + " .", Syntax::n_triples),
-                                       std::pair<std::string, Syntax>(rdf_xml("<rdf:Description rdf:about='a:'><e:p xml:lang = '" + tag + "'>x</e:p></rdf:Description>"), Syntax::rdf_xml)}) {
+    for (const auto& [text, syntax] :
+         {std::pair<std::string, Syntax>("<a:> <b:> \"x\"@" + tag + " .", Syntax::turtle),
+          std::pair<std::string, Syntax>("<a:> <b:> \"x\"@" + tag + " .", Syntax::n_triples),
+          std::pair<std::string, Syntax>(
+              rdf_xml("<rdf:Description rdf:about='a:'><e:p xml:lang = '" + tag + "'>x</e:p></rdf:Description>"),
+              Syntax::rdf_xml)}) {
       if (fits) {
         const Graph g = accepted(text, syntax);
         for (const Syntax as : all_syntaxes) {
@@ -278,7 +313,8 @@ TEST_CASE("RDF/XML that was written reads back as the same graph", "[rdf]") {
   CHECK(text->find("xmlns:maths=") != std::string::npos);
   CHECK(text->find("xmlns:ros=") == std::string::npos);
   CHECK(isomorphic(g, accepted(*text, Syntax::rdf_xml)));
-  for (int i = 0; i < 300; ++i) g.add(blank("v" + std::to_string(i)), lrt::rdf::iri("http://e/p"), blank("v" + std::to_string(i + 1)));
+  for (int i = 0; i < 300; ++i)
+    g.add(blank("v" + std::to_string(i)), lrt::rdf::iri("http://e/p"), blank("v" + std::to_string(i + 1)));
   const auto large = write(g, Syntax::rdf_xml);
   REQUIRE(large);
   CHECK(accepted(*large, Syntax::rdf_xml).size() == g.size());

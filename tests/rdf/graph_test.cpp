@@ -11,7 +11,8 @@ namespace vocab = lrt::vocab;
 
 namespace {
 
-const TermView s = lrt::rdf::iri("http://e/s"), p = lrt::rdf::iri("http://e/p"), q = lrt::rdf::iri("http://e/q"), o = lrt::rdf::iri("http://e/o");
+const TermView s = lrt::rdf::iri("http://e/s"), p = lrt::rdf::iri("http://e/p"), q = lrt::rdf::iri("http://e/q"),
+               o = lrt::rdf::iri("http://e/o");
 
 std::size_t count(const Graph::Matches& matches) {
   std::size_t n = 0;
@@ -39,8 +40,9 @@ TEST_CASE("a graph is a set of triples that keeps their order", "[rdf]") {
 
 TEST_CASE("terms that differ in one part only are different", "[rdf]") {
   Graph g;
-  const TermView terms[] = {lrt::rdf::iri("a:"), blank("a:"), literal("a:"), literal("a:", vocab::xsd::anyURI), tagged_literal("a:", "en"),
-                            tagged_literal("a:", "en-gb"), literal("")};
+  const TermView terms[] = {
+      lrt::rdf::iri("a:"),           blank("a:"), literal("a:"), literal("a:", vocab::xsd::anyURI), tagged_literal("a:", "en"),
+      tagged_literal("a:", "en-gb"), literal("")};
   for (const TermView& t : terms) g.intern(t);
   for (const TermView& a : terms) {
     const auto id = g.find(a);
@@ -114,7 +116,8 @@ TEST_CASE("terms of a graph can be added to the same graph while it grows", "[rd
     g.add(lrt::rdf::iri(fresh), lrt::rdf::iri(fresh + "/p"), literal(g.term(g.triples()[i].subject).text));
   }
   CHECK(g.size() == 9001);
-  CHECK(g.contains(lrt::rdf::iri("http://e/fresh2999"), p, tagged_literal("some text that is longer than a short string", "en")));
+  CHECK(
+      g.contains(lrt::rdf::iri("http://e/fresh2999"), p, tagged_literal("some text that is longer than a short string", "en")));
   CHECK(g.contains(lrt::rdf::iri("http://e/fresh0"), q, tagged_literal("http://e/s", "en")));
 }
 
@@ -172,7 +175,8 @@ TEST_CASE("a list is read only when it is well-formed and ends", "[rdf]") {
 TEST_CASE("a hundred thousand triples are found again", "[rdf]") {
   Graph g;
   for (int i = 0; i < 100'000; ++i) {
-    g.add(lrt::rdf::iri("http://e/" + std::to_string(i / 10)), lrt::rdf::iri("http://p/" + std::to_string(i % 10)), literal(std::to_string(i)));
+    g.add(lrt::rdf::iri("http://e/" + std::to_string(i / 10)), lrt::rdf::iri("http://p/" + std::to_string(i % 10)),
+          literal(std::to_string(i)));
   }
   REQUIRE(g.size() == 100'000);
   CHECK(g.object(lrt::rdf::iri("http://e/9999"), lrt::rdf::iri("http://p/9")) == literal("99999"));

@@ -75,7 +75,9 @@ TEST_CASE("an empty graph is an empty document", "[rdf]") {
 TEST_CASE("writing is deterministic: it follows the order of addition", "[rdf][R0.11]") {
   Graph a, b;
   for (int i = 0; i < 50; ++i) {
-    for (Graph* g : {&a, &b}) g->add(blank("n" + std::to_string(i % 7)), lrt::rdf::iri("http://e/p" + std::to_string(i % 3)), literal(std::to_string(i)));
+    for (Graph* g : {&a, &b})
+      g->add(blank("n" + std::to_string(i % 7)), lrt::rdf::iri("http://e/p" + std::to_string(i % 3)),
+             literal(std::to_string(i)));
   }
   for (const Syntax syntax : all_syntaxes) CHECK(*write(a, syntax) == *write(b, syntax));
 }
@@ -158,11 +160,10 @@ TEST_CASE("blank nodes nest where one triple mentions them, and are labelled oth
 
 TEST_CASE("labels that Turtle lacks are renamed without a clash", "[rdf]") {
   Graph g;
-  for (const std::string label : {"b0", "a b", "", "-x", "y.", "ä", "b1"}) {
-    g.add(blank(label), p, blank(label));
-  }
-  CHECK(turtle(g) == "@prefix e: <http://e/> .\n\n_:b0 e:p _:b0 .\n\n_:b2 e:p _:b2 .\n\n_:b3 e:p _:b3 .\n\n_:b4 e:p _:b4 .\n\n"
-                     "_:b5 e:p _:b5 .\n\n_:b6 e:p _:b6 .\n\n_:b1 e:p _:b1 .\n");
+  for (const std::string label : {"b0", "a b", "", "-x", "y.", "ä", "b1"}) { g.add(blank(label), p, blank(label)); }
+  CHECK(turtle(g) ==
+        "@prefix e: <http://e/> .\n\n_:b0 e:p _:b0 .\n\n_:b2 e:p _:b2 .\n\n_:b3 e:p _:b3 .\n\n_:b4 e:p _:b4 .\n\n"
+        "_:b5 e:p _:b5 .\n\n_:b6 e:p _:b6 .\n\n_:b1 e:p _:b1 .\n");
   const auto text = write(g, Syntax::n_triples);
   REQUIRE(text);
   const auto back = read(*text, Syntax::n_triples, {});
@@ -219,8 +220,8 @@ TEST_CASE("a nest a hundred thousand deep is written without recursion", "[rdf]"
 }
 
 TEST_CASE("what no syntax carries is refused, with the term", "[rdf]") {
-  for (const TermView& term : {lrt::rdf::iri("relative"), lrt::rdf::iri("http://e/a b"), lrt::rdf::iri("http://e/<>"), literal("\xFF"),
-                               tagged_literal("a", "not_a_tag"), literal("a", lrt::Iri("no datatype"))}) {
+  for (const TermView& term : {lrt::rdf::iri("relative"), lrt::rdf::iri("http://e/a b"), lrt::rdf::iri("http://e/<>"),
+                               literal("\xFF"), tagged_literal("a", "not_a_tag"), literal("a", lrt::Iri("no datatype"))}) {
     Graph g;
     g.add(s, p, term);
     for (const Syntax syntax : all_syntaxes) {

@@ -18,6 +18,7 @@ struct CompileOptions {
   bool ignore_unsupported = false;
   std::size_t max_pattern_length = 1000;  ///< bytes of one sh:pattern
   std::size_t max_path_depth = 32;        ///< nesting of one property path
+  std::size_t max_path_size = 1000;       ///< parts of one property path
 };
 
 /// Shapes, compiled once and then immutable (SHACL 2, 4).

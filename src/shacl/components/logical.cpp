@@ -1,0 +1,128 @@
+// SHACL 4.6 Logical Constraint Components
+
+#include <lrt/rdf/vocab.hpp>
+
+#include "src/shacl/components/all.hpp"
+#include "src/shacl/run.hpp"
+#include "src/shacl/words.hpp"
+
+namespace lrt::shacl {
+namespace sh = vocab::sh;
+namespace {
+
+/// SHACL 4.6.1 sh:not: no value node conforms to the shape. Shapes, each a constraint.
+class Not final : public Constraint {
+ public:
+  static void build(Compiler& compiler, const Draft& shape) {
+    for (const rdf::TermId v : compiler.values(shape.id, sh::not_)) compiler.add<Not>(shape, compiler.shape(v));
+  }
+  explicit Not(ShapeIndex shape) noexcept : Constraint(sh::NotConstraintComponent), shape_(shape) {}
+
+  void check(Run& run, const Scene& scene) const override {
+    for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
+      const Node node = run.node(i);
+      if (!run.conforms(node, shape_)) continue;
+      run.violation(scene, *this, node, [&] {
+        return "expected what does not conform to " + shown(run.plan().graph.term(run.plan().shapes[shape_].id)) + ", found " + shown(run.term(node));
+      });
+    }
+  }
+  void references(std::vector<ShapeIndex>& out) const override { out.push_back(shape_); }
+
+ private:
+  ShapeIndex shape_;
+};
+
+/// What the other three have in common: lists of shapes, each a constraint.
+class Several : public Constraint {
+ public:
+  void references(std::vector<ShapeIndex>& out) const final { out.insert(out.end(), shapes_.begin(), shapes_.end()); }
+
+ protected:
+  Several(Iri component_iri, std::vector<ShapeIndex> shapes) : Constraint(component_iri), shapes_(std::move(shapes)) {}
+  template <class C>
+  static void build_as(Compiler& compiler, const Draft& shape, Iri parameter) {
+    for (const rdf::TermId head : compiler.values(shape.id, parameter)) {
+      const auto members = compiler.list(shape, parameter, head);
+      if (!members) return;
+      std::vector<ShapeIndex> shapes;
+      for (const rdf::TermId m : *members) shapes.push_back(compiler.shape(m));
+      compiler.add<C>(shape, std::move(shapes));
+    }
+  }
+  std::vector<ShapeIndex> shapes_;
+};
+
+/// SHACL 4.6.2 sh:and: every value node conforms to every shape of the list.
+class And final : public Several {
+ public:
+  static void build(Compiler& c, const Draft& shape) { build_as<And>(c, shape, sh::and_); }
+  explicit And(std::vector<ShapeIndex> shapes) : Several(sh::AndConstraintComponent, std::move(shapes)) {}
+
+  void check(Run& run, const Scene& scene) const override {
+    for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
+      const Node node = run.node(i);
+      for (const ShapeIndex shape : shapes_) {
+        if (run.conforms(node, shape)) continue;
+        run.violation_within(scene, *this, node, shape, [&] {
+          return "expected what conforms to all of " + std::to_string(shapes_.size()) + " shapes, found " + shown(run.term(node));
+        });
+        break;
+      }
+    }
+  }
+};
+
+/// SHACL 4.6.3 sh:or: every value node conforms to some shape of the list.
+class Or final : public Several {
+ public:
+  static void build(Compiler& c, const Draft& shape) { build_as<Or>(c, shape, sh::or_); }
+  explicit Or(std::vector<ShapeIndex> shapes) : Several(sh::OrConstraintComponent, std::move(shapes)) {}
+
+  void check(Run& run, const Scene& scene) const override {
+    for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
+      const Node node = run.node(i);
+      bool some = false;
+      for (const ShapeIndex shape : shapes_) {
+        some = run.conforms(node, shape);
+        if (some || run.done()) break;
+      }
+      if (some) continue;
+      run.violation(scene, *this, node, [&] {
+        return "expected what conforms to one of " + std::to_string(shapes_.size()) + " shapes, found " + shown(run.term(node));
+      });
+    }
+  }
+};
+
+/// SHACL 4.6.4 sh:xone: every value node conforms to exactly one shape of the list.
+class Xone final : public Several {
+ public:
+  static void build(Compiler& c, const Draft& shape) { build_as<Xone>(c, shape, sh::xone); }
+  explicit Xone(std::vector<ShapeIndex> shapes) : Several(sh::XoneConstraintComponent, std::move(shapes)) {}
+
+  void check(Run& run, const Scene& scene) const override {
+    for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
+      const Node node = run.node(i);
+      std::size_t count = 0;
+      for (const ShapeIndex shape : shapes_) {
+        count += run.conforms(node, shape);
+        if (count > 1 || run.done()) break;
+      }
+      if (count == 1) continue;
+      run.violation(scene, *this, node, [&] {
+        return "expected what conforms to exactly one of " + std::to_string(shapes_.size()) + " shapes, " + shown(run.term(node)) +
+               (count == 0 ? " conforms to none" : " conforms to several");
+      });
+    }
+  }
+};
+
+}  // namespace
+
+const Component components::not_{{{sh::not_, false}}, false, &Not::build};
+const Component components::and_{{{sh::and_, false}}, false, &And::build};
+const Component components::or_{{{sh::or_, false}}, false, &Or::build};
+const Component components::xone{{{sh::xone, false}}, false, &Xone::build};
+
+}  // namespace lrt::shacl

@@ -1,0 +1,93 @@
+// SHACL 4.3 Value Range Constraint Components
+
+#include <lrt/rdf/vocab.hpp>
+
+#include "src/shacl/components/all.hpp"
+#include "src/shacl/order.hpp"
+#include "src/shacl/run.hpp"
+#include "src/shacl/words.hpp"
+
+namespace lrt::shacl {
+namespace sh = vocab::sh;
+namespace {
+
+/// What the four have in common: one literal, and a value node violates unless SPARQL's comparison with it is true. What cannot be
+/// compared violates.
+class Range : public Constraint {
+ public:
+  void check(Run& run, const Scene& scene) const final {
+    for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
+      const Node node = run.node(i);
+      const rdf::TermView term = run.term(node);
+      const Order order = compare(Comparable(term), bound_.comparable);
+      if (order == strict_ || (inclusive_ && order == Order::equal)) continue;
+      run.violation(scene, *this, node, [&] {
+        return "expected a value " + std::string(words_) + " " + shown(bound_.term) + ", found " + shown(term) +
+               (order == Order::unordered && term.is_literal() ? ", which cannot be compared with it" : "");
+      });
+    }
+  }
+
+ protected:
+  Range(Iri component_iri, const rdf::TermView& bound, Order strict, bool inclusive, std::string_view words)
+      : Constraint(component_iri), bound_(bound), strict_(strict), inclusive_(inclusive), words_(words) {}
+
+  template <class C>
+  static void build_as(Compiler& compiler, const Draft& shape, Iri parameter) {
+    const auto bound = compiler.value(shape, parameter);
+    if (!compiler.term(*bound).is_literal()) return compiler.fail(shape.id, parameter, *bound, "a literal");
+    compiler.add<C>(shape, compiler.term(*bound));
+  }
+
+ private:
+  struct Bound {  // owns the text that the comparable looks at
+    explicit Bound(const rdf::TermView& view) : term(view), comparable(term.view()) {}
+    rdf::Term term;
+    Comparable comparable;
+  };
+  Bound bound_;
+  Order strict_;
+  bool inclusive_;
+  std::string_view words_;
+};
+
+/// SHACL 4.3.1 sh:minExclusive: every value node is greater.
+class MinExclusive final : public Range {
+ public:
+  static void build(Compiler& c, const Draft& shape) { build_as<MinExclusive>(c, shape, sh::minExclusive); }
+  explicit MinExclusive(const rdf::TermView& bound)
+      : Range(sh::MinExclusiveConstraintComponent, bound, Order::greater, false, "above") {}
+};
+
+/// SHACL 4.3.2 sh:minInclusive: every value node is greater or equal.
+class MinInclusive final : public Range {
+ public:
+  static void build(Compiler& c, const Draft& shape) { build_as<MinInclusive>(c, shape, sh::minInclusive); }
+  explicit MinInclusive(const rdf::TermView& bound)
+      : Range(sh::MinInclusiveConstraintComponent, bound, Order::greater, true, "of at least") {}
+};
+
+/// SHACL 4.3.3 sh:maxExclusive: every value node is less.
+class MaxExclusive final : public Range {
+ public:
+  static void build(Compiler& c, const Draft& shape) { build_as<MaxExclusive>(c, shape, sh::maxExclusive); }
+  explicit MaxExclusive(const rdf::TermView& bound)
+      : Range(sh::MaxExclusiveConstraintComponent, bound, Order::less, false, "below") {}
+};
+
+/// SHACL 4.3.4 sh:maxInclusive: every value node is less or equal.
+class MaxInclusive final : public Range {
+ public:
+  static void build(Compiler& c, const Draft& shape) { build_as<MaxInclusive>(c, shape, sh::maxInclusive); }
+  explicit MaxInclusive(const rdf::TermView& bound)
+      : Range(sh::MaxInclusiveConstraintComponent, bound, Order::less, true, "of at most") {}
+};
+
+}  // namespace
+
+const Component components::min_exclusive{{{sh::minExclusive, true}}, false, &MinExclusive::build};
+const Component components::min_inclusive{{{sh::minInclusive, true}}, false, &MinInclusive::build};
+const Component components::max_exclusive{{{sh::maxExclusive, true}}, false, &MaxExclusive::build};
+const Component components::max_inclusive{{{sh::maxInclusive, true}}, false, &MaxInclusive::build};
+
+}  // namespace lrt::shacl

@@ -1,0 +1,107 @@
+// SHACL 4.1 Value Type Constraint Components
+
+#include <lrt/rdf/lexical.hpp>
+#include <lrt/rdf/vocab.hpp>
+
+#include "src/shacl/components/all.hpp"
+#include "src/shacl/run.hpp"
+#include "src/shacl/words.hpp"
+
+namespace lrt::shacl {
+namespace sh = vocab::sh;
+namespace {
+
+/// SHACL 4.1.1 sh:class: every value node is an instance of the class, or of a subclass the data know. Values of sh:class: IRIs; each
+/// is a constraint.
+class Class final : public Constraint {
+ public:
+  static void build(Compiler& compiler, const Draft& shape) {
+    for (const Constant c : compiler.iris(shape, sh::class_)) compiler.add<Class>(shape, c);
+  }
+  explicit Class(Constant wanted) noexcept : Constraint(sh::ClassConstraintComponent), wanted_(wanted) {}
+
+  void check(Run& run, const Scene& scene) const override {
+    for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
+      const Node node = run.node(i);
+      if (run.is_instance(node, wanted_)) continue;
+      run.violation(scene, *this, node, [&] {
+        return "expected an instance of " + shown(run.plan().graph.term(wanted_)) + ", found " + shown(run.term(node));
+      });
+    }
+  }
+
+ private:
+  Constant wanted_;
+};
+
+/// SHACL 4.1.2 sh:datatype: every value node is a literal of the datatype, and well-formed if the datatype is one of RDF 1.1's.
+class Datatype final : public Constraint {
+ public:
+  static void build(Compiler& compiler, const Draft& shape) {
+    for (const Constant c : compiler.iris(shape, sh::datatype)) compiler.add<Datatype>(shape, std::string(compiler.term(c).text));
+  }
+  explicit Datatype(std::string iri)
+      : Constraint(sh::DatatypeConstraintComponent), iri_(std::move(iri)), known_(rdf::lexical::datatype_of(iri_)) {}
+
+  void check(Run& run, const Scene& scene) const override {
+    for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
+      const Node node = run.node(i);
+      const rdf::TermView term = run.term(node);
+      const bool typed = term.is_literal() && term.datatype == iri_;
+      if (typed && rdf::lexical::is_well_formed(term.text, known_)) continue;
+      run.violation(scene, *this, node, [&] {
+        return "expected a " + std::string(typed ? "well-formed " : "") + shown(Iri(std::string_view(iri_))) + ", found " + shown(term);
+      });
+    }
+  }
+
+ private:
+  std::string iri_;
+  rdf::lexical::Datatype known_;
+};
+
+/// SHACL 4.1.3 sh:nodeKind: every value node is of one of the kinds that the value names.
+class NodeKind final : public Constraint {
+ public:
+  static void build(Compiler& compiler, const Draft& shape) {
+    const auto value = compiler.value(shape, sh::nodeKind);
+    constexpr struct {
+      Iri kind;
+      unsigned allowed;
+      std::string_view words;
+    } kinds[] = {{sh::IRI, iri, "an IRI"},
+                 {sh::BlankNode, blank, "a blank node"},
+                 {sh::Literal, literal, "a literal"},
+                 {sh::BlankNodeOrIRI, blank | iri, "a blank node or an IRI"},
+                 {sh::BlankNodeOrLiteral, blank | literal, "a blank node or a literal"},
+                 {sh::IRIOrLiteral, iri | literal, "an IRI or a literal"}};
+    for (const auto& k : kinds)
+      if (compiler.term(*value) == rdf::TermView(k.kind)) return compiler.add<NodeKind>(shape, k.allowed, k.words);
+    compiler.fail(shape.id, sh::nodeKind, *value, "one of the six node kinds (sh:IRI, ...)");
+  }
+  NodeKind(unsigned allowed, std::string_view words) noexcept
+      : Constraint(sh::NodeKindConstraintComponent), allowed_(allowed), words_(words) {}
+
+  void check(Run& run, const Scene& scene) const override {
+    for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
+      const Node node = run.node(i);
+      const rdf::TermView term = run.term(node);
+      const unsigned kind = term.is_iri() ? iri : term.is_blank() ? blank : literal;
+      if ((allowed_ & kind) != 0) continue;
+      run.violation(scene, *this, node, [&] { return "expected " + std::string(words_) + ", found " + shown(term); });
+    }
+  }
+
+ private:
+  static constexpr unsigned iri = 1, blank = 2, literal = 4;
+  unsigned allowed_;
+  std::string_view words_;
+};
+
+}  // namespace
+
+const Component components::class_{{{sh::class_, false}}, false, &Class::build};
+const Component components::datatype{{{sh::datatype, true}}, false, &Datatype::build};
+const Component components::node_kind{{{sh::nodeKind, true}}, false, &NodeKind::build};
+
+}  // namespace lrt::shacl

@@ -1,0 +1,152 @@
+#include <lrt/shacl/report.hpp>
+
+#include <unordered_map>
+
+#include <lrt/rdf/value_codec.hpp>
+#include <lrt/rdf/vocab.hpp>
+
+#include "src/shacl/plan.hpp"
+#include "src/shacl/words.hpp"
+
+namespace lrt::shacl {
+namespace {
+
+namespace sh = vocab::sh;
+
+rdf::TermId blank_with(rdf::Graph& graph, Iri predicate, rdf::TermId object) {
+  const rdf::TermId node = graph.fresh_blank();
+  graph.add(node, graph.intern(predicate), object);
+  return node;
+}
+
+rdf::TermId write_path(rdf::Graph& graph, const Plan& plan, PathIndex index) {
+  const Path& path = plan.paths[index];
+  const auto list = [&] {
+    std::vector<rdf::TermId> members, cells;
+    for (const PathIndex part : path.parts) members.push_back(write_path(graph, plan, part));
+    for (std::size_t i = 0; i < members.size(); ++i) cells.push_back(graph.fresh_blank());
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      graph.add(cells[i], graph.intern(vocab::rdf::first), members[i]);
+      graph.add(cells[i], graph.intern(vocab::rdf::rest), i + 1 < cells.size() ? cells[i + 1] : graph.intern(vocab::rdf::nil));
+    }
+    return cells.front();
+  };
+  switch (path.kind) {
+    case Path::Kind::predicate: return graph.intern(plan.graph.term(path.predicate));
+    case Path::Kind::sequence: return list();
+    case Path::Kind::alternative: return blank_with(graph, sh::alternativePath, list());
+    case Path::Kind::inverse: return blank_with(graph, sh::inversePath, write_path(graph, plan, path.parts.front()));
+    case Path::Kind::zero_or_more: return blank_with(graph, sh::zeroOrMorePath, write_path(graph, plan, path.parts.front()));
+    case Path::Kind::one_or_more: return blank_with(graph, sh::oneOrMorePath, write_path(graph, plan, path.parts.front()));
+    case Path::Kind::zero_or_one: return blank_with(graph, sh::zeroOrOnePath, write_path(graph, plan, path.parts.front()));
+  }
+  return graph.fresh_blank();
+}
+
+/// As SPARQL writes it (SPARQL 1.1 9.1). Whatever is not an IRI stands in parentheses within another.
+std::string path_text(const Plan& plan, PathIndex index, bool inner) {
+  const Path& path = plan.paths[index];
+  const auto joined = [&](char separator) {
+    std::string text;
+    for (const PathIndex part : path.parts) text += (text.empty() ? "" : std::string(1, separator)) + path_text(plan, part, true);
+    return inner ? "(" + text + ")" : text;
+  };
+  const auto repeated = [&](char sign) { return path_text(plan, path.parts.front(), true) + sign; };
+  std::string text;
+  switch (path.kind) {
+    case Path::Kind::predicate: return shown(plan.graph.term(path.predicate));
+    case Path::Kind::sequence: return joined('/');
+    case Path::Kind::alternative: return joined('|');
+    case Path::Kind::inverse: text = "^" + path_text(plan, path.parts.front(), true); break;
+    case Path::Kind::zero_or_more: text = repeated('*'); break;
+    case Path::Kind::one_or_more: text = repeated('+'); break;
+    case Path::Kind::zero_or_one: text = repeated('?'); break;
+  }
+  return inner ? "(" + text + ")" : text;
+}
+
+class Writer {
+ public:
+  explicit Writer(rdf::Graph& graph) : graph_(graph) {}
+
+  /// Labels of the data first, so that no fresh one takes them.
+  void reserve(const std::vector<ValidationResult>& results) {
+    for (const ValidationResult& r : results) {
+      graph_.intern(r.focus.view());
+      if (r.value) graph_.intern(r.value->view());
+      reserve(r.details);
+    }
+  }
+
+  void add(rdf::TermId owner, Iri predicate, const ValidationResult& r) {
+    const rdf::TermId node = graph_.fresh_blank();
+    graph_.add(owner, graph_.intern(predicate), node);
+    put(node, vocab::rdf::type, graph_.intern(sh::ValidationResult));
+    put(node, sh::focusNode, graph_.intern(r.focus.view()));
+    if (!r.path.empty()) put(node, sh::resultPath, r.path.write(graph_));
+    if (r.value) put(node, sh::value, graph_.intern(r.value->view()));
+    put(node, sh::sourceConstraintComponent, graph_.intern(r.component));
+    put(node, sh::sourceShape, of_shapes(r.source_shape.view()));
+    put(node, sh::resultSeverity, of_shapes(r.severity.view()));
+    for (const rdf::Term& m : r.messages) put(node, sh::resultMessage, graph_.intern(m.view()));
+    for (const ValidationResult& d : r.details) add(node, sh::detail, d);
+  }
+
+  void put(rdf::TermId subject, Iri predicate, rdf::TermId object) { graph_.add(subject, graph_.intern(predicate), object); }
+
+ private:
+  rdf::TermId of_shapes(const rdf::TermView& term) {
+    if (!term.is_blank()) return graph_.intern(term);
+    const auto [at, is_new] = blanks_.try_emplace(std::string(term.text));
+    if (is_new) at->second = graph_.fresh_blank();
+    return at->second;
+  }
+  rdf::Graph& graph_;
+  std::unordered_map<std::string, rdf::TermId> blanks_;
+};
+
+void write_lines(std::string& out, const std::vector<ValidationResult>& results, std::size_t depth) {
+  for (const ValidationResult& r : results) {
+    out.append(depth * 2, ' ');
+    out += shown(r.focus);
+    if (!r.path.empty()) out += " " + r.path.to_string();
+    out += ":";
+    for (const rdf::Term& m : r.messages) out += " " + std::string(m.view().text);
+    out += " [" + shown(r.component);
+    if (r.severity.view() != rdf::TermView(sh::Violation)) out += ", " + shown(r.severity);
+    out += "]\n";
+    write_lines(out, r.details, depth + 1);
+  }
+}
+
+}  // namespace
+
+std::string PropertyPath::to_string() const {
+  if (predicate_) return shown(*predicate_);
+  return plan_ ? path_text(*plan_, path_, false) : std::string();
+}
+
+rdf::TermId PropertyPath::write(rdf::Graph& graph) const {
+  return predicate_ ? graph.intern(predicate_->view()) : write_path(graph, *plan_, path_);
+}
+
+rdf::Graph Report::to_graph() const {
+  rdf::Graph graph;
+  Writer writer(graph);
+  writer.reserve(results_);
+  const rdf::TermId report = graph.fresh_blank();
+  writer.put(report, vocab::rdf::type, graph.intern(sh::ValidationReport));
+  writer.put(report, sh::conforms, graph.intern(rdf::literal(conforms() ? "true" : "false", vocab::xsd::boolean)));
+  if (!complete_) writer.put(report, vocab::rdfs::comment, graph.intern(rdf::literal("The number of results was limited: there may be more.")));
+  for (const ValidationResult& r : results_) writer.add(report, sh::result, r);
+  return graph;
+}
+
+std::string Report::to_text() const {
+  std::string out;
+  write_lines(out, results_, 0);
+  if (!complete_) out += "(the number of results was limited: there may be more)\n";
+  return out;
+}
+
+}  // namespace lrt::shacl

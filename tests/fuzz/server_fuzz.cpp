@@ -1,0 +1,126 @@
+// The whole server without a socket: bytes in chunks -> HTTP session -> engine -> a robot -> answers. Whatever comes in, each answer is a
+// whole HTTP response with a definite status, nothing is left waiting, and a refused write has not reached the robot.
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include <lrt/engine/engine.hpp>
+
+#include "src/transport/asio/session.hpp"
+
+namespace {
+
+#define REQUIRE_THAT(condition) \
+  do {                          \
+    if (!(condition)) std::abort(); \
+  } while (false)
+
+class CountingIds final : public lrt::IdSource {
+ public:
+  std::string next() override { return "id" + std::to_string(++count_); }
+
+ private:
+  int count_ = 0;
+};
+
+struct Robot {
+  double friction = 0.7;
+  double angle = 0;
+  int writes = 0, commands = 0;
+};
+
+lrt::Thing make_joint(Robot& robot) {
+  lrt::Thing joint{"j"};
+  joint.property("friction", [&robot] { return robot.friction; }, lrt::unit::one).between(0, 1).on_write([&robot](double v) {
+    robot.friction = v;
+    ++robot.writes;
+  });
+  joint.property<std::string>("label").on_write([&robot](std::string) { ++robot.writes; });
+  joint.property<double>("angle", lrt::unit::radian).publish(0.5);
+  joint.action("rotate", [&robot](float target, lrt::Responder done) {
+    ++robot.commands;
+    robot.angle = static_cast<double>(target);
+    if (target < 100) std::move(done).succeed();
+    else if (target < 200) throw 1;
+  }).consumes(lrt::rdf::Facets{}.unit(lrt::unit::degree).at_least(0).below(360)).policy(lrt::ActionPolicy::preempt());
+  joint.action("add", [](std::array<int, 2> n) { return n[0] + n[1]; });
+  joint.collection<std::vector<double>>("points").on_create([](std::vector<double>) {}).on_remove([](const std::string&) {});
+  return joint;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size < 1) return 0;
+  const std::size_t chunk = data[0] < 128 ? size : data[0] - 127u;
+  std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
+
+  Robot robot;
+  lrt::TimePoint now;
+  lrt::engine::Options options;
+  options.ids = std::make_shared<CountingIds>();
+  lrt::engine::Engine engine(options);
+  engine.listens_on("127.0.0.1", 8080);
+  REQUIRE_THAT(engine.add(make_joint(robot)));
+
+  lrt::transport::Limits limits;
+  limits.head_bytes = 2048;
+  limits.body_bytes = 4096;
+  lrt::transport::SessionContext context(limits);
+  context.handler = &engine;
+  lrt::transport::Session session(context, "127.0.0.1");
+  using Phase = lrt::transport::Session::Phase;
+
+  std::string written;
+  const auto settle = [&] {
+    // As the server does: jobs run, answers go back, bytes go out, until nothing moves.
+    for (int round = 0; round < 1000; ++round) {
+      bool moved = false;
+      for (lrt::engine::Job& job : engine.take_jobs()) job.run(), moved = true;
+      while (auto reply = engine.next_reply(now)) {
+        moved = true;
+        if (session.ticket() == reply->ticket) session.reply(std::move(reply->response), now);
+      }
+      for (auto out = session.output(); !out.empty(); out = session.output()) {
+        written.append(out.first).append(out.second);
+        session.sent(out.first.size() + out.second.size(), now);
+        moved = true;
+      }
+      if (!moved) return;
+      if (round == 500) now.steady += std::chrono::hours(48);  // what waits by the client's wish (Prefer: wait)
+    }
+  };
+  while (!bytes.empty() && session.phase() != Phase::closed && session.phase() != Phase::lingering) {
+    session.receive(bytes.substr(0, chunk), now);
+    bytes.remove_prefix(std::min(bytes.size(), chunk));
+    settle();
+    if (session.phase() == Phase::waiting) {
+      now.steady += std::chrono::hours(48);
+      settle();
+    }
+    REQUIRE_THAT(session.phase() != Phase::waiting);
+  }
+
+  bool success = false;
+  std::string_view rest = written;
+  while (!rest.empty()) {
+    const auto end = rest.find("\r\n\r\n");
+    REQUIRE_THAT(end != std::string_view::npos && rest.substr(0, 9) == "HTTP/1.1 ");
+    const std::string head(rest.substr(0, end + 4));
+    const int status = std::atoi(head.c_str() + 9);
+    REQUIRE_THAT(status >= 100 && status <= 505);
+    success |= status >= 200 && status < 300;
+    rest.remove_prefix(end + 4);
+    const auto length = head.find("\r\nContent-Length: ");
+    const std::size_t body = length == std::string::npos ? 0 : static_cast<std::size_t>(std::atol(head.c_str() + length + 18));
+    if (rest.size() >= body && (rest.substr(body).empty() || rest.substr(body, 5) == "HTTP/")) rest.remove_prefix(body);
+    else REQUIRE_THAT(rest.empty() || rest.substr(0, 5) == "HTTP/");  // an answer to HEAD
+  }
+  REQUIRE_THAT(success || (robot.writes == 0));
+  REQUIRE_THAT(robot.friction >= 0 && robot.friction <= 1);
+  REQUIRE_THAT(robot.angle >= 0 && robot.angle < 360);
+  return 0;
+}
