@@ -10,6 +10,7 @@ install(TARGETS lrt EXPORT lrtTargets
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
         RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/lrt DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.hpp)
+install(FILES ${PROJECT_SOURCE_DIR}/src/engine/terms.ttl DESTINATION ${CMAKE_INSTALL_DATADIR}/lrt)
 install(EXPORT lrtTargets NAMESPACE lrt:: DESTINATION ${LRT_INSTALL_CMAKEDIR})
 
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/lrtConfig.cmake.in ${PROJECT_BINARY_DIR}/cmake/lrtConfig.cmake
@@ -17,6 +18,6 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/lrtConfig.cmake.in ${P
 # Before 1.0 a minor version may break its users.
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/cmake/lrtConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/cmake/lrtConfig.cmake ${PROJECT_BINARY_DIR}/cmake/lrtConfigVersion.cmake
-              ${PROJECT_SOURCE_DIR}/cmake/FindRedland.cmake
+              ${PROJECT_SOURCE_DIR}/cmake/FindRedland.cmake ${PROJECT_SOURCE_DIR}/cmake/FindPCRE2.cmake
         DESTINATION ${LRT_INSTALL_CMAKEDIR})
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -7,7 +7,7 @@
 # vendor/README.md names each package with its version and licence.
 set -eu
 
-build="g++ cmake ninja-build pkg-config ccache librdf0-dev libboost-dev catch2"
+build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost-dev catch2"
 ci="clang libclang-rt-14-dev shellcheck python3 curl"
 
 wanted=$build

@@ -89,7 +89,7 @@ lrt::Thing LinkedArm::make_joint(std::size_t index) {
       .on_write([this, index](double coefficient) { arm_.set_friction(index, coefficient); });
 
   thing.action("rotate", [this, index](float target_deg, lrt::Responder done) { rotate(index, target_deg, std::move(done)); })
-      .consumes(lrt::rdf::Facets{}.unit(lrt::unit::degree).at_least(0).below(360))
+      .consumes(lrt::Facets{lrt::unit::degree}.at_least(0).below(360))
       .policy(lrt::ActionPolicy::preempt());
   return thing;
 }
@@ -134,14 +134,9 @@ void LinkedArm::publish() noexcept {
     joint.rotation->publish({static_cast<float>(arm_.position(i)),
                              {static_cast<float>(axis[0]), static_cast<float>(axis[1]), static_cast<float>(axis[2])}});
     if (!joint.move) continue;
-    if (joint.move->cancelled()) {
-      joint.move.reset();
-    } else if (!arm_.moving(i)) {
-      std::move(*joint.move).succeed();
-      joint.move.reset();
-    } else {
-      joint.move->progress(arm_.progress(i));
-    }
+    if (joint.move.cancelled()) joint.move = {};
+    else if (!arm_.moving(i)) std::move(joint.move).succeed();
+    else joint.move.progress(arm_.progress(i));
   }
 }
 

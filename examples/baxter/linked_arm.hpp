@@ -41,7 +41,7 @@ class LinkedArm {
   };
   struct Joint {
     std::optional<lrt::Property<AxisAngle>> rotation;
-    std::optional<lrt::Responder> move;  ///< of the `rotate` that is under way
+    lrt::Responder move;  ///< of the `rotate` that is under way, if one is
   };
   friend struct lrt::rdf::traits<AxisAngle>;
   friend struct lrt::rdf::traits<AxisAngle::Axis>;

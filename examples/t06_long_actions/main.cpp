@@ -36,7 +36,7 @@ int main() {
     client.get_until(second, "0.25");
     client.remove(second);
     client.get(second);
-    client.post("/axis/actions/moveTo", near, "Prefer: wait=5, return=representation\r\n");
+    client.post("/axis/actions/moveTo", near, "Prefer: wait=30, return=representation\r\n");
   });
 
   while (visitor.is_here()) {
@@ -92,7 +92,7 @@ int main() {
 //     lrt:progress "0.25"^^xsd:double ;
 //
 // POST /axis/actions/moveTo
-// Prefer: wait=5, return=representation
+// Prefer: wait=30, return=representation
 //   <> vom:numericalValue 0 ; qudt:unit unit:MilliM .
 // 200 OK
 // Content-Type: text/turtle

@@ -25,6 +25,8 @@ class Action {
   Action& predicate(Iri p) { return edit([&](auto& s) { s.predicates.emplace_back(p.text); }); }
   /// A further rdf:type (R1.4).
   Action& type(Iri t) { return edit([&](auto& s) { s.classes.emplace_back(t.text); }); }
+  /// dcterms:title, for people.
+  Action& title(std::string text) { return add(vocab::dcterms::title, Object(std::move(text))); }
   /// Any further triple about the action (R1.12).
   Action& add(Iri predicate, Object object) {
     return edit([&](auto& s) { s.statements.push_back({std::string(predicate.text), std::move(object)}); });
@@ -43,13 +45,20 @@ class Action {
 
 namespace model {
 
+template <class F, class = void>
+struct Signature {
+  static_assert(rdf::detail::always_false<F>,
+                "lrt: an action's callable must say its parameter types: a lambda without `auto` parameters, or a function");
+};
 template <class F>
-struct Signature : Signature<decltype(&F::operator())> {};
+struct Signature<F, std::void_t<decltype(&F::operator())>> : Signature<decltype(&F::operator())> {};
 template <class R, class... A>
 struct Signature<R (*)(A...)> {
   using Return = R;
   using Args = std::tuple<std::decay_t<A>...>;
 };
+template <class R, class... A>
+struct Signature<R (*)(A...) noexcept> : Signature<R (*)(A...)> {};
 template <class C, class R, class... A>
 struct Signature<R (C::*)(A...)> : Signature<R (*)(A...)> {};
 template <class C, class R, class... A>

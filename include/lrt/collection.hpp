@@ -40,6 +40,8 @@ class Collection {
   /// The most members; a POST beyond is answered 409. Default 1000.
   Collection& most(std::size_t n) { return edit([&](auto& s) { s.most = n; }); }
   Collection& predicate(Iri p) { return edit([&](auto& s) { s.predicates.emplace_back(p.text); }); }
+  /// dcterms:title, for people.
+  Collection& title(std::string text) { return add(vocab::dcterms::title, Object(std::move(text))); }
   Collection& add(Iri predicate, Object object) {
     return edit([&](auto& s) { s.statements.push_back({std::string(predicate.text), std::move(object)}); });
   }

@@ -57,6 +57,8 @@ class Property {
   Property& predicate(Iri p) { return edit([&](auto& s) { s.predicates.emplace_back(p.text); }); }
   /// A further rdf:type (R1.4).
   Property& type(Iri t) { return edit([&](auto& s) { s.classes.emplace_back(t.text); }); }
+  /// dcterms:title, for people.
+  Property& title(std::string text) { return add(vocab::dcterms::title, Object(std::move(text))); }
   /// Any further triple about the property (R1.12).
   Property& add(Iri predicate, Object object) {
     return edit([&](auto& s) { s.statements.push_back({std::string(predicate.text), std::move(object)}); });

@@ -33,6 +33,9 @@ class ResponderBase {
   /// Dropping a Responder that has not answered ends the invocation as failed; a client that waits gets 500.
   ~ResponderBase();
 
+  /// True while it holds an invocation that has not been answered. An empty one may be kept for the next command.
+  explicit operator bool() const noexcept { return link_ != nullptr; }
+
   /// Ends the invocation as failed, with `error` in its representation. Errc::refused says that the robot's state or limits exclude
   /// the command (a client that waits gets 409), anything else that it tried (500).
   void fail(Error error) &&;

@@ -37,6 +37,16 @@ class Thing {
   Thing& add_turtle(std::string text);
   /// Refers to a Blueprint elsewhere instead of the generated one (R1.11).
   Thing& blueprint(Iri external);
+  /// Adds SHACL shapes in Turtle to the generated Blueprint; their base is the blueprint, so `<#rotation>` is the shape of values of the
+  /// property "rotation", `<#actions/rotate/input>` that of what the action "rotate" consumes, `<#waypoints>` that of members of a
+  /// collection, and `<>` that of the thing. A shape of one of these names replaces the generated one and is taken literally: what
+  /// does not conform is answered 422 with the report, before any lambda is called.
+  /// @par Errors      expected_rdf, expected_value (an ill-formed shape, with its triple): by add()
+  /// @par Implements  R1.11, paper 5.1
+  Thing& shapes(std::string turtle);
+  /// The same from a file.
+  /// @par Errors  io_error: by add()
+  Thing& shapes_from_file(const std::string& path);
   /// Where the thing's lambdas run.
   Thing& dispatch(Dispatch where);
 

@@ -42,11 +42,19 @@ void Engine::Impl::add_allow(http::Fields& fields, const Resource& resource) con
   if (methods.find("POST") != std::string::npos) fields.add("Accept-Post", post_types());
 }
 
+/// LDP 4.2.1.4, 5.2.1.4: on every answer, what the resource is.
+void Engine::Impl::add_types(http::Fields& fields, const Resource& resource) const {
+  http::LinkWriter links;
+  links.add(vocab::ldp::Resource.text, "type");
+  if (is_container(resource)) links.add(vocab::ldp::BasicContainer.text, "type");
+  links.finish(fields, {});
+}
+
 /// LDP 4.2.1.6: what constrains a refused PUT or POST.
 void Engine::Impl::add_constrained_by(http::Fields& fields, const Context& context) {
   if (!context.resource || !context.resource->thing) return;
   http::LinkWriter links;
-  links.add(blueprint_iri(*context.resource->thing, bases_[context.base]), vocab::ldp::constrainedBy.text);
+  links.add(names_base(*context.resource->thing, bases_[context.base]), vocab::ldp::constrainedBy.text);
   links.finish(fields, {});
 }
 
@@ -78,9 +86,7 @@ http::Response Engine::Impl::problem(const Context& context, int status, std::st
   }
   if (context.resource) {
     if (status == 405 || context.request.method == "OPTIONS") add_allow(response.fields, *context.resource);
-    http::LinkWriter links;
-    links.add(vocab::ldp::Resource.text, "type");
-    links.finish(response.fields, {});
+    add_types(response.fields, *context.resource);
     if (status < 500 && (context.request.method == "PUT" || context.request.method == "POST"))
       add_constrained_by(response.fields, context);
   }
@@ -97,12 +103,35 @@ http::Response Engine::Impl::refused(const Context& context, const std::string& 
   return problem(context, status, what + ": " + error.message);
 }
 
-http::Response Engine::Impl::no_content(int status) {
+/// What waited for the host in vain. It has not happened and will not.
+http::Response Engine::Impl::too_late(const Context& context) {
+  http::Response response = problem(context, 503, "the robot's program did not take the request in time");
+  response.fields.set("Retry-After", std::to_string(options_.retry_after.count()));
+  return response;
+}
+
+http::Response Engine::Impl::no_content(const Context& context, int status) {
   http::Response response;
   response.status = status;
-  http::LinkWriter links;
-  links.add(vocab::ldp::Resource.text, "type");  // LDP 4.2.1.4: on every answer
-  links.finish(response.fields, {});
+  if (context.resource) add_types(response.fields, *context.resource);
+  return response;
+}
+
+http::Response Engine::Impl::violation(Context& context, const shacl::Report& report) {
+  static const std::vector<std::string_view> offers = [] {
+    std::vector<std::string_view> types;
+    for (const rdf::Syntax s : rdf::all_syntaxes) types.push_back(rdf::media_type(s));
+    types.insert(types.end(), {"application/problem+json", "application/json"});
+    return types;
+  }();
+  const auto choice = context.request.find("Accept") ? http::negotiate(std::string_view(context.request.joined("Accept")), offers) : 0;
+  if (!choice || *choice >= rdf::all_syntaxes.size()) {
+    std::string text = report.to_text();
+    if (!text.empty() && text.back() == '\n') text.pop_back();
+    return problem(context, 422, std::move(text));
+  }
+  http::Response response = with_graph(context, 422, report.to_graph());
+  add_constrained_by(response.fields, context);
   return response;
 }
 
@@ -118,8 +147,9 @@ http::Response Engine::Impl::with_graph(const Context& context, int status, cons
     const std::size_t at = choice.value_or(0);  // what has happened is not taken back for the want of a format
     if (Result<std::string> text = rdf::write(graph, syntaxes[at], options_.prefixes)) {
       response.fields.add("Content-Type", offers[at]);
-      response.fields.add("ETag", http::entity_tag(offers[at], *text));
+      if (status < 300) response.fields.add("ETag", http::entity_tag(offers[at], *text));
       response.fields.add("Vary", "Accept");
+      if (context.resource) add_types(response.fields, *context.resource);
       response.set_body(*std::move(text));
       return response;
     }

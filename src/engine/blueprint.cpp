@@ -1,147 +1,122 @@
-#include <lrt/rdf/lexical.hpp>
+#include <lrt/shacl/derive.hpp>
 
+#include "src/engine/about.hpp"
 #include "src/engine/impl.hpp"
 
 namespace lrt::engine {
 
-namespace {
-
 using rdf::Graph;
 using rdf::TermId;
-using Kind = rdf::Type::Kind;
 
-/// Writes the shape of values of a type: what rdf::write_value() writes conforms to it.
-class ShapeWriter {
- public:
-  ShapeWriter(Graph& graph, std::string names_base) : graph_(graph), names_base_(std::move(names_base)) {}
+std::string shape_name(const Resource& resource) {
+  switch (resource.kind) {
+    case Kind::property: return static_cast<const PropertyResource&>(resource).spec->path;
+    case Kind::action: return "actions/" + static_cast<const ActionResource&>(resource).spec->path + "/input";
+    case Kind::collection: return static_cast<const CollectionResource&>(resource).spec->path;
+    default: return {};
+  }
+}
 
-  /// The constraints on a focus node that carries such a value.
-  void at(TermId shape, const rdf::Type& type, const rdf::Facets& facets, bool required = true) {
-    switch (type.kind) {
-      case Kind::optional: return at(shape, *type.element, facets, false);
-      case Kind::record:
-        for (const rdf::FieldType& field : type.fields) {
-          const TermId p = property(shape, graph_.intern(rdf::iri(predicate_of(field))));
-          add(p, vocab::sh::name, rdf::literal(field.name));
-          object(p, *field.type, field.facets, field.type->kind != Kind::optional);
-        }
-        return;
-      case Kind::integer:
-      case Kind::real:
-        object(property(shape, graph_.intern(vocab::vom::numericalValue)), type, rdf::Facets(facets).unit(unit::none), required);
-        units(shape, facets.unit());
-        return;
-      default: object(property(shape, graph_.intern(vocab::rdf::value)), type, facets, required);
+namespace {
+
+/// The shape of that name among the user's, which then stands for the generated one.
+std::optional<TermId> user_shape(const ThingNode& thing, const std::string& name) {
+  const std::string iri = std::string(placeholder_base) + thing.blueprint.path + (name.empty() ? "" : "#" + name);
+  const auto id = thing.user_shapes.find(rdf::iri(iri));
+  return id && !thing.user_shapes.match(*id, std::nullopt, std::nullopt).empty() ? id : std::nullopt;
+}
+
+/// The triples about a node and about the blank nodes that it leads to.
+void copy_described(Graph& to, const Graph& from, TermId node) {
+  std::vector<TermId> open = {node};
+  std::vector<bool> seen(from.term_count());
+  while (!open.empty()) {
+    const TermId next = open.back();
+    open.pop_back();
+    if (seen[static_cast<std::size_t>(next)]) continue;
+    seen[static_cast<std::size_t>(next)] = true;
+    for (const rdf::Triple& t : from.match(next, std::nullopt, std::nullopt)) {
+      to.add(from.term(t.subject), from.term(t.predicate), from.term(t.object));
+      if (from.term(t.object).is_blank()) open.push_back(t.object);
     }
   }
+}
 
-  TermId property(TermId shape, TermId path) {
-    const TermId p = graph_.fresh_blank();
-    graph_.add(shape, graph_.intern(vocab::sh::property), p);
-    graph_.add(p, graph_.intern(vocab::sh::path), path);
-    return p;
-  }
-  void add(TermId s, Iri p, const rdf::TermView& o) { graph_.add(s, graph_.intern(p), graph_.intern(o)); }
-  void count(TermId p, Iri which, std::size_t n) { add(p, which, rdf::literal(std::to_string(n), vocab::xsd::integer)); }
-
- private:
-  std::string predicate_of(const rdf::FieldType& field) const {
-    return field.predicate.empty() || field.predicate.front() != '#' ? field.predicate : names_base_ + field.predicate;
-  }
-
-  void units(TermId shape, const Unit& unit) {
-    if (unit.empty()) return;
-    const auto allow = [&](Iri predicate, Iri wanted) {
-      if (wanted.empty()) return;
-      const TermId p = property(shape, graph_.intern(predicate));
-      const TermId cell = graph_.fresh_blank();
-      graph_.add(p, graph_.intern(vocab::sh::in_), cell);
-      graph_.add(cell, graph_.intern(vocab::rdf::first), graph_.intern(wanted));
-      graph_.add(cell, graph_.intern(vocab::rdf::rest), graph_.intern(vocab::rdf::nil));
-    };
-    allow(vocab::vom::unit, unit.vom);
-    allow(vocab::qudt::unit, unit.qudt);
-  }
-
-  /// The constraints on the values of a property shape.
-  void object(TermId p, const rdf::Type& type, const rdf::Facets& facets, bool required) {
-    if (type.kind == Kind::optional) return object(p, *type.element, facets, false);
-    if (required) count(p, vocab::sh::minCount, 1);
-    count(p, vocab::sh::maxCount, 1);
-    switch (type.kind) {
-      case Kind::record: {
-        const TermId node = graph_.fresh_blank();
-        graph_.add(p, graph_.intern(vocab::sh::node), node);
-        at(node, type, facets);
-        return;
-      }
-      case Kind::list: return;
-      case Kind::integer:
-      case Kind::real:
-        if (!facets.unit().empty()) {
-          const TermId node = graph_.fresh_blank();
-          graph_.add(p, graph_.intern(vocab::sh::node), node);
-          at(node, type, facets);
-          return;
-        }
-        [[fallthrough]];
-      default: break;
-    }
-    add(p, vocab::sh::datatype, type.datatype);
-    const auto number = [&](double v) { return rdf::lexical::format(v); };
-    if (facets.min())
-      add(p, facets.min_exclusive() ? vocab::sh::minExclusive : vocab::sh::minInclusive, rdf::literal(number(*facets.min()), vocab::xsd::double_));
-    if (facets.max())
-      add(p, facets.max_exclusive() ? vocab::sh::maxExclusive : vocab::sh::maxInclusive, rdf::literal(number(*facets.max()), vocab::xsd::double_));
-    if (type.kind == Kind::enumeration) {
-      std::vector<TermId> cells;
-      for (std::size_t i = 0; i < type.names.size(); ++i) cells.push_back(graph_.fresh_blank());
-      for (std::size_t i = 0; i < cells.size(); ++i) {
-        add(cells[i], vocab::rdf::first, rdf::literal(type.names[i]));
-        graph_.add(cells[i], graph_.intern(vocab::rdf::rest), i + 1 < cells.size() ? cells[i + 1] : graph_.intern(vocab::rdf::nil));
-      }
-      if (!cells.empty()) graph_.add(p, graph_.intern(vocab::sh::in_), cells.front());
-    }
-  }
-
-  Graph& graph_;
-  std::string names_base_;
-};
+/// A property shape of `shape` with one value that must be there.
+void must_have(Graph& graph, TermId shape, Iri path, const std::string& value, Iri type = {}) {
+  const TermId p = graph.fresh_blank();
+  About(graph, shape).add(vocab::sh::property, p);
+  About constraint(graph, p);
+  constraint.add(vocab::sh::path, rdf::TermView(path)).link(vocab::sh::hasValue, value);
+  if (!type.empty()) constraint.add(vocab::sh::class_, rdf::TermView(type));
+}
 
 }  // namespace
 
-/// Types, units and bounds of a thing as shapes (R1.11).
+/// The shape of values under a name: the user's, taken literally, or the one that the type implies.
+void Engine::Impl::describe_shape(Graph& graph, const ThingNode& thing, const std::string& base, const std::string& name,
+                                  const rdf::Type& type, const rdf::Facets& facets, bool required) {
+  if (const auto users = user_shape(thing, name)) {
+    Graph described;
+    copy_described(described, thing.user_shapes, *users);
+    return add_placed(graph, described, base);
+  }
+  const std::string names = names_base(thing, base);
+  const TermId shape = graph.intern(rdf::iri(names + "#" + name));
+  About(graph, shape).a(vocab::sh::NodeShape).add(vocab::sh::name, rdf::literal(name));
+  shacl::derive(graph, shape, type, facets, names, required);
+}
+
+/// Everything that a thing promises and asks for as shapes (R1.11): its structure, the values of its properties and members, what its
+/// actions consume and produce. The state of the thing conforms (SPEC 2).
 void Engine::Impl::describe_blueprint(Graph& graph, ThingNode& thing, const std::string& base) {
   const std::string self = base + thing.blueprint.path;
-  ShapeWriter shapes(graph, names_base(thing, base));
-  const TermId shape = graph.intern(rdf::iri(self));
-  shapes.add(shape, vocab::rdf::type, vocab::sh::NodeShape);
-  shapes.add(shape, vocab::sh::targetNode, rdf::iri(base + thing.self.path));
-  for (const auto& p : thing.properties) {
-    for (const std::string& predicate : p->spec->predicates) {
-      const TermId link = shapes.property(shape, graph.intern(rdf::iri(predicate)));
-      shapes.count(link, vocab::sh::minCount, 1);
-      shapes.count(link, vocab::sh::maxCount, 1);
-      shapes.add(link, vocab::sh::class_, vocab::hybrit::Property);
-    }
+  if (!user_shape(thing, {})) {
+    const TermId shape = graph.intern(rdf::iri(self));
+    About(graph, shape)
+        .a(vocab::sh::NodeShape)
+        .add(vocab::sh::name, rdf::literal(thing.spec->title))
+        .link(vocab::sh::targetNode, base + thing.self.path);
+    must_have(graph, shape, vocab::rdf::type, std::string(vocab::hybrit::RoboticThing.text));
+    for (const std::string& c : thing.spec->classes) must_have(graph, shape, vocab::rdf::type, c);
+    must_have(graph, shape, vocab::hybrit::subscriptions, base + thing.subscriptions.path);
+    const auto links = [&](const auto& resources, Iri predicate, Iri type) {
+      for (const auto& r : resources) {
+        must_have(graph, shape, predicate, base + r->path, type);
+        for (const std::string& p : r->spec->predicates) must_have(graph, shape, Iri(std::string_view(p)), base + r->path);
+      }
+    };
+    links(thing.actions, vocab::hybrit::action, vocab::hybrit::Action);
+    links(thing.properties, vocab::hybrit::property, vocab::hybrit::Property);
+    links(thing.collections, vocab::lrt::collection, vocab::ldp::BasicContainer);
+    for (const ThingNode* child : thing.children)
+      must_have(graph, shape, vocab::dcterms::hasPart, base + child->self.path, vocab::hybrit::RoboticThing);
   }
-  const auto value_shape = [&](const std::string& name, const std::string& title) {
-    const TermId id = graph.intern(rdf::iri(self + "#" + name));
-    shapes.add(id, vocab::rdf::type, vocab::sh::NodeShape);
-    shapes.add(id, vocab::sh::name, rdf::literal(title));
-    return id;
+  for (const auto& p : thing.properties) {
+    if (user_shape(thing, p->spec->path)) continue;
+    // A pushed property has no value until the first publish.
+    describe_shape(graph, thing, base, p->spec->path, *p->spec->type, p->spec->facets, !p->spec->slot);
+    About(graph, self + "#" + p->spec->path).link(vocab::sh::targetNode, base + p->path);
+  }
+  const auto part = [&](const std::string& name, const rdf::Type* type, const rdf::Facets& facets) {
+    if (type && !user_shape(thing, name)) describe_shape(graph, thing, base, name, *type, facets);
   };
-  for (const auto& p : thing.properties) {
-    const TermId id = value_shape(p->spec->path, p->spec->path);
-    shapes.add(id, vocab::sh::targetNode, rdf::iri(base + p->path));
-    shapes.at(id, *p->spec->type, p->spec->facets, !p->spec->slot);
-  }
   for (const auto& a : thing.actions) {
-    if (a->spec->input) shapes.at(value_shape("actions/" + a->spec->path + "/input", a->spec->path + ": input"), *a->spec->input, a->spec->input_facets);
-    if (a->spec->output)
-      shapes.at(value_shape("actions/" + a->spec->path + "/output", a->spec->path + ": output"), *a->spec->output, a->spec->output_facets);
+    part("actions/" + a->spec->path + "/input", a->spec->input, a->spec->input_facets);
+    part("actions/" + a->spec->path + "/output", a->spec->output, a->spec->output_facets);
   }
-  for (const auto& c : thing.collections) shapes.at(value_shape(c->spec->path, c->spec->path + ": member"), *c->spec->type, c->spec->facets);
+  for (const auto& c : thing.collections) part(c->spec->path, c->spec->type, c->spec->facets);
+  add_placed(graph, thing.user_shapes, base);
+}
+
+/// What bodies are judged by. Compiled when the first body comes, or at registration when the user gave shapes, which may be ill-formed.
+Result<const shacl::Shapes*> Engine::Impl::shapes_of(ThingNode& thing, std::size_t base) {
+  if (const auto known = thing.door.find(base); known != thing.door.end()) return &known->second;
+  Graph graph;
+  describe_blueprint(graph, thing, bases_[base]);
+  Result<shacl::Shapes> compiled = shacl::Shapes::compile(std::move(graph));
+  if (!compiled) return Unexpected{std::move(compiled).error()};
+  return &thing.door.emplace(base, *std::move(compiled)).first->second;
 }
 
 }  // namespace lrt::engine

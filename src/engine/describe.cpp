@@ -2,6 +2,7 @@
 
 #include <lrt/rdf/lexical.hpp>
 
+#include "src/engine/about.hpp"
 #include "src/engine/impl.hpp"
 #include "src/engine/terms.hpp"
 
@@ -11,32 +12,6 @@ namespace {
 
 using rdf::Graph;
 using rdf::TermId;
-
-/// Adds triples about one subject, in the order in which they are to be read.
-class About {
- public:
-  About(Graph& graph, TermId subject) : graph_(graph), subject_(subject) {}
-  About(Graph& graph, const std::string& iri) : About(graph, graph.intern(rdf::iri(iri))) {}
-
-  About& a(Iri type) { return add(vocab::rdf::type, rdf::TermView(type)); }
-  About& add(Iri predicate, const rdf::TermView& object) {
-    graph_.add(subject_, graph_.intern(predicate), graph_.intern(object));
-    return *this;
-  }
-  About& add(Iri predicate, TermId object) {
-    graph_.add(subject_, graph_.intern(predicate), object);
-    return *this;
-  }
-  About& link(Iri predicate, const std::string& iri) { return add(predicate, rdf::iri(iri)); }
-  About& when(Iri predicate, Utc time) {
-    return time == Utc{} ? *this : add(predicate, rdf::literal(to_xsd_date_time(time), vocab::xsd::dateTime));
-  }
-  TermId subject() const noexcept { return subject_; }
-
- private:
-  Graph& graph_;
-  TermId subject_;
-};
 
 Iri status_iri(Status status) {
   switch (status) {
@@ -60,6 +35,24 @@ void value_classes(About& about, const rdf::Type& type) {
 }
 
 }  // namespace
+
+/// Adds a kept graph with the placeholder replaced by the base.
+void add_placed(Graph& graph, const Graph& kept, const std::string& base) {
+  std::map<TermId, TermId> blanks;  // its blank nodes are nobody else's
+  const auto placed = [&](TermId id) {
+    const rdf::TermView term = kept.term(id);
+    if (term.is_blank()) {
+      const auto known = blanks.find(id);
+      return known != blanks.end() ? known->second : blanks.emplace(id, graph.fresh_blank()).first->second;
+    }
+    if (!term.is_iri() || term.text.substr(0, placeholder_base.size()) != placeholder_base) return graph.intern(term);
+    return graph.intern(rdf::iri(base + std::string(term.text.substr(placeholder_base.size()))));
+  };
+  for (const rdf::Triple& t : kept.triples()) {
+    const TermId s = placed(t.subject), p = placed(t.predicate), o = placed(t.object);
+    graph.add(s, p, o);
+  }
+}
 
 bool is_container(const Resource& resource) noexcept {
   return resource.kind == Kind::root || resource.kind == Kind::subscriptions || resource.kind == Kind::collection;
@@ -201,17 +194,7 @@ void Engine::Impl::describe_thing(Graph& graph, ThingNode& thing, const std::str
   domain(thing.collections);
   add_statements(graph, about.subject(), spec.statements, base);
 
-  if (!thing.statements.empty()) {
-    const auto moved = [&](TermId id) {
-      const rdf::TermView term = thing.statements.term(id);
-      if (!term.is_iri() || term.text.substr(0, placeholder_base.size()) != placeholder_base) return graph.intern(term);
-      return graph.intern(rdf::iri(base + std::string(term.text.substr(placeholder_base.size()))));
-    };
-    for (const rdf::Triple& t : thing.statements.triples()) {
-      const TermId s = moved(t.subject), p = moved(t.predicate), o = moved(t.object);
-      graph.add(s, p, o);
-    }
-  }
+  add_placed(graph, thing.statements, base);
 
   // The types of what it links to.
   const auto type_of = [&](Resource& r) { describe_type(graph, r, graph.intern(rdf::iri(base + r.path))); };
@@ -241,16 +224,29 @@ void Engine::Impl::describe_action(Graph& graph, ActionResource& action, const s
   About about(graph, base + action.path);
   describe_type(graph, action, about.subject());
   about.link(vocab::rdfs::seeAlso, base + action.thing->self.path);
+  const std::string shape = names_base(*action.thing, base) + "#actions/" + action.spec->path;
+  if (action.spec->input) about.link(vocab::hybrit::consumes, shape + "/input");
+  if (action.spec->output) about.link(vocab::hybrit::produces, shape + "/output");
   const TermId binding = graph.fresh_blank();
   about.add(vocab::hybrit::binding, binding);
-  About(graph, binding)
-      .a(vocab::http_core::Request)
+  About request(graph, binding);
+  request.a(vocab::http_core::Request)
       .add(vocab::http_core::mthd, rdf::TermView(vocab::http_methods::POST))
       .link(vocab::http_core::requestURI, base + action.path);
+  if (action.spec->input) {
+    const TermId body = graph.fresh_blank();
+    request.add(vocab::http_core::body, body);
+    About(graph, body).link(vocab::dcterms::conformsTo, shape + "/input");
+  }
   constexpr std::string_view names[] = {"preempt", "queue", "reject", "parallel"};
   about.add(vocab::lrt::policy, rdf::literal(names[static_cast<std::size_t>(action.spec->policy.kind)]));
   add_statements(graph, about.subject(), action.spec->statements, base);
   for (const auto& i : action.invocations) about.link(vocab::lrt::invocation, base + i->path);
+  const auto describe_one = [&](const char* which, const rdf::Type* type, const rdf::Facets& facets) {
+    if (type) describe_shape(graph, *action.thing, base, "actions/" + action.spec->path + which, *type, facets);
+  };
+  describe_one("/input", action.spec->input, action.spec->input_facets);
+  describe_one("/output", action.spec->output, action.spec->output_facets);
 }
 
 void Engine::Impl::describe_invocation(Graph& graph, InvocationResource& invocation, const std::string& base) {
@@ -296,7 +292,7 @@ void Engine::Impl::add_links(http::Fields& fields, Resource& resource, const std
     if (resource.kind != Kind::blueprint) links.add(blueprint, "describedby");
     const std::string methods = allow(resource);
     if (methods.find("PUT") != std::string::npos || methods.find("POST") != std::string::npos)
-      links.add(blueprint, vocab::ldp::constrainedBy.text);
+      links.add(names_base(thing, base), vocab::ldp::constrainedBy.text);
   } else if (resource.kind == Kind::root) {
     links.add(base + terms_.path, "describedby");
   }

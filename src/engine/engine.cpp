@@ -268,19 +268,18 @@ void Engine::Impl::expire(TimePoint now) {
       auto& list = invocation->waiting;
       list.erase(std::remove(list.begin(), list.end(), ticket), list.end());
       context.resource = invocation->action;
-      if (waiting.may_take_long || (invocation->status == Status::running)) {
+      // What has been taken up, even if nobody has said so yet, goes on.
+      const bool taken = invocation->status == Status::running || (invocation->claim && !invocation->claim->call_off());
+      if (waiting.may_take_long || taken) {
         reply(ticket, accepted(context, *invocation));
         continue;
       }
       // Not begun: the client is told to come again, so it must not happen later.
-      if (invocation->claim) invocation->claim->call_off();
       never_begun(*invocation, now);
     } else if (waiting.claim) {
       waiting.claim->call_off();
     }
-    http::Response response = problem(context, 503, "the robot's program did not take the request in time");
-    response.fields.set("Retry-After", std::to_string(options_.retry_after.count()));
-    reply(ticket, std::move(response));
+    reply(ticket, too_late(context));
   }
   while (!start_timers_.empty() && start_timers_.begin()->first <= now.steady) {
     InvocationResource* invocation = find_invocation(start_timers_.begin()->second);

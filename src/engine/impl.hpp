@@ -18,6 +18,7 @@
 #include <lrt/http/link.hpp>
 #include <lrt/http/prefer.hpp>
 #include <lrt/rdf/value_codec.hpp>
+#include <lrt/shacl/validator.hpp>
 
 #include "src/engine/mailbox.hpp"
 #include "src/engine/resource.hpp"
@@ -182,6 +183,8 @@ class Engine::Impl {
   std::variant<Body, http::Response> read_body(Context& context);
   /// The value in a body; the answer if it is none (SPEC 3.3).
   std::variant<rdf::Value, http::Response> read_value(Context& context, const rdf::Type& type, const rdf::Facets& facets);
+  /// 422 with the report (SPEC 3.4).
+  http::Response violation(Context& context, const shacl::Report& report);
 
   // invoke.cpp: actions
   Outcome post_action(Context& context);
@@ -209,20 +212,28 @@ class Engine::Impl {
   void describe_action(rdf::Graph& graph, ActionResource& action, const std::string& base);
   void describe_invocation(rdf::Graph& graph, InvocationResource& invocation, const std::string& base);
   void describe_container(rdf::Graph& graph, Resource& container, const std::string& base, std::size_t page);
-  void describe_blueprint(rdf::Graph& graph, ThingNode& thing, const std::string& base);
   void describe_type(rdf::Graph& graph, Resource& resource, rdf::TermId subject);
   void add_statements(rdf::Graph& graph, rdf::TermId subject, const std::vector<Statement>& statements, const std::string& base);
   void add_links(http::Fields& fields, Resource& resource, const std::string& base, std::size_t page);
   std::vector<Resource*> members_of(Resource& container) const;
   std::string blueprint_iri(const ThingNode& thing, const std::string& base) const;
-  std::string names_base(const ThingNode& thing, const std::string& base) const { return blueprint_iri(thing, base); }
+  /// What "#name" predicates and shapes are resolved against: the thing's own blueprint, also when it refers to one elsewhere.
+  static std::string names_base(const ThingNode& thing, const std::string& base) { return base + thing.blueprint.path; }
+
+  // blueprint.cpp: shapes
+  void describe_blueprint(rdf::Graph& graph, ThingNode& thing, const std::string& base);
+  void describe_shape(rdf::Graph& graph, const ThingNode& thing, const std::string& base, const std::string& name, const rdf::Type& type,
+                      const rdf::Facets& facets, bool required = true);
+  Result<const shacl::Shapes*> shapes_of(ThingNode& thing, std::size_t base);
 
   // answer.cpp: answers that are no representation
   http::Response problem(const Context& context, int status, std::string detail);
   http::Response refused(const Context& context, const std::string& what, const Error& error);
-  http::Response no_content(int status = 204);
+  http::Response too_late(const Context& context);
+  http::Response no_content(const Context& context, int status = 204);
   http::Response with_graph(const Context& context, int status, const rdf::Graph& graph);
   void add_allow(http::Fields& fields, const Resource& resource) const;
+  void add_types(http::Fields& fields, const Resource& resource) const;
   void add_constrained_by(http::Fields& fields, const Context& context);
   std::string allow(const Resource& resource) const;
   std::string iri_of(const Context& context, std::string_view path) const { return bases_[context.base] + std::string(path); }
@@ -234,6 +245,8 @@ class Engine::Impl {
   void structure_changed() { ++structure_; }
   std::uint64_t revision_of(const Resource& resource) const;
   void drop_thing(ThingNode& thing);
+  /// 404 for a request whose resource went while it waited.
+  void answer_gone(Ticket ticket);
   void adopt(ThingNode& thing);
   Dispatch where(const ThingNode& thing) const noexcept {
     return thing.spec->dispatch == Dispatch::as_server ? options_.dispatch : thing.spec->dispatch;
@@ -279,7 +292,12 @@ Result<T> guarded(F f) noexcept {
   }
 }
 
-/// The methods a kind of resource may ever have, and those of this one.
+/// The fragment of the shape that guards a resource's input, "rotation" or "actions/rotate/input".
+std::string shape_name(const Resource& resource);
+
+/// Adds a graph that was kept with the placeholder as base.
+void add_placed(rdf::Graph& graph, const rdf::Graph& kept, const std::string& base);
+
 bool is_container(const Resource& resource) noexcept;
 
 }  // namespace lrt::engine

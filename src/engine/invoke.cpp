@@ -100,7 +100,7 @@ Outcome Engine::Impl::post_action(Context& context) {
   Ticket ticket{};
   Outcome outcome = http::Response{};
   if (wait_for_end) {
-    const auto most = preferences.wait ? std::chrono::milliseconds(*preferences.wait) : options_.host_time;
+    const auto most = preferences.wait ? std::chrono::milliseconds(std::min(*preferences.wait, options_.longest_wait)) : options_.host_time;
     outcome = defer(context, most, ticket);
     if (!find_waiting(ticket)) return outcome;
   }
@@ -135,7 +135,7 @@ Outcome Engine::Impl::post_action(Context& context) {
   }
   if (preferences.respond_async || preferences.wait) return accepted(context, invocation);
   if (preferences.return_ == http::Preferences::Return::representation) return invocation_answer(context, invocation);
-  http::Response response = no_content();
+  http::Response response = no_content(context);
   response.fields.add("Location", iri_of(context, invocation.path));
   return response;
 }
@@ -146,7 +146,7 @@ http::Response Engine::Impl::accepted(const Context& context, InvocationResource
   if (context.preferences.return_ == http::Preferences::Return::representation) {
     response = invocation_answer(context, invocation);
   } else {
-    response = no_content();
+    response = no_content(context);
     response.fields.add("Location", iri_of(context, invocation.path));
   }
   response.status = 202;
@@ -212,6 +212,12 @@ void Engine::Impl::never_begun(InvocationResource& invocation, TimePoint now) {
   const auto queued = std::find(action.queue.begin(), action.queue.end(), &invocation);
   if (queued != action.queue.end()) action.queue.erase(queued);
   (void)invocation.core->cancel();
+  for (const Ticket ticket : std::exchange(invocation.waiting, {})) {
+    const Waiting* waiting = find_waiting(ticket);
+    if (!waiting) continue;
+    const http::Request request = waiting->request.view();
+    reply(ticket, too_late(resumed(request, now, &action)));
+  }
   invocation.result = unexpected(Errc::timed_out, "the robot's program did not begin in time");
   invocation.status = Status::failed;
   ended(invocation, now);
@@ -288,7 +294,7 @@ http::Response Engine::Impl::invocation_answer(const Context& context, Invocatio
                      names_base(*invocation.thing, bases_[context.base]));
     response = with_graph(context, 200, graph);
   } else {
-    response = no_content();
+    response = no_content(context);
   }
   response.fields.add("Location", location);
   if (context.preferences.wait && invocation.finished())
@@ -300,15 +306,16 @@ Outcome Engine::Impl::delete_invocation(Context& context) {
   auto& invocation = static_cast<InvocationResource&>(*context.resource);
   (void)sync(invocation);
   if (auto answer = precondition(context)) return *std::move(answer);
+  http::Response response = no_content(context);  // now: what follows may end the invocation's life
   if (!invocation.finished()) {
     cancel(invocation, context.now);
-    return no_content();
+    return response;
   }
   ActionResource& action = *invocation.action;
   drop_path(invocation);
   action.invocations.remove_if([&](const auto& i) { return i.get() == &invocation; });
   ++action.revision;
-  return no_content();
+  return response;
 }
 
 }  // namespace lrt::engine

@@ -41,7 +41,14 @@ std::vector<PropertyResource*> Engine::Impl::pulled_of(Resource& resource) {
 bool Engine::Impl::sync(Resource& resource) {
   const auto one = [](PropertyResource& p) {
     if (!p.spec->slot) return true;
-    if (p.spec->slot->has_news() && p.spec->slot->take(p.value, p.modified)) ++p.revision;
+    if (!p.spec->slot->has_news()) return false;
+    rdf::Value value;
+    Utc since;
+    if (p.spec->slot->take(value, since) && (p.spec->slot->every_sample() || !rdf::same(value, p.value))) {  // SPEC 3.8
+      p.value = std::move(value);
+      p.modified = since;
+      ++p.revision;
+    }
     return false;
   };
   switch (resource.kind) {
@@ -123,6 +130,7 @@ http::Response Engine::Impl::represent(Context& context) {
       if (match == http::Match::yes) {
         http::Response response;
         response.status = 304;
+        add_types(response.fields, resource);
         response.fields.add("ETag", rendering->tag);
         response.fields.add("Vary", "Accept");
         response.fields.add("Cache-Control", "no-cache");

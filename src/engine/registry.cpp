@@ -2,6 +2,8 @@
 
 #include <lrt/base/iri.hpp>
 #include <lrt/base/media_type.hpp>
+#include <lrt/base/utf8.hpp>
+#include <lrt/rdf/lexical.hpp>
 
 #include "src/engine/impl.hpp"
 
@@ -14,6 +16,34 @@ std::string lower(std::string_view text) {
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   return out;
 }
+/// Reads documents about a resource into one graph, with the placeholder as base. Blank nodes of two documents are two nodes even if
+/// both are called b0.
+Result<void> read_documents(rdf::Graph& all, const std::vector<std::string>& documents, const std::string& path, const char* what) {
+  const std::string base = std::string(placeholder_base) + path;
+  rdf::ReadOptions options;
+  options.base = base;
+  for (const std::string& text : documents) {
+    Result<rdf::Graph> graph = rdf::read(text, rdf::Syntax::turtle, options);
+    if (!graph) {
+      Error error = std::move(graph).error();
+      error.message = "thing \"" + path + "\", " + what + ": " + error.message;
+      return Unexpected{std::move(error)};
+    }
+    std::map<rdf::TermId, rdf::TermId> renamed;
+    const auto import = [&](rdf::TermId id) {
+      const rdf::TermView term = graph->term(id);
+      if (!term.is_blank()) return all.intern(term);
+      const auto known = renamed.find(id);
+      return known != renamed.end() ? known->second : renamed.emplace(id, all.fresh_blank()).first->second;
+    };
+    for (const rdf::Triple& triple : graph->triples()) {
+      const rdf::TermId s = import(triple.subject), p = import(triple.predicate), o = import(triple.object);
+      all.add(s, p, o);
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 Engine::Impl::Impl(Options options) : options_(std::move(options)), clock_(options_.clock ? *options_.clock : system_clock()) {
@@ -42,6 +72,11 @@ void Engine::Impl::listens_on(std::string_view address, std::uint16_t port) {
     const auto parsed = http::parse_host(named);
     accept(lower(named) + (parsed && !parsed->port ? suffix : ""));
   }
+  for (const Rendering& kept : renderings_) kept.resource->renderings.clear();  // they are of the bases that were
+  renderings_.clear();
+  rendered_bytes_ = 0;
+  for (const auto& [path, resource] : by_path_) forget_renderings(*resource);
+  for (const auto& [path, thing] : things_) thing->door.clear();
   bases_.clear();
   bases_.push_back(options_.public_base.empty() ? "http://" + hosts_.front() : options_.public_base);
 }
@@ -71,12 +106,33 @@ Result<void> Engine::Impl::add(Thing thing) {
         return unexpected(Errc::expected_iri, "thing \"" + spec->path + "\": expected an absolute IRI as " + what + ", found \"" + text + "\"");
     return {};
   };
+  const auto check_text = [&](const std::string& text) -> Result<void> {
+    if (utf8::find_invalid(text) || text.find('\0') != std::string::npos)
+      return unexpected(Errc::expected_rdf, "thing \"" + spec->path + "\": expected UTF-8 without NUL as text");
+    return {};
+  };
   const auto check_statements = [&](const std::vector<Statement>& statements) -> Result<void> {
     for (const Statement& s : statements) {
       if (Result<void> r = check_iris({s.predicate}, "predicate"); !r) return r;
-      if (s.object.kind() == Object::Kind::iri)
-        if (Result<void> r = check_iris({s.object.text()}, "object"); !r) return r;
+      const Object& o = s.object;
+      if (o.kind() == Object::Kind::iri) {
+        if (Result<void> r = check_iris({o.text()}, "object"); !r) return r;
+      } else if (o.kind() == Object::Kind::resource) {
+        if (Result<std::string> r = model::encode_path(o.text()); !r) return Unexpected{std::move(r).error()};
+      } else {
+        if (!o.datatype().empty())
+          if (Result<void> r = check_iris({o.datatype()}, "datatype"); !r) return r;
+        if (!o.language().empty() && !rdf::lexical::is_well_formed(o.language(), rdf::lexical::Datatype::language))
+          return unexpected(Errc::expected_rdf, "thing \"" + spec->path + "\": expected a language tag, found \"" + o.language() + "\"");
+        if (Result<void> r = check_text(o.text()); !r) return r;
+      }
     }
+    return {};
+  };
+  const auto check_facets = [&](const std::string& path, const rdf::Facets& f) -> Result<void> {
+    const bool empty = f.min() && f.max() && (*f.min() > *f.max() || (*f.min() == *f.max() && (f.min_exclusive() || f.max_exclusive())));
+    if (empty || f.min_length() > f.max_length())
+      return unexpected(Errc::invalid_option, "\"" + spec->path + "/" + path + "\": the bounds leave no value");
     return {};
   };
   const auto check_resource = [&](const model::ResourceSpec& r) -> Result<void> {
@@ -84,43 +140,29 @@ Result<void> Engine::Impl::add(Thing thing) {
     if (Result<void> e = check_iris(r.predicates, "predicate"); !e) return e;
     return check_statements(r.statements);
   };
+  if (Result<void> e = check_text(spec->title); !e) return e;
   if (Result<void> e = check_iris(spec->classes, "type"); !e) return e;
   if (Result<void> e = check_statements(spec->statements); !e) return e;
   if (!spec->blueprint.empty())
     if (Result<void> e = check_iris({spec->blueprint}, "blueprint"); !e) return e;
-  for (const auto& p : spec->properties)
+  for (const auto& p : spec->properties) {
     if (Result<void> e = check_resource(*p); !e) return e;
-  for (const auto& a : spec->actions)
+    if (Result<void> e = check_facets(p->path, p->facets); !e) return e;
+  }
+  for (const auto& a : spec->actions) {
     if (Result<void> e = check_resource(*a); !e) return e;
-  for (const auto& c : spec->collections)
+    for (const rdf::Facets* f : {&a->input_facets, &a->output_facets})
+      if (Result<void> e = check_facets("actions/" + a->path, *f); !e) return e;
+  }
+  for (const auto& c : spec->collections) {
     if (Result<void> e = check_resource(*c); !e) return e;
+    if (Result<void> e = check_facets(c->path, c->facets); !e) return e;
+  }
 
   auto node = std::make_unique<ThingNode>(std::move(spec));
   ThingNode& t = *node;
-  for (const std::string& text : t.spec->turtle) {
-    const std::string base = std::string(placeholder_base) + t.self.path;
-    rdf::ReadOptions read_options;
-    read_options.base = base;
-    Result<rdf::Graph> graph = rdf::read(text, rdf::Syntax::turtle, read_options);
-    if (!graph) {
-      Error error = std::move(graph).error();
-      error.message = "thing \"" + t.spec->path + "\", its Turtle: " + error.message;
-      return Unexpected{std::move(error)};
-    }
-    // Blank nodes of two documents are two nodes even if both are called b0.
-    rdf::Graph& all = t.statements;
-    std::map<rdf::TermId, rdf::TermId> renamed;
-    const auto import = [&](rdf::TermId id) {
-      const rdf::TermView term = graph->term(id);
-      if (!term.is_blank()) return all.intern(term);
-      const auto known = renamed.find(id);
-      return known != renamed.end() ? known->second : renamed.emplace(id, all.fresh_blank()).first->second;
-    };
-    for (const rdf::Triple& triple : graph->triples()) {
-      const rdf::TermId s = import(triple.subject), p = import(triple.predicate), o = import(triple.object);
-      all.add(s, p, o);
-    }
-  }
+  if (Result<void> r = read_documents(t.statements, t.spec->turtle, t.self.path, "its Turtle"); !r) return r;
+  if (Result<void> r = read_documents(t.user_shapes, t.spec->shapes, t.blueprint.path, "its shapes"); !r) return r;
   for (const auto& p : t.spec->properties)
     t.properties.push_back(std::make_unique<PropertyResource>(t.self.path + "/" + p->path, &t, p));
   for (const auto& a : t.spec->actions)
@@ -136,6 +178,15 @@ Result<void> Engine::Impl::add(Thing thing) {
     if (take_path(*all[i])) continue;
     for (std::size_t j = 0; j < i; ++j) drop_path(*all[j]);
     return unexpected(Errc::duplicate_path, "path \"" + all[i]->path + "\" is taken already");
+  }
+
+  if (!t.user_shapes.empty()) {
+    if (const Result<const shacl::Shapes*> compiled = shapes_of(t, 0); !compiled) {
+      for (Resource* r : all) drop_path(*r);
+      Error error = compiled.error();
+      error.message = "thing \"" + t.spec->path + "\", its shapes: " + error.message;
+      return Unexpected{std::move(error)};
+    }
   }
 
   for (const auto& p : t.spec->properties) {
@@ -185,17 +236,17 @@ Result<void> Engine::Impl::remove(std::string_view path) {
   return {};
 }
 
+void Engine::Impl::answer_gone(Ticket ticket) {
+  const Waiting* waiting = find_waiting(ticket);
+  if (!waiting) return;
+  const http::Request request = waiting->request.view();
+  reply(ticket, problem(resumed(request, {}, nullptr), 404, "the thing was removed while the request waited"));
+}
+
 void Engine::Impl::drop_thing(ThingNode& thing) {
   for (ThingNode* child : std::vector<ThingNode*>(thing.children)) drop_thing(*child);
-  const auto gone = [&](Ticket ticket) {
-    if (Waiting* waiting = find_waiting(ticket)) {
-      const http::Request request = waiting->request.view();
-      const Context context{request, {}, 0, nullptr, 1, {}};
-      reply(ticket, problem(context, 404, "the thing was removed while the request waited"));
-    }
-  };
   for (const auto& p : thing.properties) {
-    for (const auto& w : p->writes) gone(w.ticket);
+    for (const auto& w : p->writes) answer_gone(w.ticket);
     if (p->write_claim) p->write_claim->call_off();
     if (p->reading) p->reading->call_off();
     for (auto* list : {&p->readers, &p->next_readers})
@@ -204,7 +255,7 @@ void Engine::Impl::drop_thing(ThingNode& thing) {
   }
   for (const auto& a : thing.actions) {
     for (const auto& i : a->invocations) {
-      for (const Ticket ticket : i->waiting) gone(ticket);
+      for (const Ticket ticket : i->waiting) answer_gone(ticket);
       if (!i->finished()) {
         if (i->claim) i->claim->call_off();
         if (auto hook = i->core->cancel()) run_hook(where(thing), std::move(hook));
@@ -214,6 +265,10 @@ void Engine::Impl::drop_thing(ThingNode& thing) {
     drop_path(*a);
   }
   for (const auto& c : thing.collections) {
+    for (const auto& [ticket, claim] : c->under_way) {
+      claim->call_off();
+      answer_gone(ticket);
+    }
     for (const auto& m : c->members) drop_path(*m);
     drop_path(*c);
   }

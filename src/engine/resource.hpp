@@ -18,6 +18,7 @@
 #include <lrt/model/detail/spec.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/value.hpp>
+#include <lrt/shacl/shapes.hpp>
 
 namespace lrt::engine {
 
@@ -150,6 +151,7 @@ struct CollectionResource final : Resource {
   std::shared_ptr<model::CollectionSpec> spec;
   std::vector<std::unique_ptr<MemberResource>> members;
   std::size_t creating = 0;                  ///< on their way through the create lambda
+  std::map<Ticket, std::shared_ptr<Claim>> under_way;  ///< requests whose create or remove lambda has not been heard of yet
 };
 
 /// A thing with the resources it always has and those it was given.
@@ -163,6 +165,8 @@ struct ThingNode {
 
   std::unique_ptr<model::ThingSpec> spec;
   rdf::Graph statements;                     ///< of its Turtle, with IRIs below placeholder_base
+  rdf::Graph user_shapes;                    ///< the same of the shapes that the user gave
+  std::map<std::size_t, shacl::Shapes> door; ///< its blueprint compiled, by base, from the first body on
   Resource self, state, blueprint, subscriptions;
   std::vector<std::unique_ptr<PropertyResource>> properties;
   std::vector<std::unique_ptr<ActionResource>> actions;

@@ -7,6 +7,16 @@
 
 namespace lrt::engine {
 
+namespace {
+std::size_t longest_list(const rdf::Value& value) {
+  const rdf::Value::Sequence* members = value.sequence();
+  if (!members) return 0;
+  std::size_t longest = members->size();
+  for (const rdf::Value& m : *members) longest = std::max(longest, longest_list(m));
+  return longest;
+}
+}  // namespace
+
 std::variant<Engine::Impl::Body, http::Response> Engine::Impl::read_body(Context& context) {
   const http::Request& request = context.request;
   if (const auto coding = request.find("Content-Encoding"); coding && !http::iequals(*coding, "identity")) {
@@ -69,16 +79,28 @@ std::variant<rdf::Value, http::Response> Engine::Impl::read_value(Context& conte
       }
     }
     const std::string what = wanted.empty() ? std::string("subject with rdf:value") : "subject of type " + rdf::abbreviate(wanted.text);
-    if (candidates.empty()) {
-      if (type.kind == rdf::Type::Kind::optional && graph.empty()) return rdf::Value();
-      return problem(context, 422, "body: expected triples about <> or one " + what + ", found none");
-    }
     if (candidates.size() > 1) return problem(context, 422, "body: expected triples about <> or one " + what + ", found several");
-    focus = candidates.front();
+    if (!candidates.empty()) focus = candidates.front();
+    else if (type.kind == rdf::Type::Kind::optional && graph.empty()) return rdf::Value();
   }
+
+  // Nothing said about anything is judged as nothing said about <>, so that the report tells what is missing.
+  ThingNode& thing = *context.resource->thing;
+  const std::string here = iri_of(context, context.resource->path);
+  const std::string shape = names_base(thing, bases_[context.base]) + "#" + shape_name(*context.resource);
+  const Result<const shacl::Shapes*> shapes = shapes_of(thing, context.base);
+  if (!shapes) return problem(context, 500, "the blueprint: " + shapes.error().message);
+  const Result<shacl::Report> report =
+      shacl::validate(**shapes, graph, focus ? graph.term(*focus) : rdf::iri(here), rdf::iri(shape));
+  if (!report) return problem(context, 422, "body: it could not be judged: " + report.error().message);
+  if (!report->conforms()) return violation(context, *report);
+  if (!focus) return problem(context, 422, "body: expected triples about <> or one node that carries the value, found none");
+
   std::vector<rdf::Mismatch> mismatches;
   Result<rdf::Value> value =
-      rdf::read_value(graph, *focus, type, facets, names_base(*context.resource->thing, bases_[context.base]), mismatches);
+      rdf::read_value(graph, focus.value_or(rdf::TermId{}), type, facets, names_base(thing, bases_[context.base]), mismatches);
+  if (value && longest_list(*value) > options_.list_members)
+    return problem(context, 413, "body: expected lists of at most " + std::to_string(options_.list_members) + " members");
   if (value) return *std::move(value);
   std::string detail;
   for (const rdf::Mismatch& m : mismatches) detail += (detail.empty() ? "" : "; ") + m.path + ": " + m.message;
@@ -154,8 +176,12 @@ void Engine::Impl::decide_write(PropertyResource& property, TimePoint now) {
   add_job(where(*property.thing), [door = door_, spec = property.spec, claim = waiting->claim, path = property.path,
                                    value = property.writes.front().value]() mutable {
     Result<void> result;
-    if (claim->take()) result = guarded<void>([&] { return spec->write(value); });
-    else result = unexpected(Errc::cancelled, "called off");
+    if (claim->take()) {
+      if (spec->slot) spec->slot->forget();
+      result = guarded<void>([&] { return spec->write(value); });
+    } else {
+      result = unexpected(Errc::cancelled, "called off");
+    }
     door->put([path, claim, result = std::move(result)](Engine::Impl& engine, TimePoint at) mutable {
       engine.write_done(path, claim, std::move(result), at);
     });
@@ -172,11 +198,10 @@ void Engine::Impl::write_done(const std::string& path, const std::shared_ptr<Cla
   property.writes.pop_front();
 
   if (result && property.spec->slot) {
-    // What the lambda published itself counts; else the written value is shown until the robot publishes again, even the old one.
-    const std::uint64_t before = property.revision;
+    // What was published since the lambda began counts, even the old value; else the written one is shown until the robot publishes.
+    const bool published = property.spec->slot->has_news();
     (void)sync(property);
-    if (property.revision == before && !rdf::same(property.value, write.value)) {
-      property.spec->slot->forget();
+    if (!published && !rdf::same(property.value, write.value)) {
       property.value = write.value;
       property.modified = now.utc;
       ++property.revision;
@@ -210,7 +235,7 @@ void Engine::Impl::write_done(const std::string& path, const std::shared_ptr<Cla
       if (property.spec->read) read(property, show);
       else show(Result<void>());
     } else {
-      reply(write.ticket, no_content());
+      reply(write.ticket, no_content(context));
     }
   }
   next_write(property, now);

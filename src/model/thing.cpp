@@ -1,6 +1,11 @@
 #include <lrt/thing.hpp>
 
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
 #include <lrt/base/iri.hpp>
+#include <lrt/base/utf8.hpp>
 #include <lrt/rdf/lexical.hpp>
 
 namespace lrt {
@@ -17,6 +22,8 @@ Result<std::string> encode_path(std::string_view path) {
   while (true) {
     const std::size_t end = std::min(path.find('/', start), path.size());
     const std::string_view segment = path.substr(start, end - start);
+    if (const auto bad = utf8::find_invalid(segment); bad || segment.find('\0') != std::string_view::npos)
+      return unexpected(Error{Errc::expected_iri, "a path: expected UTF-8 without NUL", start + bad.value_or(0)});
     if (segment.empty() || segment == "." || segment == "..")
       return unexpected(Error{Errc::expected_iri,
                               "path \"" + std::string(path) + "\": expected non-empty names other than \".\" and \"..\" between single '/'",
@@ -70,6 +77,14 @@ Thing& Thing::add_turtle(std::string text) { return spec_->turtle.push_back(std:
 Thing& Thing::blueprint(Iri external) {
   spec_->blueprint = std::string(external.text);
   return *this;
+}
+Thing& Thing::shapes(std::string turtle) { return spec_->shapes.push_back(std::move(turtle)), *this; }
+Thing& Thing::shapes_from_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (!file.is_open() || file.bad())
+    remember({Errc::io_error, "thing \"" + spec_->path + "\": the shapes file \"" + path + "\" cannot be read"});
+  return shapes(std::move(text));
 }
 Thing& Thing::dispatch(Dispatch where) { return spec_->dispatch = where, *this; }
 

@@ -28,6 +28,9 @@ struct Unexpected {
 inline Unexpected unexpected(Error error) { return Unexpected{std::move(error)}; }
 inline Unexpected unexpected(Errc code, std::string message) { return Unexpected{Error{code, std::move(message)}}; }
 
+/// What user code returns when the robot declines: its state or limits exclude what was asked for. A client sees 409 with the reason.
+inline Unexpected refused(std::string reason) { return unexpected(Errc::refused, std::move(reason)); }
+
 /// A value or the Error that explains why there is none. The names are std::expected's; the definition is the same in
 /// every language mode, so that one build of the library serves hosts of any.
 template <class T>

@@ -38,15 +38,16 @@ struct Options {
   std::vector<std::string> allowed_hosts;
   std::chrono::milliseconds host_time{2'000};    ///< a request waits so long for the host to run a lambda; then 503
   std::chrono::seconds retry_after{1};           ///< said with that 503
+  std::chrono::seconds longest_wait{60};         ///< of `Prefer: wait`; more is taken as this
   std::size_t waiting_requests = 1'000;          ///< more at once: 503
   std::size_t finished_invocations = 32;         ///< kept per action, the newest
   std::size_t page_members = 500;                ///< members of a container in one page
   std::size_t cache_bytes = 32 * 1024 * 1024;    ///< rendered representations kept, least recently used go first
   std::size_t link_bytes = 8 * 1024;             ///< of Link fields in one answer (R0.9)
   std::size_t body_triples = 10'000;             ///< of a request body
-  std::size_t list_members = 10'000;             ///< of one value
+  std::size_t list_members = 10'000;             ///< of one list in a request body; more: 413
   rdf::Prefixes prefixes = rdf::default_prefixes();
-  Authorizer authorize;                          ///< empty: all may do all; called where I/O runs, must be quick
+  Authorizer authorize;                          ///< empty: all may do all; called where I/O runs: quick, and without a call back into the server
   std::string challenge = "Bearer";              ///< WWW-Authenticate of a 401
   Dispatch dispatch = Dispatch::in_poll;         ///< of things that do not say
   const Clock* clock = nullptr;                  ///< nullptr: system_clock()

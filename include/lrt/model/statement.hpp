@@ -29,7 +29,11 @@ class Object {
   static Object typed(std::string lexical, Iri datatype) {
     return Object(std::move(lexical), std::string(datatype.text), std::string());
   }
-  static Object tagged(std::string text, std::string language) { return Object(std::move(text), std::string(), std::move(language)); }
+  static Object tagged(std::string text, std::string language) {
+    for (char& c : language)  // tags are compared without case (RDF 1.1 Concepts 3.3)
+      if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    return Object(std::move(text), std::string(), std::move(language));
+  }
 
   Kind kind() const noexcept { return kind_; }
   const std::string& text() const noexcept { return text_; }          ///< IRI, lexical form or path

@@ -16,16 +16,18 @@ namespace lrt::rdf {
 
 /// What a value may be beyond its type. Bounds are compared as numbers.
 ///
-/// `Facets{}.unit(unit::degree).at_least(0).below(360)`
+/// `Facets{unit::degree}.at_least(0).below(360)`
 class Facets {
  public:
+  Facets() = default;
+  explicit Facets(const Unit& u) : unit_(u) {}
   Facets& unit(const Unit& u) { return unit_ = u, *this; }
   Facets& at_least(double v) { return min_ = v, min_exclusive_ = false, *this; }
   Facets& above(double v) { return min_ = v, min_exclusive_ = true, *this; }
   Facets& at_most(double v) { return max_ = v, max_exclusive_ = false, *this; }
   Facets& below(double v) { return max_ = v, max_exclusive_ = true, *this; }
   Facets& between(double low, double high) { return at_least(low).at_most(high); }
-  /// Lets NaN and infinity pass, both ways.
+  /// Lets NaN and infinity pass as input. What the robot itself reads or publishes is shown as it is.
   Facets& not_finite_too() { return not_finite_ = true, *this; }
   /// Bounds the length of a text in code points.
   Facets& length(std::size_t shortest, std::size_t longest) { return min_length_ = shortest, max_length_ = longest, *this; }
@@ -76,3 +78,7 @@ struct Type {
 };
 
 }  // namespace lrt::rdf
+
+namespace lrt {
+using rdf::Facets;
+}

@@ -61,6 +61,7 @@ LRT_TERM(dcterms, identifier);
 LRT_TERM(dcterms, modified);
 LRT_TERM(dcterms, created);
 LRT_TERM(dcterms, format);
+LRT_TERM(dcterms, conformsTo);
 LRT_TERM(dcterms, hasPart);
 LRT_TERM(dcterms, isPartOf);
 }  // namespace dcterms

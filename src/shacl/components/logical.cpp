@@ -89,9 +89,22 @@ class Or final : public Several {
       }
       if (some) continue;
       run.violation(scene, *this, node, [&] {
-        return "expected what conforms to one of " + std::to_string(shapes_.size()) + " shapes, found " + shown(run.term(node));
+        return "expected " + alternatives(run.plan()) + ", found " + shown(run.term(node));
       });
     }
+  }
+
+ private:
+  /// The datatypes if that is what the shapes are about, else how many they are.
+  std::string alternatives(const Plan& plan) const {
+    constexpr std::size_t most = 4;
+    std::string words = "one of";
+    for (std::size_t i = 0; i < shapes_.size(); ++i) {
+      const auto datatype = plan.graph.object(plan.graph.term(plan.shapes[shapes_[i]].id), sh::datatype);
+      if (!datatype) return "what conforms to one of " + std::to_string(shapes_.size()) + " shapes";
+      if (i < most) words += (i == 0 ? " " : ", ") + shown(*datatype);
+    }
+    return words + (shapes_.size() > most ? ", ..." : "");
   }
 };
 

@@ -27,6 +27,7 @@ class SlotBase {
   void forget() noexcept { forgotten_.store(true, std::memory_order_release); }
   void set_clock(const Clock& clock) noexcept { clock_.store(&clock, std::memory_order_release); }
   void set_every_sample() noexcept { every_sample_.store(true, std::memory_order_relaxed); }
+  bool every_sample() const noexcept { return every_sample_.load(std::memory_order_relaxed); }
 
  protected:
   bool repeats_count() noexcept {

@@ -83,6 +83,7 @@ struct ThingSpec {
   std::vector<Statement> statements;
   std::vector<std::string> turtle;       ///< documents whose base is the thing
   std::string blueprint;                 ///< IRI of an external one; empty: generated
+  std::vector<std::string> shapes;       ///< Turtle documents whose base is the blueprint
   Dispatch dispatch = Dispatch::as_server;
   std::vector<std::shared_ptr<PropertySpec>> properties;
   std::vector<std::shared_ptr<ActionSpec>> actions;

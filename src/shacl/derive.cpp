@@ -1,0 +1,269 @@
+#include <lrt/shacl/derive.hpp>
+
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <lrt/rdf/lexical.hpp>
+#include <lrt/rdf/vocab.hpp>
+
+namespace lrt::shacl {
+namespace {
+
+namespace sh = vocab::sh;
+namespace xsd = vocab::xsd;
+using rdf::Facets;
+using rdf::TermId;
+using rdf::Type;
+using Kind = Type::Kind;
+
+constexpr Iri integer_datatypes[] = {xsd::integer, xsd::int_, xsd::long_, xsd::short_, xsd::byte_, xsd::nonNegativeInteger,
+                                     Iri{"http://www.w3.org/2001/XMLSchema#positiveInteger"},
+                                     Iri{"http://www.w3.org/2001/XMLSchema#nonPositiveInteger"},
+                                     Iri{"http://www.w3.org/2001/XMLSchema#negativeInteger"},
+                                     xsd::unsignedInt, xsd::unsignedLong, xsd::unsignedShort, xsd::unsignedByte};
+constexpr Iri real_datatypes[] = {xsd::float_, xsd::double_, xsd::decimal};
+
+class Deriver {
+ public:
+  Deriver(rdf::Graph& graph, std::string_view names_base) : graph_(graph), names_base_(names_base) {}
+
+  /// At a focus node, which carries a scalar by vom:numericalValue or rdf:value.
+  void focus(TermId shape, const Type& type, const Facets& facets, bool required) {
+    switch (type.kind) {
+      case Kind::optional: return focus(shape, *type.element, facets, false);
+      case Kind::record: return record(shape, type);
+      case Kind::integer:
+      case Kind::real:
+        if (required || facets.unit().empty()) return number_node(shape, type, facets, required);
+        return absent_or_number(shape, type, facets);
+      default: return value(property(shape, vocab::rdf::value), type, facets, required);
+    }
+  }
+
+ private:
+  // ---- triples
+
+  void add(TermId subject, Iri predicate, TermId object) { graph_.add(subject, graph_.intern(predicate), object); }
+  void add(TermId subject, Iri predicate, const rdf::TermView& object) { add(subject, predicate, graph_.intern(object)); }
+  void count(TermId shape, Iri which, std::size_t n) { add(shape, which, rdf::literal(std::to_string(n), xsd::integer)); }
+  TermId property_at(TermId shape, TermId path) {
+    const TermId p = graph_.fresh_blank();
+    add(shape, sh::property, p);
+    add(p, sh::path, path);
+    return p;
+  }
+  TermId property(TermId shape, Iri path) { return property_at(shape, graph_.intern(path)); }
+  TermId list(const std::vector<TermId>& members) {
+    std::vector<TermId> cells;
+    for (std::size_t i = 0; i < members.size(); ++i) cells.push_back(graph_.fresh_blank());
+    return fill(cells, members);
+  }
+  TermId fill(const std::vector<TermId>& cells, const std::vector<TermId>& members) {
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      add(cells[i], vocab::rdf::first, members[i]);
+      add(cells[i], vocab::rdf::rest, i + 1 < cells.size() ? cells[i + 1] : graph_.intern(vocab::rdf::nil));
+    }
+    return cells.empty() ? graph_.intern(vocab::rdf::nil) : cells.front();
+  }
+  TermId blank_with(Iri predicate, TermId object) {
+    const TermId node = graph_.fresh_blank();
+    add(node, predicate, object);
+    return node;
+  }
+
+  // ---- nodes
+
+  /// A node with vom:numericalValue and unit.
+  void number_node(TermId shape, const Type& type, const Facets& facets, bool required) {
+    value(property(shape, vocab::vom::numericalValue), type, Facets(facets).unit(unit::none), required);
+    if (!facets.unit().empty()) units(shape, facets.unit());
+  }
+
+  /// Without the number, what else the node says does not matter.
+  void absent_or_number(TermId shape, const Type& type, const Facets& facets) {
+    const TermId absent = graph_.fresh_blank(), present = graph_.fresh_blank();
+    count(property(absent, vocab::vom::numericalValue), sh::maxCount, 0);
+    number_node(present, type, facets, true);
+    add(shape, sh::or_, list({absent, present}));
+  }
+
+  /// SPEC 3.3: at least one of the two predicates, and each only with the declared unit.
+  void units(TermId shape, const Unit& unit) {
+    const auto only = [&](Iri predicate, Iri wanted) {
+      const TermId p = property(shape, predicate);
+      if (wanted.empty()) count(p, sh::maxCount, 0);
+      else add(p, sh::in_, list({graph_.intern(wanted)}));
+      return p;
+    };
+    const TermId vom = only(vocab::vom::unit, unit.vom), qudt = only(vocab::qudt::unit, unit.qudt);
+    if (unit.qudt.empty()) return count(vom, sh::minCount, 1);
+    if (unit.vom.empty()) return count(qudt, sh::minCount, 1);
+    const TermId either = blank_with(sh::alternativePath, list({graph_.intern(vocab::vom::unit), graph_.intern(vocab::qudt::unit)}));
+    count(property_at(shape, either), sh::minCount, 1);
+  }
+
+  void record(TermId shape, const Type& type) {
+    for (const rdf::FieldType& field : type.fields) {
+      const std::string predicate = field.predicate.empty() || field.predicate.front() != '#' ? field.predicate : names_base_ + field.predicate;
+      const TermId p = property(shape, Iri(std::string_view(predicate)));
+      if (!field.name.empty()) add(p, sh::name, rdf::literal(field.name));
+      value(p, *field.type, field.facets, true);
+    }
+  }
+
+  // ---- values
+
+  /// The one value of a property shape.
+  void value(TermId p, const Type& type, const Facets& facets, bool required) {
+    if (type.kind == Kind::optional) return value(p, *type.element, facets, false);
+    if (required) count(p, sh::minCount, 1);
+    count(p, sh::maxCount, 1);
+    object(p, type, facets);
+  }
+
+  /// What each value node of a shape must be.
+  void object(TermId shape, const Type& type, const Facets& facets) {
+    switch (type.kind) {
+      case Kind::optional: return object(shape, *type.element, facets);
+      case Kind::record:
+        add(shape, sh::nodeKind, TermId(graph_.intern(sh::BlankNodeOrIRI)));
+        return record(shape, type);
+      case Kind::list: return members(shape, type, facets);
+      case Kind::integer:
+      case Kind::real:
+        if (!facets.unit().empty()) {
+          add(shape, sh::nodeKind, TermId(graph_.intern(sh::BlankNodeOrIRI)));
+          return number_node(shape, type, facets, true);
+        }
+        return type.kind == Kind::integer ? integer(shape, type, facets) : real(shape, type, facets);
+      case Kind::duration: {
+        alternatives(shape, {type.datatype, xsd::duration});
+        // Neither years nor months, whose length nobody knows.
+        return add(shape, sh::pattern, rdf::literal("^[^YM]*(T.*)?$"));
+      }
+      case Kind::instant:
+        add(shape, sh::datatype, rdf::TermView(type.datatype));
+        add(shape, sh::pattern, rdf::literal("(Z|[+-][0-9]{2}:[0-9]{2})$"));
+        add(shape, sh::minInclusive, rdf::literal("1677-09-22T00:00:00Z", xsd::dateTime));
+        return add(shape, sh::maxInclusive, rdf::literal("2262-04-11T23:47:16Z", xsd::dateTime));
+      case Kind::enumeration: {
+        std::vector<TermId> names;
+        for (const std::string& name : type.names) names.push_back(graph_.intern(rdf::literal(name)));
+        return add(shape, sh::in_, list(names));
+      }
+      case Kind::text:
+        if (facets.min_length() > 0) count(shape, sh::minLength, facets.min_length());
+        if (facets.max_length() != std::numeric_limits<std::size_t>::max()) count(shape, sh::maxLength, facets.max_length());
+        [[fallthrough]];
+      case Kind::boolean: return add(shape, sh::datatype, rdf::TermView(type.datatype));
+    }
+  }
+
+  /// An RDF list: every cell has one rdf:first and one rdf:rest, the last rest is rdf:nil, and so many cells there are.
+  void members(TermId shape, const Type& type, const Facets& facets) {
+    const auto rests = [&] { return blank_with(sh::zeroOrMorePath, graph_.intern(vocab::rdf::rest)); };
+    const TermId cells = property_at(shape, rests());
+    add(cells, sh::hasValue, TermId(graph_.intern(vocab::rdf::nil)));
+    const TermId end = blank_with(sh::hasValue, graph_.intern(vocab::rdf::nil)), cell = graph_.fresh_blank();
+    for (const Iri predicate : {vocab::rdf::first, vocab::rdf::rest}) {
+      const TermId p = property(cell, predicate);
+      count(p, sh::minCount, 1);
+      count(p, sh::maxCount, 1);
+    }
+    add(cells, sh::or_, list({end, cell}));
+    // rdf:nil is one of the nodes that rdf:rest* leads to.
+    if (type.shortest > 0) count(cells, sh::minCount, type.shortest + 1);
+    if (type.longest != std::numeric_limits<std::size_t>::max()) count(cells, sh::maxCount, type.longest + 1);
+    object(property_at(shape, list({rests(), graph_.intern(vocab::rdf::first)})), *type.element, facets);
+  }
+
+  // ---- numbers
+
+  /// The blank node with this label heads the list of datatype shapes; made once in a graph.
+  TermId datatypes(std::string_view label, std::initializer_list<const Iri*> ranges, std::initializer_list<std::size_t> sizes) {
+    if (const auto known = graph_.find(rdf::blank(label)); known && !graph_.match(*known, std::nullopt, std::nullopt).empty()) return *known;
+    std::vector<TermId> cells = {graph_.intern(rdf::blank(label))}, shapes;
+    const std::size_t* size = sizes.begin();
+    for (const Iri* range : ranges) {
+      for (std::size_t i = 0; i < *size; ++i) shapes.push_back(blank_with(sh::datatype, graph_.intern(range[i])));
+      ++size;
+    }
+    while (cells.size() < shapes.size()) cells.push_back(graph_.fresh_blank());
+    return fill(cells, shapes);
+  }
+  void alternatives(TermId shape, std::initializer_list<Iri> types) {
+    std::vector<TermId> shapes;
+    for (const Iri t : types) shapes.push_back(blank_with(sh::datatype, graph_.intern(t)));
+    add(shape, sh::or_, list(shapes));
+  }
+
+  /// A bound as people write it: an integer or a decimal if that is short, else a double.
+  TermId bound(double v) {
+    char text[32];
+    const auto [end, error] = std::to_chars(text, text + 20, v, std::chars_format::fixed);
+    if (error != std::errc() || !std::isfinite(v)) return graph_.intern(rdf::literal(rdf::lexical::format(v), xsd::double_));
+    const std::string_view digits(text, static_cast<std::size_t>(end - text));
+    return graph_.intern(rdf::literal(digits, digits.find('.') == std::string_view::npos ? xsd::integer : xsd::decimal));
+  }
+  bool lower(TermId shape, const Facets& f) {
+    if (f.min()) add(shape, f.min_exclusive() ? sh::minExclusive : sh::minInclusive, bound(*f.min()));
+    return f.min().has_value();
+  }
+  bool upper(TermId shape, const Facets& f) {
+    if (f.max()) add(shape, f.max_exclusive() ? sh::maxExclusive : sh::maxInclusive, bound(*f.max()));
+    return f.max().has_value();
+  }
+
+  void integer(TermId shape, const Type& type, const Facets& facets) {
+    add(shape, sh::or_, datatypes("integerDatatypes", {integer_datatypes}, {std::size(integer_datatypes)}));
+    // The narrower of the two bounds of each side counts.
+    const bool own_low = !facets.min() || *facets.min() < static_cast<double>(type.lowest);
+    const bool own_high = !facets.max() || *facets.max() > static_cast<double>(type.highest);
+    if (own_low) add(shape, sh::minInclusive, rdf::literal(std::to_string(type.lowest), xsd::integer));
+    else lower(shape, facets);
+    if (own_high) add(shape, sh::maxInclusive, rdf::literal(std::to_string(type.highest), xsd::integer));
+    else upper(shape, facets);
+  }
+
+  void real(TermId shape, const Type& type, const Facets& facets) {
+    if (!facets.allows_not_finite()) return finite(shape, type, facets);
+    const TermId number = graph_.fresh_blank();
+    finite(number, type, facets);
+    std::vector<TermId> others;
+    for (const Iri datatype : {xsd::float_, xsd::double_})
+      for (const std::string_view text : {"NaN", "INF", "+INF", "-INF"}) others.push_back(graph_.intern(rdf::literal(text, datatype)));
+    add(shape, sh::or_, list({number, blank_with(sh::in_, list(others))}));
+  }
+
+  void finite(TermId shape, const Type& type, const Facets& facets) {
+    add(shape, sh::or_,
+        datatypes("numberDatatypes", {real_datatypes, integer_datatypes}, {std::size(real_datatypes), std::size(integer_datatypes)}));
+    // The largest finite number of the C++ type excludes infinity, and NaN compares with nothing.
+    const auto largest = [&](const char* sign) {
+      const std::string text = type.single ? rdf::lexical::format(std::numeric_limits<float>::max())
+                                           : rdf::lexical::format(std::numeric_limits<double>::max());
+      return graph_.intern(rdf::literal(sign + text, type.single ? xsd::float_ : xsd::double_));
+    };
+    const double most = type.single ? static_cast<double>(std::numeric_limits<float>::max()) : std::numeric_limits<double>::max();
+    if (!facets.min() || *facets.min() < -most) add(shape, sh::minInclusive, largest("-"));
+    else lower(shape, facets);
+    if (!facets.max() || *facets.max() > most) add(shape, sh::maxInclusive, largest(""));
+    else upper(shape, facets);
+  }
+
+  rdf::Graph& graph_;
+  std::string names_base_;
+};
+
+}  // namespace
+
+void derive(rdf::Graph& graph, rdf::TermId shape, const rdf::Type& type, const rdf::Facets& facets, std::string_view names_base, bool required) {
+  Deriver(graph, names_base).focus(shape, type, facets, required);
+}
+
+}  // namespace lrt::shacl

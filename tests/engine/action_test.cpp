@@ -1,0 +1,433 @@
+#include <lrt/engine/engine.hpp>
+
+#include <cmath>
+#include <thread>
+
+#include "tests/support/bench.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/sample_robot.hpp"
+
+using namespace lrt;
+using namespace lrt::test;
+
+namespace {
+
+/// A thing "arm" with one action "act", asynchronous, whose responders the test holds.
+struct Acting {
+  explicit Acting(ActionPolicy policy = ActionPolicy::queue(16), engine::Options options = {}) : bench(std::move(options)) {
+    Thing thing{"arm"};
+    thing.action("act", [this](Responder done) {
+      done.on_cancel([this] { ++cancels; });
+      open.push_back(std::move(done));
+    }).policy(policy);
+    bench.add(std::move(thing));
+  }
+  Answer post(const std::string& fields = {}) { return bench.ask("POST /arm/actions/act" + (fields.empty() ? "" : "\n" + fields)); }
+  std::string status(const std::string& id) {
+    const Answer a = bench.get("/arm/actions/act/" + id);
+    if (a.status != 200) return std::to_string(a.status);
+    const rdf::Graph graph = a.graph();
+    const auto s = graph.object(rdf::iri("http://localhost/arm/actions/act/" + id), vocab::lrt::status);
+    return s ? std::string(s->text.substr(s->text.find('#') + 1)) : "none";
+  }
+  std::vector<Responder> open;
+  int cancels = 0;
+  Bench bench;
+};
+
+}  // namespace
+
+TEST_CASE("a synchronous action without output answers 204 with the Location of its invocation", "[engine][R0.7][R0.8]") {
+  SampleRobot robot;
+  Bench bench;
+  bench.add(robot.arm());
+  const Answer a = bench.turtle("POST", "/arm/actions/turn", number_body("43.6", "maths:Degree"));
+  CHECK(a.status == 204);
+  CHECK(a.body.empty());
+  CHECK(a.field("Location") == "http://localhost/arm/actions/turn/i1");
+  CHECK(robot.turned_to == 43.6);
+  const Answer invocation = bench.get("/arm/actions/turn/i1");
+  CHECK(missing(invocation,
+                "<arm/actions/turn/i1> a lrt:Invocation , prov:Activity ; lrt:status lrt:succeeded ; lrt:progress \"1\"^^xsd:double ;"
+                " prov:startedAtTime \"2026-11-21T10:38:39.000000Z\"^^xsd:dateTime ; prov:endedAtTime \"2026-11-21T10:38:39.000000Z\"^^xsd:dateTime ;"
+                " rdfs:seeAlso <arm/actions/turn> ; lrt:input <arm/actions/turn/i1#input> . <arm/actions/turn/i1#input> vom:numericalValue"
+                " \"43.6\"^^xsd:double ; vom:unit maths:Degree .") == "");
+  CHECK(invocation.links_to("http://localhost/arm/actions/turn", "up"));
+  CHECK(missing(bench.get("/arm/actions/turn"), "<arm/actions/turn> lrt:invocation <arm/actions/turn/i1> .") == "");
+  CHECK(bench.get("/arm/actions/turn").links_to("http://localhost/arm/actions/turn/i1", "related"));
+}
+
+TEST_CASE("a synchronous action with output answers 200 with it", "[engine][R0.7][R0.8]") {
+  SampleRobot robot;
+  Bench bench;
+  bench.add(robot.arm());
+  const Answer a = bench.ask("POST /arm/actions/measure");
+  CHECK(a.status == 200);
+  CHECK(a.field("Location") == "http://localhost/arm/actions/measure/i1");
+  CHECK(missing(a, "<arm/actions/measure/i1#result> vom:numericalValue \"2.5\"^^xsd:double ; qudt:unit unit:M .") == "");
+  CHECK(missing(bench.get("/arm/actions/measure/i1"), "<arm/actions/measure/i1> lrt:result <arm/actions/measure/i1#result> .") == "");
+  CHECK(bench.ask("POST /arm/actions/measure\nAccept: application/rdf+xml").field("Content-Type") == "application/rdf+xml");
+  CHECK(bench.ask("POST /arm/actions/measure\nPrefer: return=minimal").status == 204);
+  // What has happened is not taken back for the want of a format.
+  CHECK(bench.ask("POST /arm/actions/measure\nAccept: image/png").status == 200);
+}
+
+TEST_CASE("an action without input takes an empty body without Content-Type, or any RDF", "[engine][R0.5]") {
+  SampleRobot robot;
+  Bench bench;
+  bench.add(robot.arm());
+  CHECK(bench.ask("POST /arm/actions/home").status == 204);
+  CHECK(bench.turtle("POST", "/arm/actions/home", "<> rdfs:label \"x\" .").status == 204);
+  CHECK(robot.homed == 2);
+  CHECK(bench.ask("POST /arm/actions/home\nContent-Type: application/json\n\n{}").status == 415);
+  CHECK(bench.turtle("POST", "/arm/actions/home", "<> ] .").status == 400);
+  CHECK(robot.homed == 2);
+}
+
+TEST_CASE("an input that the action does not take starts nothing", "[engine][R0.6]") {
+  SampleRobot robot;
+  Bench bench;
+  bench.add(robot.arm());
+  const auto post = [&](const std::string& body) { return bench.turtle("POST", "/arm/actions/turn", body).status; };
+  CHECK(post(number_body("360", "maths:Degree")) == 422);
+  CHECK(post(number_body("-1", "maths:Degree")) == 422);
+  CHECK(post(number_body("\"fast\"", "maths:Degree")) == 422);
+  CHECK(post(number_body("1")) == 422);
+  CHECK(post(number_body("1", "maths:Radian")) == 422);
+  CHECK(post("") == 422);
+  CHECK(bench.ask("POST /arm/actions/turn").status == 422);
+  CHECK(post("<> ; .") == 400);
+  CHECK(robot.turned_to == -1);
+  CHECK_FALSE(bench.get("/arm/actions/turn").says("lrt:invocation"));
+  CHECK(post(number_body("0", "maths:Degree")) == 204);
+}
+
+TEST_CASE("an action that throws fails its invocation: 500; one that is declined: 409", "[engine][R0.6]") {
+  SampleRobot robot;
+  Bench bench;
+  bench.add(robot.arm());
+  Thing thing{"other"};
+  thing.action("int", [] { throw 7; });
+  thing.action("async", [](Responder) { throw std::runtime_error("before it moved"); });
+  bench.add(std::move(thing));
+  const Answer failed = bench.ask("POST /arm/actions/fail");
+  CHECK(failed.status == 500);
+  CHECK(failed.says("the motor is hot"));
+  CHECK(failed.links_to("http://localhost/arm/actions/fail/i1", "related"));
+  CHECK(missing(bench.get("/arm/actions/fail/i1"), "<arm/actions/fail/i1> lrt:status lrt:failed ; lrt:error \"it threw: the motor is hot\" .") == "");
+  const Answer declined = bench.ask("POST /arm/actions/refuse");
+  CHECK(declined.status == 409);
+  CHECK(declined.says("the brake is on"));
+  CHECK(bench.ask("POST /other/actions/int").status == 500);
+  CHECK(bench.ask("POST /other/actions/async").status == 204);
+  CHECK(missing(bench.get("/other/actions/async/i4"), "<other/actions/async/i4> lrt:status lrt:failed ; lrt:error \"it threw: before it moved\" .") == "");
+}
+
+TEST_CASE("an asynchronous action answers 204 at once, and its invocation tells how it goes", "[engine][R0.7][R0.8]") {
+  Acting a;
+  const Bench::Sent sent = a.bench.send("POST /arm/actions/act");
+  REQUIRE_FALSE(sent.ticket);
+  CHECK(sent.answer.status == 204);
+  CHECK(sent.answer.field("Location") == "http://localhost/arm/actions/act/i1");
+  CHECK(a.status("i1") == "pending");
+  a.bench.run();
+  CHECK(a.status("i1") == "running");
+  a.bench.clock.advance(std::chrono::seconds(1));
+  a.open[0].progress(0.25);
+  CHECK(missing(a.bench.get("/arm/actions/act/i1"), "<arm/actions/act/i1> lrt:progress \"0.25\"^^xsd:double .") == "");
+  a.open[0].progress(7);
+  CHECK(missing(a.bench.get("/arm/actions/act/i1"), "<arm/actions/act/i1> lrt:progress \"1\"^^xsd:double .") == "");
+  a.open[0].progress(std::nan(""));
+  a.open[0].progress(-1);
+  CHECK(missing(a.bench.get("/arm/actions/act/i1"), "<arm/actions/act/i1> lrt:progress \"0\"^^xsd:double .") == "");
+  std::move(a.open[0]).succeed();
+  CHECK(missing(a.bench.get("/arm/actions/act/i1"),
+                "<arm/actions/act/i1> lrt:status lrt:succeeded ; lrt:progress \"1\"^^xsd:double ; prov:startedAtTime"
+                " \"2026-11-21T10:38:39.000000Z\"^^xsd:dateTime ; prov:endedAtTime \"2026-11-21T10:38:40.000000Z\"^^xsd:dateTime .") == "");
+}
+
+TEST_CASE("an asynchronous action that fails says why", "[engine][R0.6]") {
+  Acting a;
+  a.post();
+  std::move(a.open[0]).fail("it slipped");
+  CHECK(missing(a.bench.get("/arm/actions/act/i1"), "<arm/actions/act/i1> lrt:status lrt:failed ; lrt:error \"it slipped\" .") == "");
+  a.open.clear();
+  CHECK(a.status("i1") == "failed");
+}
+
+TEST_CASE("dropping a Responder ends the invocation as failed: 500 for who waits", "[engine][R0.6]") {
+  Acting a;
+  const auto waiting = a.bench.send("POST /arm/actions/act\nPrefer: wait=10");
+  a.bench.run();
+  a.open.clear();
+  const auto answer = a.bench.answer(waiting);
+  REQUIRE(answer);
+  CHECK(answer->status == 500);
+  CHECK(answer->says("dropped"));
+  CHECK(a.status("i1") == "failed");
+
+  Bench bench;
+  Thing thing{"arm"};
+  thing.action("act", [](Responder) {});  // dropped at once
+  bench.add(std::move(thing));
+  CHECK(bench.ask("POST /arm/actions/act\nPrefer: wait=10").status == 500);
+}
+
+TEST_CASE("assigning over a Responder drops the old one", "[engine][R0.6]") {
+  Acting a(ActionPolicy::parallel(2));
+  a.post();
+  a.post();
+  a.open[0] = std::move(a.open[1]);
+  CHECK(a.status("i1") == "failed");
+  CHECK(a.status("i2") == "running");
+  std::move(a.open[0]).succeed();
+  CHECK(a.status("i2") == "succeeded");
+}
+
+TEST_CASE("an action that throws after it has moved its Responder fails, and the Responder has no say any more", "[engine][R0.6]") {
+  Bench bench;
+  std::optional<Responder> kept;
+  Thing thing{"arm"};
+  thing.action("act", [&](Responder done) {
+    kept = std::move(done);
+    throw std::runtime_error("too late");
+  });
+  bench.add(std::move(thing));
+  CHECK(bench.ask("POST /arm/actions/act\nPrefer: wait=10").status == 500);
+  CHECK(missing(bench.get("/arm/actions/act/i1"), "<arm/actions/act/i1> lrt:status lrt:failed ; lrt:error \"it threw: too late\" .") == "");
+  std::move(*kept).succeed();
+  CHECK(missing(bench.get("/arm/actions/act/i1"), "<arm/actions/act/i1> lrt:status lrt:failed .") == "");
+}
+
+TEST_CASE("a Responder answers from any thread, and outlives its engine", "[engine][R0.8]") {
+  std::optional<Responder> late;
+  {
+    Acting a(ActionPolicy::parallel(3));
+    const auto waiting = a.bench.send("POST /arm/actions/act\nPrefer: wait=10");
+    a.post();
+    a.bench.run();
+    std::thread other([&] {
+      a.open[0].progress(0.5);
+      std::move(a.open[0]).succeed();
+    });
+    other.join();
+    CHECK(a.bench.answer(waiting)->status == 204);
+    late = std::move(a.open[1]);
+  }
+  CHECK_FALSE(late->cancelled());
+  late->progress(0.5);
+  std::thread other([&] { std::move(*late).succeed(); });
+  other.join();
+}
+
+TEST_CASE("Prefer: respond-async makes a synchronous action answer 202 at once", "[engine][R0.6][R0.7]") {
+  SampleRobot robot;
+  Bench bench;
+  bench.add(robot.arm());
+  const auto sent = bench.send("POST /arm/actions/home\nPrefer: respond-async");
+  REQUIRE_FALSE(sent.ticket);
+  CHECK(sent.answer.status == 202);
+  CHECK(sent.answer.field("Preference-Applied") == "respond-async");
+  CHECK(sent.answer.field("Location") == "http://localhost/arm/actions/home/i1");
+  CHECK(robot.homed == 0);
+  bench.run();
+  CHECK(robot.homed == 1);
+  CHECK(missing(bench.get("/arm/actions/home/i1"), "<arm/actions/home/i1> lrt:status lrt:succeeded .") == "");
+}
+
+TEST_CASE("Prefer: wait= waits for the end, or answers 202 when the time is over", "[engine][R0.6][R0.7]") {
+  Acting a(ActionPolicy::parallel(2));
+  const auto first = a.bench.send("POST /arm/actions/act\nPrefer: wait=5");
+  const auto second = a.bench.send("POST /arm/actions/act\nPrefer: respond-async, wait=5");
+  a.bench.run();
+  CHECK_FALSE(a.bench.answer(first));
+  std::move(a.open[0]).succeed();
+  CHECK(a.bench.answer(first)->status == 204);
+  CHECK(a.bench.answer(first)->field("Preference-Applied") == "wait=5");
+  a.bench.clock.advance(std::chrono::milliseconds(4999));
+  CHECK_FALSE(a.bench.answer(second));
+  a.bench.clock.advance(std::chrono::milliseconds(1));
+  REQUIRE(a.bench.answer(second));
+  CHECK(a.bench.answer(second)->status == 202);
+  CHECK(a.bench.answer(second)->field("Location") == "http://localhost/arm/actions/act/i2");
+  CHECK(a.status("i2") == "running");
+  CHECK(a.post("Prefer: wait=0").status == 202);
+}
+
+TEST_CASE("Prefer: return=representation gives the invocation", "[engine][R0.7][R0.8]") {
+  SampleRobot robot;
+  Bench bench;
+  bench.add(robot.arm());
+  const Answer sync = bench.ask("POST /arm/actions/measure\nPrefer: return=representation");
+  CHECK(sync.status == 200);
+  CHECK(sync.field("Preference-Applied") == "return=representation");
+  CHECK(sync.field("Content-Location") == "http://localhost/arm/actions/measure/i1");
+  CHECK(sync.field("Location") == "http://localhost/arm/actions/measure/i1");
+  const Answer get = bench.get("/arm/actions/measure/i1");
+  CHECK(sync.body == get.body);
+  CHECK(sync.tag() == get.tag());
+  const Answer async = bench.ask("POST /arm/actions/grip\nPrefer: return=representation");
+  CHECK(async.status == 200);
+  CHECK(missing(async, "<arm/actions/grip/i2> lrt:status lrt:pending .") == "");
+}
+
+TEST_CASE("policy preempt: a newer invocation cancels the older one", "[engine][R0.8]") {
+  Acting a(ActionPolicy::preempt());
+  const auto first = a.bench.send("POST /arm/actions/act\nPrefer: wait=10");
+  a.bench.run();
+  CHECK(a.post().status == 204);
+  CHECK(a.bench.answer(first)->status == 409);
+  CHECK(a.status("i1") == "cancelled");
+  CHECK(a.status("i2") == "running");
+  CHECK(a.cancels == 1);
+  CHECK(a.open[0].cancelled());
+  CHECK_FALSE(a.open[1].cancelled());
+  std::move(a.open[0]).succeed();  // no effect
+  CHECK(a.status("i1") == "cancelled");
+  CHECK(a.status("i2") == "running");
+  // One that has not begun never begins.
+  (void)a.bench.send("POST /arm/actions/act");
+  (void)a.bench.send("POST /arm/actions/act");
+  a.bench.run();
+  CHECK(a.status("i3") == "cancelled");
+  CHECK(a.status("i4") == "running");
+  CHECK(a.open.size() == 3);
+  // An input that is refused cancels nothing.
+  CHECK(a.bench.turtle("POST", "/arm/actions/act", "] .").status == 400);
+  CHECK(a.status("i4") == "running");
+}
+
+TEST_CASE("policy queue: one after the other, and 429 when the queue is full", "[engine][R0.6][R0.8]") {
+  Acting a(ActionPolicy::queue(2));
+  a.post();
+  a.post();
+  a.post();
+  CHECK(a.open.size() == 1);
+  CHECK(a.status("i1") == "running");
+  CHECK(a.status("i2") == "pending");
+  const Answer full = a.post();
+  CHECK(full.status == 429);
+  CHECK(full.has("Retry-After"));
+  std::move(a.open[0]).succeed();
+  a.bench.run();
+  CHECK(a.open.size() == 2);
+  CHECK(a.status("i2") == "running");
+  CHECK(a.bench.ask("DELETE /arm/actions/act/i3").status == 204);  // waits in the queue
+  CHECK(a.status("i3") == "cancelled");
+  std::move(a.open[1]).fail("x");
+  a.bench.run();
+  CHECK(a.open.size() == 2);
+  CHECK(a.post().status == 204);
+  CHECK(a.open.size() == 3);
+}
+
+TEST_CASE("policy reject: 409 while one is under way", "[engine][R0.6]") {
+  Acting a(ActionPolicy::reject());
+  CHECK(a.post().status == 204);
+  CHECK(a.post().status == 409);
+  std::move(a.open[0]).succeed();
+  CHECK(a.post().status == 204);
+  CHECK(a.open.size() == 2);
+}
+
+TEST_CASE("policy parallel: as many as it says at once, then 429", "[engine][R0.6]") {
+  Acting a(ActionPolicy::parallel(2));
+  CHECK(a.post().status == 204);
+  CHECK(a.post().status == 204);
+  CHECK(a.post().status == 429);
+  CHECK(a.open.size() == 2);
+  std::move(a.open[1]).succeed();
+  CHECK(a.post().status == 204);
+}
+
+TEST_CASE("DELETE cancels a pending or running invocation, which stays, and removes a finished one", "[engine][R0.5][R0.6]") {
+  Acting a;
+  SECTION("running") {
+    a.post();
+    a.open[0].progress(0.5);
+    const Answer deleted = a.bench.ask("DELETE /arm/actions/act/i1");
+    CHECK(deleted.status == 204);
+    CHECK(a.cancels == 1);
+    CHECK(a.open[0].cancelled());
+    CHECK(missing(a.bench.get("/arm/actions/act/i1"), "<arm/actions/act/i1> lrt:status lrt:cancelled ; lrt:progress \"0.5\"^^xsd:double ;"
+                                                      " prov:endedAtTime [] .") == "");
+  }
+  SECTION("pending") {
+    (void)a.bench.send("POST /arm/actions/act");
+    CHECK(a.bench.send("DELETE /arm/actions/act/i1").answer.status == 204);
+    a.bench.run();
+    CHECK(a.open.empty());  // never begun
+  }
+  CHECK(a.status("i1") == "cancelled");
+  CHECK(a.bench.ask("DELETE /arm/actions/act/i1").status == 204);
+  CHECK(a.bench.get("/arm/actions/act/i1").status == 404);
+  CHECK(a.bench.ask("DELETE /arm/actions/act/i1").status == 404);
+  CHECK(a.post().status == 204);  // the way is free
+  CHECK(a.status("i2") == "running");
+}
+
+TEST_CASE("on_cancel on an invocation that was cancelled already runs at once", "[engine][R0.5]") {
+  Bench bench;
+  std::optional<Responder> kept;
+  Thing thing{"arm"};
+  thing.action("act", [&](Responder done) { kept = std::move(done); });
+  bench.add(std::move(thing));
+  bench.ask("POST /arm/actions/act");
+  bench.ask("DELETE /arm/actions/act/i1");
+  int calls = 0;
+  kept->on_cancel([&] { ++calls; });
+  CHECK(calls == 1);
+}
+
+TEST_CASE("a hook that throws does no harm", "[engine][R0.6]") {
+  Bench bench;
+  std::optional<Responder> kept;
+  Thing thing{"arm"};
+  thing.action("act", [&](Responder done) {
+    done.on_cancel([] { throw 1; });
+    kept = std::move(done);
+  });
+  bench.add(std::move(thing));
+  bench.ask("POST /arm/actions/act");
+  CHECK(bench.ask("DELETE /arm/actions/act/i1").status == 204);
+  CHECK(bench.get("/arm/actions/act/i1").status == 200);
+}
+
+TEST_CASE("an action invoked 10,000 times keeps the newest finished invocations only", "[engine][R0.8]") {
+  engine::Options options;
+  options.finished_invocations = 32;
+  Bench bench(options);
+  int calls = 0;
+  Thing thing{"arm"};
+  thing.action("act", [&] { ++calls; });
+  bench.add(std::move(thing));
+  for (int i = 0; i < 10'000; ++i) REQUIRE(bench.ask("POST /arm/actions/act").status == 204);
+  CHECK(calls == 10'000);
+  CHECK(bench.get("/arm/actions/act").graph().objects(rdf::iri("http://localhost/arm/actions/act"), vocab::lrt::invocation).size() == 32);
+  CHECK(bench.get("/arm/actions/act/i10000").status == 200);
+  CHECK(bench.get("/arm/actions/act/i9969").status == 200);
+  CHECK(bench.get("/arm/actions/act/i9968").status == 404);
+  CHECK(bench.get("/arm/actions/act/i1").status == 404);
+}
+
+TEST_CASE("no finished invocation at all may be kept", "[engine][R0.8]") {
+  engine::Options options;
+  options.finished_invocations = 0;
+  Acting a(ActionPolicy::preempt(), options);
+  a.post();
+  a.post();
+  CHECK(a.status("i1") == "404");
+  CHECK(a.bench.ask("DELETE /arm/actions/act/i2").status == 204);
+  CHECK(a.status("i2") == "404");
+  CHECK(a.bench.get("/arm/actions/act").status == 200);
+}
+
+TEST_CASE("a client that leaves does not stop its invocation", "[engine][R0.8]") {
+  Acting a;
+  const auto sent = a.bench.send("POST /arm/actions/act\nPrefer: wait=100");
+  a.bench.run();
+  a.bench.engine.abandon(*sent.ticket);
+  std::move(a.open[0]).succeed();
+  a.bench.collect();
+  CHECK(a.status("i1") == "succeeded");
+}

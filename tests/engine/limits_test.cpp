@@ -1,0 +1,275 @@
+#include <lrt/engine/engine.hpp>
+
+#include <atomic>
+#include <thread>
+
+#include "tests/support/bench.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/sample_robot.hpp"
+
+using namespace lrt;
+using namespace lrt::test;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+namespace {
+
+/// A thing whose every lambda counts its calls.
+struct Counting {
+  explicit Counting(engine::Options options = {}) : bench(std::move(options)) {
+    Thing thing{"arm"};
+    thing.property("p", [this] { return ++reads; }).on_write([this](int) { ++writes; });
+    pushed = thing.property<int>("pushed");
+    thing.action("sync", [this] { ++commands; });
+    thing.action("async", [this](Responder done) {
+      ++commands;
+      std::move(done).succeed();
+    });
+    thing.collection<int>("c").on_create([this](int) { ++creates; }).on_remove([this](const std::string&) { ++removes; });
+    bench.add(std::move(thing));
+    pushed->publish(1);
+  }
+  int reads = 0, writes = 0, commands = 0, creates = 0, removes = 0;
+  std::optional<Property<int>> pushed;
+  Bench bench;
+};
+
+}  // namespace
+
+TEST_CASE("what needs no lambda is answered though the host never polls", "[engine][R0.4]") {
+  Counting c;
+  for (const char* path : {"/", "/arm", "/arm/blueprint", "/arm/subscriptions", "/arm/pushed", "/arm/actions/sync", "/arm/c"}) {
+    CAPTURE(path);
+    const auto sent = c.bench.send(std::string("GET ") + path);
+    CHECK_FALSE(sent.ticket);
+    CHECK(sent.answer.status == 200);
+  }
+  CHECK_FALSE(c.bench.send("POST /arm/actions/async").ticket);
+  CHECK(c.bench.engine.take_jobs().size() == 1);
+}
+
+TEST_CASE("a host that does not poll: 503 with Retry-After after host_time, and nothing is carried out later", "[engine][R0.6]") {
+  engine::Options options;
+  options.host_time = milliseconds(1500);
+  options.retry_after = seconds(7);
+  Counting c(options);
+  REQUIRE(c.bench.turtle("POST", "/arm/c", "<> vom:numericalValue 1 .").status == 201);
+  c.creates = 0;
+  std::vector<Bench::Sent> sent;
+  sent.push_back(c.bench.send("GET /arm/p"));
+  sent.push_back(c.bench.send("GET /arm/state"));
+  sent.push_back(c.bench.send(Bench::turtle_request("PUT", "/arm/p", number_body("1"))));
+  sent.push_back(c.bench.send(Bench::turtle_request("PUT", "/arm/p", number_body("1"))));
+  sent.push_back(c.bench.send("POST /arm/actions/sync"));
+  sent.push_back(c.bench.send("POST /arm/actions/sync"));  // in the queue
+  sent.push_back(c.bench.send(Bench::turtle_request("POST", "/arm/c", "<> vom:numericalValue 1 .")));
+  sent.push_back(c.bench.send("DELETE /arm/c/i1"));
+  CHECK(c.bench.engine.next_deadline() == c.bench.clock.now().steady + milliseconds(1500));
+  c.bench.clock.advance(milliseconds(1499));
+  for (const auto& s : sent) CHECK_FALSE(c.bench.answer(s));
+  c.bench.clock.advance(milliseconds(1));
+  for (std::size_t i = 0; i < sent.size(); ++i) {
+    CAPTURE(i);
+    const auto answer = c.bench.answer(sent[i]);
+    REQUIRE(answer);
+    CHECK(answer->status == 503);
+    CHECK(answer->field("Retry-After") == "7");
+    CHECK(answer->says("in time"));
+  }
+  c.bench.run();  // the program goes on
+  CHECK(c.writes == 0);
+  CHECK(c.commands == 0);
+  CHECK(c.creates == 0);
+  CHECK(c.removes == 0);
+  CHECK(c.bench.get("/arm/c/i1").status == 200);
+  // And all works again.
+  CHECK(c.bench.turtle("PUT", "/arm/p", number_body("1")).status == 204);
+  CHECK(c.bench.ask("POST /arm/actions/sync").status == 204);
+  CHECK(c.bench.turtle("POST", "/arm/c", "<> vom:numericalValue 1 .").status == 201);
+  CHECK(c.bench.ask("DELETE /arm/c/i1").status == 204);
+  CHECK(c.commands == 1);
+}
+
+TEST_CASE("an asynchronous command that is not begun in time fails and is not carried out later", "[engine][R0.6]") {
+  Counting c;
+  REQUIRE(c.bench.send("POST /arm/actions/async").answer.status == 204);
+  const auto waiting = c.bench.send("POST /arm/actions/sync\nPrefer: wait=60");
+  c.bench.clock.advance(seconds(3));
+  c.bench.collect();
+  CHECK(missing(c.bench.send("GET /arm/actions/async/i1").answer, "<arm/actions/async/i1> lrt:status lrt:failed .") == "");
+  const auto answer = c.bench.answer(waiting);
+  REQUIRE(answer);
+  CHECK(answer->status == 503);
+  CHECK(answer->has("Retry-After"));
+  c.bench.run();
+  CHECK(c.commands == 0);
+}
+
+TEST_CASE("a command that runs when its time is over is answered 202 and goes on", "[engine][R0.6]") {
+  Bench bench;
+  std::optional<Bench::Sent> sent;
+  bool seen = false;
+  Thing thing{"arm"};
+  thing.action("slow", [&] {
+    bench.clock.advance(seconds(5));
+    const auto answer = bench.answer(*sent);  // what the I/O thread does meanwhile
+    REQUIRE(answer);
+    CHECK(answer->status == 202);
+    CHECK(answer->field("Location") == "http://localhost/arm/actions/slow/i1");
+    seen = true;
+  });
+  bench.add(std::move(thing));
+  sent = bench.send("POST /arm/actions/slow");
+  bench.run();
+  CHECK(seen);
+  CHECK(missing(bench.get("/arm/actions/slow/i1"), "<arm/actions/slow/i1> lrt:status lrt:succeeded .") == "");
+}
+
+TEST_CASE("more waiting requests than the limit are 503 at once, and do nothing", "[engine][R0.6]") {
+  engine::Options options;
+  options.waiting_requests = 3;
+  Counting c(options);
+  for (int i = 0; i < 3; ++i) CHECK(c.bench.send("GET /arm/p").ticket);
+  for (const std::string& request :
+       {std::string("GET /arm/p"), Bench::turtle_request("PUT", "/arm/p", number_body("1")), std::string("POST /arm/actions/sync"),
+        Bench::turtle_request("POST", "/arm/c", "<> vom:numericalValue 1 .")}) {
+    CAPTURE(request);
+    const auto sent = c.bench.send(request);
+    REQUIRE_FALSE(sent.ticket);
+    CHECK(sent.answer.status == 503);
+    CHECK(sent.answer.has("Retry-After"));
+  }
+  CHECK(c.bench.get("/arm/pushed").status == 200);
+  c.bench.run();
+  CHECK(c.writes + c.commands + c.creates == 0);
+  CHECK(c.bench.get("/arm/p").status == 200);
+}
+
+TEST_CASE("clients that leave make room and call off what has not begun", "[engine][R0.6]") {
+  engine::Options options;
+  options.waiting_requests = 2;
+  Counting c(options);
+  const auto write = c.bench.send(Bench::turtle_request("PUT", "/arm/p", number_body("1")));
+  const auto create = c.bench.send(Bench::turtle_request("POST", "/arm/c", "<> vom:numericalValue 1 ."));
+  REQUIRE(write.ticket);
+  REQUIRE(create.ticket);
+  c.bench.engine.abandon(*write.ticket);
+  c.bench.engine.abandon(*create.ticket);
+  c.bench.engine.abandon(*create.ticket);  // twice does no harm
+  const auto read = c.bench.send("GET /arm/p");
+  REQUIRE(read.ticket);
+  c.bench.run();
+  CHECK(c.bench.answer(read)->status == 200);
+  CHECK(c.writes == 0);
+  CHECK(c.creates == 0);
+}
+
+TEST_CASE("reads that come while one runs share the next one", "[engine][R0.5]") {
+  Counting c;
+  std::vector<Bench::Sent> sent;
+  for (int i = 0; i < 100; ++i) sent.push_back(c.bench.send("GET /arm/p"));
+  auto jobs = c.bench.engine.take_jobs();
+  REQUIRE(jobs.size() == 1);
+  jobs[0].run();
+  c.bench.run();
+  for (const auto& s : sent) CHECK(c.bench.answer(s)->status == 200);
+  CHECK(c.reads <= 2);
+}
+
+TEST_CASE("stop answers what waits with 503 and closes; later requests get the same", "[engine][R0.6]") {
+  Counting c;
+  const auto read = c.bench.send("GET /arm/p");
+  const auto write = c.bench.send(Bench::turtle_request("PUT", "/arm/p", number_body("1")));
+  const auto command = c.bench.send("POST /arm/actions/sync");
+  c.bench.engine.stop();
+  for (const auto& s : {read, write, command}) {
+    const auto answer = c.bench.answer(s);
+    REQUIRE(answer);
+    CHECK(answer->status == 503);
+  }
+  RequestText request("GET /");
+  auto outcome = c.bench.engine.handle(request.get(), c.bench.clock.now());
+  REQUIRE(std::holds_alternative<http::Response>(outcome));
+  CHECK(std::get<http::Response>(outcome).status == 503);
+  CHECK(std::get<http::Response>(outcome).close);
+  c.bench.run();
+  CHECK(c.writes == 0);
+}
+
+TEST_CASE("jobs carry where their thing's lambdas are to run", "[engine]") {
+  engine::Options options;
+  options.dispatch = Dispatch::io_thread;
+  Bench bench(options);
+  for (const auto& [name, where] : {std::pair{"a", Dispatch::as_server}, {"b", Dispatch::in_poll}, {"c", Dispatch::executor}}) {
+    Thing thing{name};
+    thing.dispatch(where).property("p", [] { return 1; });
+    bench.add(std::move(thing));
+    (void)bench.send(std::string("GET /") + name + "/p");
+  }
+  const auto jobs = bench.engine.take_jobs();
+  REQUIRE(jobs.size() == 3);
+  CHECK(jobs[0].where == Dispatch::io_thread);
+  CHECK(jobs[1].where == Dispatch::in_poll);
+  CHECK(jobs[2].where == Dispatch::executor);
+}
+
+TEST_CASE("a job that is run twice does its work once, and one that is dropped is a time-out", "[engine]") {
+  Counting c;
+  const auto command = c.bench.send("POST /arm/actions/sync");
+  auto jobs = c.bench.engine.take_jobs();
+  jobs.at(0).run();
+  jobs.at(0).run();
+  CHECK(c.bench.answer(command)->status == 204);
+  CHECK(c.commands == 1);
+  const auto lost = c.bench.send("POST /arm/actions/sync");
+  c.bench.engine.take_jobs().clear();
+  c.bench.clock.advance(seconds(10));
+  CHECK(c.bench.answer(lost)->status == 503);
+}
+
+TEST_CASE("the cache of representations keeps to its budget and serves the right bytes", "[engine][R0.11]") {
+  engine::Options options;
+  options.cache_bytes = 0;
+  Bench bench(options);
+  SampleRobot robot;
+  bench.add(robot.arm());
+  Bench other;
+  SampleRobot twin;
+  other.add(twin.arm());
+  for (int round = 0; round < 2; ++round)
+    for (const char* path : {"/", "/arm", "/arm/blueprint", "/arm/count", "/arm/actions/turn"}) CHECK(bench.get(path).body == other.get(path).body);
+  CHECK(bench.turtle("PUT", "/arm/count", number_body("3"), "If-Match: " + bench.get("/arm/count").tag() + "\n").status == 204);
+}
+
+TEST_CASE("values published by another thread are read whole and in order", "[engine][R0.11]") {
+  Bench bench;
+  Thing thing{"arm"};
+  auto p = thing.property<std::array<double, 4>>("p");
+  auto text = thing.property<std::string>("text");
+  bench.add(std::move(thing));
+  p.publish({0, 0, 0, 0});
+  text.publish("0");
+  std::atomic<bool> stop{false};
+  std::thread loop([&] {
+    for (int i = 1; !stop; ++i) {
+      const double d = i;
+      p.publish({d, d, d, d});
+      text.publish(std::to_string(i));
+    }
+  });
+  double last = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Answer a = bench.get("/arm/p");
+    const rdf::Graph graph = a.graph();
+    const auto list = graph.list(*graph.object(*graph.find(rdf::iri("http://localhost/arm/p")), *graph.find(vocab::rdf::value)));
+    REQUIRE(list);
+    REQUIRE(list->size() == 4);
+    for (const rdf::TermId id : *list) CHECK(id == list->front());
+    const double now = std::stod(std::string(graph.term(list->front()).text));
+    CHECK(now >= last);
+    last = now;
+    CHECK(bench.get("/arm/text").status == 200);
+  }
+  stop = true;
+  loop.join();
+}

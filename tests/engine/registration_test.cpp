@@ -1,0 +1,201 @@
+#include <lrt/engine/engine.hpp>
+
+#include "tests/support/bench.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/sample_robot.hpp"
+
+using namespace lrt;
+using namespace lrt::test;
+
+namespace {
+
+constexpr Errc not_refused{255};
+
+Errc refusal(Bench& bench, Thing thing) {
+  const std::string path = "/" + thing.path();
+  const std::string root = bench.get("/").body;
+  const Result<void> added = bench.engine.add(std::move(thing));
+  if (added) {
+    CHECK(bench.engine.remove(path.substr(1)));
+    return not_refused;
+  }
+  CHECK(added.error().message.size() > 10);
+  CHECK(bench.get("/").body == root);  // nothing is registered
+  return added.error().code;
+}
+
+}  // namespace
+
+TEST_CASE("a path is given once, and a thing that collides registers nothing", "[engine][R0.3]") {
+  Bench bench;
+  SampleRobot robot;
+  bench.add(robot.arm());
+  CHECK(refusal(bench, Thing{"arm"}) == Errc::duplicate_path);
+  CHECK(refusal(bench, Thing{"arm/angle"}) == Errc::duplicate_path);
+  CHECK(refusal(bench, Thing{"arm/state"}) == Errc::duplicate_path);
+  CHECK(refusal(bench, Thing{"ns/lrt"}) == Errc::duplicate_path);
+  const auto with = [](auto f) {
+    Thing thing{"other"};
+    f(thing);
+    return thing;
+  };
+  CHECK(refusal(bench, with([](Thing& t) { t.property<int>("a"), t.property<int>("a"); })) == Errc::duplicate_path);
+  CHECK(refusal(bench, with([](Thing& t) { t.property<int>("state"); })) == Errc::duplicate_path);
+  CHECK(refusal(bench, with([](Thing& t) { t.property<int>("blueprint"); })) == Errc::duplicate_path);
+  CHECK(refusal(bench, with([](Thing& t) { t.property<int>("subscriptions"); })) == Errc::duplicate_path);
+  CHECK(refusal(bench, with([](Thing& t) { t.property<int>("actions/go"), t.action("go", [] {}); })) == Errc::duplicate_path);
+  CHECK(refusal(bench, with([](Thing& t) { t.property<int>("c"), t.collection<int>("c"); })) == Errc::duplicate_path);
+  for (const char* path : {"/other", "/other/a", "/other/state", "/other/actions/go", "/other/c"}) CHECK(bench.get(path).status == 404);
+  bench.add(Thing{"other"});
+  CHECK(bench.get("/other/state").status == 200);
+}
+
+TEST_CASE("what is no path, IRI, Turtle or text is refused when the thing is added", "[engine][R0.3][R1.12]") {
+  Bench bench;
+  for (const char* path : {"", "/arm", "arm/", "a//b", ".", "a/..", "a/./b"}) {
+    CAPTURE(path);
+    CHECK(refusal(bench, Thing{path}) == Errc::expected_iri);
+  }
+  const auto with = [](auto f) {
+    Thing thing{"other"};
+    f(thing);
+    return thing;
+  };
+  const Iri bad{"no iri"}, relative{"relative"}, good{"http://example.org/x"};
+  CHECK(refusal(bench, with([&](Thing& t) { t.property<int>(""); })) == Errc::expected_iri);
+  CHECK(refusal(bench, with([&](Thing& t) { t.action("..", [] {}); })) == Errc::expected_iri);
+  CHECK(refusal(bench, with([&](Thing& t) { t.collection<int>("a//b"); })) == Errc::expected_iri);
+  CHECK(refusal(bench, with([&](Thing& t) { t.type(bad); })) == Errc::expected_iri);
+  CHECK(refusal(bench, with([&](Thing& t) { t.add(relative, "x"); })) == Errc::expected_iri);
+  CHECK(refusal(bench, with([&](Thing& t) { t.add(good, bad); })) == Errc::expected_iri);
+  CHECK(refusal(bench, with([&](Thing& t) { t.blueprint(relative); })) == Errc::expected_iri);
+  CHECK(refusal(bench, with([&](Thing& t) { t.property<int>("p").predicate(bad); })) == Errc::expected_iri);
+  CHECK(refusal(bench, with([&](Thing& t) { t.action("a", [] {}).type(bad); })) == Errc::expected_iri);
+  CHECK(refusal(bench, with([&](Thing& t) { t.collection<int>("c").add(good, relative); })) == Errc::expected_iri);
+  CHECK(refusal(bench, with([&](Thing& t) { t.add_turtle("<> <http://example.org/x> ] ."); })) == Errc::expected_rdf);
+  CHECK(refusal(bench, with([&](Thing& t) { t.add_turtle("<> a x:Undeclared ."); })) == Errc::expected_rdf);
+  // What would make a representation that nobody can read.
+  CHECK(refusal(bench, with([&](Thing& t) { t.add(good, Object::typed("1", relative)); })) == Errc::expected_iri);
+  CHECK(refusal(bench, with([&](Thing& t) { t.add(good, Object::resource("a/../b")); })) == Errc::expected_iri);
+  CHECK(refusal(bench, with([&](Thing& t) { t.add(good, Object::tagged("x", "no tag")); })) != not_refused);
+  CHECK(refusal(bench, with([&](Thing& t) { t.add(good, "\xff\xfe"); })) != not_refused);
+  CHECK(refusal(bench, with([&](Thing& t) { t.title("\xff"); })) != not_refused);
+  CHECK(refusal(bench, Thing{"\xff"}) != not_refused);
+  CHECK(refusal(bench, with([&](Thing& t) { t.property<int>("a\xc3"); })) != not_refused);
+  CHECK(refusal(bench, Thing{std::string_view("a\0b", 3)}) != not_refused);
+}
+
+TEST_CASE("the first error of a thing is the one that add() returns", "[engine][R0.3]") {
+  Bench bench;
+  Thing thing{"arm"};
+  thing.property<int>("ok");
+  thing.property<int>("first//bad");
+  thing.action("second//bad", [] {});
+  const Result<void> added = bench.engine.add(std::move(thing));
+  REQUIRE_FALSE(added);
+  CHECK(added.error().message.find("first//bad") != std::string::npos);
+}
+
+TEST_CASE("a handle changes nothing once its thing is added", "[engine][R0.3]") {
+  Bench bench;
+  Thing thing{"arm"};
+  auto property = thing.property("p", [] { return 1; });
+  auto action = thing.action("a", [] {});
+  bench.add(std::move(thing));
+  const std::string before = bench.get("/arm").body + bench.get("/arm/p").body + bench.get("/arm/actions/a").body;
+  property.type(Iri{"not an iri"}).predicate(Iri{"http://example.org/p"}).on_write([](int) {});
+  action.type(Iri{"http://example.org/T"}).policy(ActionPolicy::reject());
+  bench.add(Thing{"x/y"});
+  CHECK(bench.get("/arm").body + bench.get("/arm/p").body + bench.get("/arm/actions/a").body == before);
+  CHECK(bench.turtle("PUT", "/arm/p", number_body("2")).status == 405);
+}
+
+TEST_CASE("things nest by their paths, whatever the order of registration", "[engine][R0.4]") {
+  Bench bench;
+  bench.add(Thing{"a/b/c/d"});
+  bench.add(Thing{"a/b"});
+  bench.add(Thing{"a/bb"});
+  bench.add(Thing{"a"});
+  CHECK(bench.get("/").linked("related") == std::vector<std::string>{"http://localhost/a"});
+  const auto parts = [&](const char* path) {
+    const std::string self = std::string("http://localhost") + path;
+    const rdf::Graph graph = bench.get(path).graph();
+    std::set<std::string> all;
+    for (const auto& part : graph.objects(rdf::iri(self), vocab::dcterms::hasPart)) all.insert(std::string(part.text.substr(16)));
+    return all;
+  };
+  CHECK(parts("/a") == std::set<std::string>{"/a/b", "/a/bb"});
+  CHECK(parts("/a/b") == std::set<std::string>{"/a/b/c/d"});
+  REQUIRE(bench.engine.remove("a/b"));  // with what is below
+  CHECK(parts("/a") == std::set<std::string>{"/a/bb"});
+  CHECK(bench.get("/a/b/c/d").status == 404);
+  CHECK(bench.get("/a/bb").status == 200);
+}
+
+TEST_CASE("remove takes a thing and all its resources away", "[engine][R0.3]") {
+  Bench bench;
+  SampleRobot robot;
+  bench.add(robot.arm());
+  bench.add(robot.tool());
+  bench.ask("POST /arm/actions/home");
+  CHECK(bench.engine.remove("nothing").error().code == Errc::unknown_path);
+  CHECK(bench.engine.remove("arm/angle").error().code == Errc::unknown_path);
+  REQUIRE(bench.engine.remove("arm"));
+  for (const char* path : {"/arm", "/arm/state", "/arm/angle", "/arm/actions/home", "/arm/actions/home/i1", "/arm/waypoints", "/arm/tool"})
+    CHECK(bench.get(path).status == 404);
+  robot.angle_handle->publish(5);  // inert
+  SampleRobot other;
+  bench.add(other.arm());
+  CHECK(bench.get("/arm/angle").status == 200);
+}
+
+TEST_CASE("requests that wait when their thing is removed are answered, and no lambda of it begins any more", "[engine][R0.6]") {
+  Bench bench;
+  int calls = 0;
+  const auto make = [&] {
+    Thing thing{"arm"};
+    thing.property("p", [&] { return ++calls; }).on_write([&](int) { ++calls; });
+    thing.action("a", [&] { ++calls; });
+    thing.collection<int>("c").on_create([&](int) { ++calls; }).on_remove([&](const std::string&) { ++calls; });
+    return thing;
+  };
+  bench.add(make());
+  REQUIRE(bench.turtle("POST", "/arm/c", "<> vom:numericalValue 1 .").status == 201);
+  calls = 0;
+  std::vector<Bench::Sent> sent;
+  sent.push_back(bench.send("GET /arm/p"));
+  sent.push_back(bench.send("GET /arm/p"));
+  sent.push_back(bench.send("GET /arm/state"));
+  sent.push_back(bench.send(Bench::turtle_request("PUT", "/arm/p", number_body("1"))));
+  sent.push_back(bench.send(Bench::turtle_request("PUT", "/arm/p", number_body("2"), "If-Match: *\n")));
+  sent.push_back(bench.send("POST /arm/actions/a"));
+  sent.push_back(bench.send("POST /arm/actions/a\nPrefer: wait=9"));
+  sent.push_back(bench.send(Bench::turtle_request("POST", "/arm/c", "<> vom:numericalValue 1 .")));
+  sent.push_back(bench.send("DELETE /arm/c/i1"));
+  REQUIRE(bench.engine.remove("arm"));
+  for (std::size_t i = 0; i < sent.size(); ++i) {
+    CAPTURE(i);
+    const auto answer = bench.answer(sent[i]);
+    REQUIRE(answer);
+    CHECK(answer->status == 404);
+  }
+  bench.add(make());  // another one in its place must not hear of them
+  bench.run();
+  CHECK(calls == 0);
+  CHECK(bench.turtle("POST", "/arm/c", "<> vom:numericalValue 1 .").status == 201);
+  CHECK(calls == 1);
+  CHECK(bench.get("/arm/p").status == 200);
+}
+
+TEST_CASE("removing a thing cancels what it is doing", "[engine][R0.5]") {
+  Bench bench;
+  SampleRobot robot;
+  bench.add(robot.arm());
+  bench.ask("POST /arm/actions/grip");
+  REQUIRE(bench.engine.remove("arm"));
+  bench.run();
+  CHECK(robot.grips[0].cancelled());
+  CHECK(robot.stops == std::vector<std::string>{"grip 0"});
+  std::move(robot.grips[0]).succeed();
+  bench.collect();
+}
