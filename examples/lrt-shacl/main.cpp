@@ -2,8 +2,8 @@
 //
 //   lrt-shacl [--format turtle|n-triples|rdf-xml|text] DATA SHAPES [BASE-IRI]
 //
-// The report goes to standard output. Exit: 0 the data conform, 1 they do not, 2 it could not be judged (the reason is on standard
-// error). The syntax of a file is told by its name: .ttl, .nt, .rdf or .xml; "-" reads Turtle from standard input.
+// The report goes to standard output. Exit: 0 the data conform, 1 they do not, 2 it could not be judged (the reason is on
+// standard error). The syntax of a file is told by its name: .ttl, .nt, .rdf or .xml; "-" reads Turtle from standard input.
 
 #include <fstream>
 #include <iostream>
@@ -36,7 +36,8 @@ lrt::Result<lrt::rdf::Graph> read_file(const std::string& name, const std::strin
   auto syntax = lrt::rdf::Syntax::turtle;
   if (ends_with(name, ".nt")) syntax = lrt::rdf::Syntax::n_triples;
   else if (ends_with(name, ".rdf") || ends_with(name, ".xml")) syntax = lrt::rdf::Syntax::rdf_xml;
-  else if (name != "-" && !ends_with(name, ".ttl")) return lrt::unexpected(lrt::Errc::unsupported_syntax, "expected .ttl, .nt, .rdf or .xml");
+  else if (name != "-" && !ends_with(name, ".ttl"))
+    return lrt::unexpected(lrt::Errc::unsupported_syntax, "expected .ttl, .nt, .rdf or .xml");
   lrt::rdf::ReadOptions options;
   options.base = base;
   options.max_triples = 10'000'000;
@@ -46,11 +47,6 @@ lrt::Result<lrt::rdf::Graph> read_file(const std::string& name, const std::strin
 int fail(const std::string& reason) {
   std::cerr << "lrt-shacl: " << reason << '\n';
   return not_judged;
-}
-
-std::string place(const lrt::Error& error) {
-  if (error.line == 0) return "";
-  return std::to_string(error.line) + ":" + (error.column == 0 ? "" : std::to_string(error.column) + ":");
 }
 
 int run(const std::vector<std::string>& arguments) {
@@ -66,13 +62,14 @@ int run(const std::vector<std::string>& arguments) {
     else names.push_back(arguments[i]);
   }
   if (names.size() < 2 || names.size() > 3) return fail(std::string("expected DATA and SHAPES\n") + usage);
-  if (format != "turtle" && format != "n-triples" && format != "rdf-xml" && format != "text") return fail("unknown format " + format + "\n" + usage);
+  if (format != "turtle" && format != "n-triples" && format != "rdf-xml" && format != "text")
+    return fail("unknown format " + format + "\n" + usage);
   const std::string base = names.size() == 3 ? names[2] : "http://localhost/";
 
   const auto data = read_file(names[0], base);
-  if (!data) return fail(names[0] + ":" + place(data.error()) + " " + data.error().message);
+  if (!data) return fail(names[0] + ": " + data.error().message);
   auto shapes_graph = read_file(names[1], base);
-  if (!shapes_graph) return fail(names[1] + ":" + place(shapes_graph.error()) + " " + shapes_graph.error().message);
+  if (!shapes_graph) return fail(names[1] + ": " + shapes_graph.error().message);
   const auto shapes = lrt::shacl::Shapes::compile(*std::move(shapes_graph));
   if (!shapes) return fail(names[1] + ": " + shapes.error().message);
   lrt::shacl::ValidateOptions options;
@@ -83,7 +80,9 @@ int run(const std::vector<std::string>& arguments) {
   if (format == "text") {
     std::cout << report->to_text();
   } else {
-    const auto syntax = format == "turtle" ? lrt::rdf::Syntax::turtle : format == "n-triples" ? lrt::rdf::Syntax::n_triples : lrt::rdf::Syntax::rdf_xml;
+    const auto syntax = format == "turtle"      ? lrt::rdf::Syntax::turtle
+                        : format == "n-triples" ? lrt::rdf::Syntax::n_triples
+                                                : lrt::rdf::Syntax::rdf_xml;
     const auto written = lrt::rdf::write(report->to_graph(), syntax);
     if (!written) return fail(written.error().message);
     std::cout << *written;
@@ -98,7 +97,5 @@ int run(const std::vector<std::string>& arguments) {
 int main(int argc, char** argv) {
   try {
     return run({argv + 1, argv + argc});
-  } catch (const std::exception& e) {
-    return fail(e.what());
-  }
+  } catch (const std::exception& e) { return fail(e.what()); }
 }

@@ -52,20 +52,82 @@ int main() {
 // PUT /arm/speed
 //   <> vom:numericalValue 2 ; qudt:unit unit:M-PER-SEC .
 // 422 Unprocessable Content
-// Content-Type: application/problem+json
-// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"vom:numericalValue: expected a finite number of at least 0 and at most 1.5, found \"2\"^^xsd:integer"}
+// Content-Type: text/turtle
+// [] a sh:ValidationReport ;
+//     sh:conforms false ;
+//     sh:result [
+//         a sh:ValidationResult ;
+//         sh:focusNode <http://127.0.0.1:8080/arm/speed> ;
+//         sh:resultPath vom:numericalValue ;
+//         sh:value 2 ;
+//         sh:sourceConstraintComponent sh:MaxInclusiveConstraintComponent ;
+//         sh:sourceShape [] ;
+//         sh:resultSeverity sh:Violation ;
+//         sh:resultMessage "expected a value of at most 1.5, found 2"
+//     ] .
 //
 // PUT /arm/speed
 //   <> vom:numericalValue 0.5 ; qudt:unit unit:DEG .
 // 422 Unprocessable Content
-// Content-Type: application/problem+json
-// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"qudt:unit: expected unit:M-PER-SEC, found unit:DEG"}
+// Content-Type: text/turtle
+// [] a sh:ValidationReport ;
+//     sh:conforms false ;
+//     sh:result [
+//         a sh:ValidationResult ;
+//         sh:focusNode <http://127.0.0.1:8080/arm/speed> ;
+//         sh:resultPath qudt:unit ;
+//         sh:value unit:DEG ;
+//         sh:sourceConstraintComponent sh:InConstraintComponent ;
+//         sh:sourceShape [] ;
+//         sh:resultSeverity sh:Violation ;
+//         sh:resultMessage "expected unit:M-PER-SEC, found unit:DEG"
+//     ] .
 //
 // PUT /arm/speed
 //   <> vom:numericalValue "fast" .
 // 422 Unprocessable Content
-// Content-Type: application/problem+json
-// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"vom:numericalValue: expected a finite number of at least 0 and at most 1.5, found \"fast\"; qudt:unit: expected unit:M-PER-SEC, found none"}
+// Content-Type: text/turtle
+// [] a sh:ValidationReport ;
+//     sh:conforms false ;
+//     sh:result [
+//         a sh:ValidationResult ;
+//         sh:focusNode <http://127.0.0.1:8080/arm/speed> ;
+//         sh:resultPath vom:numericalValue ;
+//         sh:value "fast" ;
+//         sh:sourceConstraintComponent sh:MinInclusiveConstraintComponent ;
+//         sh:sourceShape _:b2 ;
+//         sh:resultSeverity sh:Violation ;
+//         sh:resultMessage "expected a value of at least 0, found \"fast\", which cannot be compared with it"
+//     ],
+//         [
+//         a sh:ValidationResult ;
+//         sh:focusNode <http://127.0.0.1:8080/arm/speed> ;
+//         sh:resultPath vom:numericalValue ;
+//         sh:value "fast" ;
+//         sh:sourceConstraintComponent sh:MaxInclusiveConstraintComponent ;
+//         sh:sourceShape _:b2 ;
+//         sh:resultSeverity sh:Violation ;
+//         sh:resultMessage "expected a value of at most 1.5, found \"fast\", which cannot be compared with it"
+//     ],
+//         [
+//         a sh:ValidationResult ;
+//         sh:focusNode <http://127.0.0.1:8080/arm/speed> ;
+//         sh:resultPath vom:numericalValue ;
+//         sh:value "fast" ;
+//         sh:sourceConstraintComponent sh:OrConstraintComponent ;
+//         sh:sourceShape _:b2 ;
+//         sh:resultSeverity sh:Violation ;
+//         sh:resultMessage "expected one of xsd:float, xsd:double, xsd:decimal, xsd:integer, ..., found \"fast\""
+//     ],
+//         [
+//         a sh:ValidationResult ;
+//         sh:focusNode <http://127.0.0.1:8080/arm/speed> ;
+//         sh:resultPath qudt:unit ;
+//         sh:sourceConstraintComponent sh:MinCountConstraintComponent ;
+//         sh:sourceShape [] ;
+//         sh:resultSeverity sh:Violation ;
+//         sh:resultMessage "expected the unit unit:M-PER-SEC, found none"
+//     ] .
 //
 // PUT /arm/emergencyStop
 //   <> rdf:value false .

@@ -96,14 +96,35 @@ int main() {
 // PUT /gripper/grip
 //   <> <blueprint#mode> "asleep" ; <blueprint#width> [ vom:numericalValue 80 ; qudt:unit unit:MilliM ] ; <blueprint#where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] .
 // 422 Unprocessable Content
-// Content-Type: application/problem+json
-// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"<http://127.0.0.1:8080/gripper/blueprint#mode>: expected one of \"idle\", \"holding\", \"fault\", found \"asleep\""}
+// Content-Type: text/turtle
+// [] a sh:ValidationReport ;
+//     sh:conforms false ;
+//     sh:result [
+//         a sh:ValidationResult ;
+//         sh:focusNode <http://127.0.0.1:8080/gripper/grip> ;
+//         sh:resultPath <http://127.0.0.1:8080/gripper/blueprint#mode> ;
+//         sh:value "asleep" ;
+//         sh:sourceConstraintComponent sh:InConstraintComponent ;
+//         sh:sourceShape [] ;
+//         sh:resultSeverity sh:Violation ;
+//         sh:resultMessage "expected one of \"idle\", \"holding\", \"fault\", found \"asleep\""
+//     ] .
 //
 // PUT /gripper/grip
 //   <> <blueprint#mode> "fault" ; <blueprint#where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] .
 // 422 Unprocessable Content
-// Content-Type: application/problem+json
-// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"<http://127.0.0.1:8080/gripper/blueprint#width>: expected a finite number of at least 0 and at most 100, found none"}
+// Content-Type: text/turtle
+// [] a sh:ValidationReport ;
+//     sh:conforms false ;
+//     sh:result [
+//         a sh:ValidationResult ;
+//         sh:focusNode <http://127.0.0.1:8080/gripper/grip> ;
+//         sh:resultPath <http://127.0.0.1:8080/gripper/blueprint#width> ;
+//         sh:sourceConstraintComponent sh:MinCountConstraintComponent ;
+//         sh:sourceShape [] ;
+//         sh:resultSeverity sh:Violation ;
+//         sh:resultMessage "expected at least 1 value, found none"
+//     ] .
 //
 // GET /gripper/grip
 // 200 OK

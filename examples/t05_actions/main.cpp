@@ -57,8 +57,19 @@ int main() {
 // POST /lift/actions/moveTo
 //   <> vom:numericalValue 5 ; qudt:unit unit:M .
 // 422 Unprocessable Content
-// Content-Type: application/problem+json
-// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"vom:numericalValue: expected a finite number of at least 0 and at most 1.25, found \"5\"^^xsd:integer"}
+// Content-Type: text/turtle
+// [] a sh:ValidationReport ;
+//     sh:conforms false ;
+//     sh:result [
+//         a sh:ValidationResult ;
+//         sh:focusNode <http://127.0.0.1:8080/lift/actions/moveTo> ;
+//         sh:resultPath vom:numericalValue ;
+//         sh:value 5 ;
+//         sh:sourceConstraintComponent sh:MaxInclusiveConstraintComponent ;
+//         sh:sourceShape [] ;
+//         sh:resultSeverity sh:Violation ;
+//         sh:resultMessage "expected a value of at most 1.25, found 5"
+//     ] .
 //
 // POST /lift/actions/moveTo
 //   <> vom:numericalValue 1 ; qudt:unit unit:M .

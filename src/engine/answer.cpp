@@ -60,6 +60,13 @@ void Engine::Impl::add_constrained_by(http::Fields& fields, const Context& conte
 
 /// SPEC 3.4: RFC 9457 problem details as JSON, or as Turtle where that is preferred; never 406.
 http::Response Engine::Impl::problem(const Context& context, int status, std::string detail) {
+  constexpr std::size_t longest = 2000;  // enough to say what was found; what a client sent is not sent back whole
+  if (detail.size() > longest) {
+    std::size_t end = longest;
+    while (end > 0 && (static_cast<unsigned char>(detail[end]) & 0xC0) == 0x80) --end;
+    detail.resize(end);
+    detail += " (cut)";
+  }
   static const std::vector<std::string_view> offers = {"application/problem+json", "text/turtle", "application/json"};
   http::Response response;
   response.status = status;

@@ -55,7 +55,7 @@ void must_have(Graph& graph, TermId shape, Iri path, const std::string& value, I
 
 /// The shape of values under a name: the user's, taken literally, or the one that the type implies.
 void Engine::Impl::describe_shape(Graph& graph, const ThingNode& thing, const std::string& base, const std::string& name,
-                                  const rdf::Type& type, const rdf::Facets& facets, bool required) {
+                                  const rdf::Type& type, const rdf::Facets& facets) {
   if (const auto users = user_shape(thing, name)) {
     Graph described;
     copy_described(described, thing.user_shapes, *users);
@@ -64,7 +64,7 @@ void Engine::Impl::describe_shape(Graph& graph, const ThingNode& thing, const st
   const std::string names = names_base(thing, base);
   const TermId shape = graph.intern(rdf::iri(names + "#" + name));
   About(graph, shape).a(vocab::sh::NodeShape).add(vocab::sh::name, rdf::literal(name));
-  shacl::derive(graph, shape, type, facets, names, required);
+  shacl::derive(graph, shape, type, facets, names);
 }
 
 /// Everything that a thing promises and asks for as shapes (R1.11): its structure, the values of its properties and members, what its
@@ -93,10 +93,10 @@ void Engine::Impl::describe_blueprint(Graph& graph, ThingNode& thing, const std:
       must_have(graph, shape, vocab::dcterms::hasPart, base + child->self.path, vocab::hybrit::RoboticThing);
   }
   for (const auto& p : thing.properties) {
-    if (user_shape(thing, p->spec->path)) continue;
-    // A pushed property has no value until the first publish.
-    describe_shape(graph, thing, base, p->spec->path, *p->spec->type, p->spec->facets, !p->spec->slot);
-    About(graph, self + "#" + p->spec->path).link(vocab::sh::targetNode, base + p->path);
+    if (!user_shape(thing, p->spec->path)) describe_shape(graph, thing, base, p->spec->path, *p->spec->type, p->spec->facets);
+    // A pushed property has no value, and promises none, until the first publish.
+    (void)sync(*p);
+    if (p->spec->read || !p->value.is_null()) About(graph, self + "#" + p->spec->path).link(vocab::sh::targetNode, base + p->path);
   }
   const auto part = [&](const std::string& name, const rdf::Type* type, const rdf::Facets& facets) {
     if (type && !user_shape(thing, name)) describe_shape(graph, thing, base, name, *type, facets);

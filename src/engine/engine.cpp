@@ -269,8 +269,7 @@ void Engine::Impl::expire(TimePoint now) {
       list.erase(std::remove(list.begin(), list.end(), ticket), list.end());
       context.resource = invocation->action;
       // What has been taken up, even if nobody has said so yet, goes on.
-      const bool taken = invocation->status == Status::running || (invocation->claim && !invocation->claim->call_off());
-      if (waiting.may_take_long || taken) {
+      if (waiting.may_take_long || invocation->status == Status::running || (invocation->claim && !invocation->claim->call_off())) {
         reply(ticket, accepted(context, *invocation));
         continue;
       }

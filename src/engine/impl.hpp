@@ -223,7 +223,7 @@ class Engine::Impl {
   // blueprint.cpp: shapes
   void describe_blueprint(rdf::Graph& graph, ThingNode& thing, const std::string& base);
   void describe_shape(rdf::Graph& graph, const ThingNode& thing, const std::string& base, const std::string& name, const rdf::Type& type,
-                      const rdf::Facets& facets, bool required = true);
+                      const rdf::Facets& facets);
   Result<const shacl::Shapes*> shapes_of(ThingNode& thing, std::size_t base);
 
   // answer.cpp: answers that are no representation

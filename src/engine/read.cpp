@@ -2,6 +2,7 @@
 
 #include <lrt/http/etag.hpp>
 #include <lrt/http/negotiate.hpp>
+#include <lrt/http/range.hpp>
 
 #include "src/engine/impl.hpp"
 
@@ -39,12 +40,13 @@ std::vector<PropertyResource*> Engine::Impl::pulled_of(Resource& resource) {
 }
 
 bool Engine::Impl::sync(Resource& resource) {
-  const auto one = [](PropertyResource& p) {
+  const auto one = [this](PropertyResource& p) {
     if (!p.spec->slot) return true;
     if (!p.spec->slot->has_news()) return false;
     rdf::Value value;
     Utc since;
     if (p.spec->slot->take(value, since) && (p.spec->slot->every_sample() || !rdf::same(value, p.value))) {  // SPEC 3.8
+      if (p.value.is_null()) structure_changed();  // from now on the blueprint promises a value
       p.value = std::move(value);
       p.modified = since;
       ++p.revision;
@@ -66,6 +68,9 @@ bool Engine::Impl::sync(Resource& resource) {
       }
       return false;
     }
+    case Kind::blueprint:
+      for (const auto& p : resource.thing->properties) (void)one(*p);
+      return false;
     default: return false;
   }
 }
@@ -141,6 +146,20 @@ http::Response Engine::Impl::represent(Context& context) {
   http::Response response;
   response.fields = rendering->fields;
   response.body = rendering->body;
+  // RFC 9110 14: part of the representation, if it is still the one that the client has the rest of.
+  const auto wanted_range = context.request.find("Range");
+  const auto unchanged = context.request.find("If-Range");
+  if (!wanted_range || context.request.method != "GET" || (unchanged && *unchanged != rendering->tag)) return response;
+  const std::string size = std::to_string(rendering->body->size());
+  const http::ByteRange range = http::parse_range(*wanted_range, rendering->body->size());
+  if (range.kind == http::ByteRange::Kind::unsatisfiable) {
+    response = problem(context, 416, "Range: the representation has " + size + " bytes");
+    response.fields.add("Content-Range", "bytes */" + size);
+  } else if (range.kind == http::ByteRange::Kind::part) {
+    response.status = 206;
+    response.fields.add("Content-Range", "bytes " + std::to_string(range.first) + "-" + std::to_string(range.first + range.length - 1) + "/" + size);
+    response.set_body(rendering->body->substr(range.first, range.length));
+  }
   return response;
 }
 
@@ -170,6 +189,7 @@ Result<const Rendering*> Engine::Impl::render(Resource& resource, std::size_t ba
   if (made.links.block().empty()) {
     made.links.add("Vary", "Accept");
     made.links.add("Cache-Control", "no-cache");
+    made.links.add("Accept-Ranges", "bytes");
     add_allow(made.links, resource);
     add_links(made.links, resource, bases_[base], page);
   }

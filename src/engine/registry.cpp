@@ -197,6 +197,7 @@ Result<void> Engine::Impl::add(Thing thing) {
   for (const auto& c : t.spec->collections) c->sealed = true;
   things_.emplace(t.self.path, std::move(node));
   adopt(t);
+  (void)sync(t.state);  // takes what was published before
   structure_changed();
   return {};
 }

@@ -15,6 +15,23 @@ std::size_t longest_list(const rdf::Value& value) {
   for (const rdf::Value& m : *members) longest = std::max(longest, longest_list(m));
   return longest;
 }
+
+/// SPEC 3.3: the focus node is <> if that is a subject, else the only subject of the target class. Of several, two are given.
+std::vector<rdf::TermId> focus_nodes(const rdf::Graph& graph, const std::string& here, const rdf::Type& type) {
+  const auto self = graph.find(rdf::iri(here));
+  if (self && !graph.match(*self, std::nullopt, std::nullopt).empty()) return {*self};
+  const Iri wanted = rdf::target_class(type);
+  const auto predicate = graph.find(wanted.empty() ? vocab::rdf::value : vocab::rdf::type);
+  const auto object = wanted.empty() ? std::optional<rdf::TermId>() : graph.find(wanted);
+  std::vector<rdf::TermId> found;
+  if (!predicate || (!wanted.empty() && !object)) return found;
+  for (const rdf::Triple& t : graph.match(std::nullopt, *predicate, object)) {
+    if (std::find(found.begin(), found.end(), t.subject) == found.end()) found.push_back(t.subject);
+    if (found.size() > 1) break;
+  }
+  return found;
+}
+
 }  // namespace
 
 std::variant<Engine::Impl::Body, http::Response> Engine::Impl::read_body(Context& context) {
@@ -48,6 +65,7 @@ std::variant<Engine::Impl::Body, http::Response> Engine::Impl::read_body(Context
   rdf::ReadOptions read_options;
   read_options.base = base;
   read_options.max_triples = options_.body_triples;
+  read_options.max_bytes = options_.body_text;
   Result<rdf::Graph> graph = rdf::read(request.body, *syntax, read_options);
   if (!graph) {
     const Error& e = graph.error();
@@ -61,44 +79,32 @@ std::variant<rdf::Value, http::Response> Engine::Impl::read_value(Context& conte
   if (auto* answer = std::get_if<http::Response>(&read)) return std::move(*answer);
   const rdf::Graph& graph = std::get<Body>(read).graph;
 
-  // SPEC 3.3: the focus node is <> if that is a subject, else the only subject of the target class.
-  std::optional<rdf::TermId> focus = graph.find(rdf::iri(iri_of(context, context.resource->path)));
-  if (focus && graph.match(*focus, std::nullopt, std::nullopt).empty()) focus.reset();
-  if (!focus) {
-    std::vector<rdf::TermId> candidates;
-    const auto add = [&](rdf::TermId id) {
-      if (std::find(candidates.begin(), candidates.end(), id) == candidates.end()) candidates.push_back(id);
-    };
+  const std::string here = iri_of(context, context.resource->path);
+  const std::vector<rdf::TermId> nodes = focus_nodes(graph, here, type);
+  if (nodes.size() > 1) {
     const Iri wanted = rdf::target_class(type);
-    const auto predicate = graph.find(wanted.empty() ? vocab::rdf::value : vocab::rdf::type);
-    const auto object = wanted.empty() ? std::optional<rdf::TermId>() : graph.find(wanted);
-    if (predicate && (wanted.empty() || object)) {
-      for (const rdf::Triple& t : graph.match(std::nullopt, *predicate, object)) {
-        add(t.subject);
-        if (candidates.size() > 1) break;
-      }
-    }
-    const std::string what = wanted.empty() ? std::string("subject with rdf:value") : "subject of type " + rdf::abbreviate(wanted.text);
-    if (candidates.size() > 1) return problem(context, 422, "body: expected triples about <> or one " + what + ", found several");
-    if (!candidates.empty()) focus = candidates.front();
-    else if (type.kind == rdf::Type::Kind::optional && graph.empty()) return rdf::Value();
+    return problem(context, 422, "body: expected triples about <> or one subject " +
+                                     (wanted.empty() ? std::string("with rdf:value") : "of type " + rdf::abbreviate(wanted.text)) +
+                                     ", found several");
   }
+  if (nodes.empty() && type.kind == rdf::Type::Kind::optional && graph.empty()) return rdf::Value();
 
   // Nothing said about anything is judged as nothing said about <>, so that the report tells what is missing.
   ThingNode& thing = *context.resource->thing;
-  const std::string here = iri_of(context, context.resource->path);
   const std::string shape = names_base(thing, bases_[context.base]) + "#" + shape_name(*context.resource);
   const Result<const shacl::Shapes*> shapes = shapes_of(thing, context.base);
   if (!shapes) return problem(context, 500, "the blueprint: " + shapes.error().message);
+  shacl::ValidateOptions limits;
+  limits.max_results = 64;  // more help nobody
+  limits.max_steps = 1'000'000;
   const Result<shacl::Report> report =
-      shacl::validate(**shapes, graph, focus ? graph.term(*focus) : rdf::iri(here), rdf::iri(shape));
+      shacl::validate(**shapes, graph, nodes.empty() ? rdf::iri(here) : graph.term(nodes.front()), rdf::iri(shape), limits);
   if (!report) return problem(context, 422, "body: it could not be judged: " + report.error().message);
   if (!report->conforms()) return violation(context, *report);
-  if (!focus) return problem(context, 422, "body: expected triples about <> or one node that carries the value, found none");
+  if (nodes.empty()) return problem(context, 422, "body: expected triples about <> or one node that carries the value, found none");
 
   std::vector<rdf::Mismatch> mismatches;
-  Result<rdf::Value> value =
-      rdf::read_value(graph, focus.value_or(rdf::TermId{}), type, facets, names_base(thing, bases_[context.base]), mismatches);
+  Result<rdf::Value> value = rdf::read_value(graph, nodes.front(), type, facets, names_base(thing, bases_[context.base]), mismatches);
   if (value && longest_list(*value) > options_.list_members)
     return problem(context, 413, "body: expected lists of at most " + std::to_string(options_.list_members) + " members");
   if (value) return *std::move(value);

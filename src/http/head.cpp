@@ -177,13 +177,15 @@ struct Findings {
   unsigned hosts = 0, lengths = 0, codings = 0;
 };
 
-std::optional<Refusal> check_target(const Request& request) {
+/// Sets `target` unless it refuses.
+std::optional<Refusal> check_target(const Request& request, std::optional<Target>& target_parts) {
   const std::string_view target = request.target;
   if (const std::size_t end = target_end(target, 0); end != target.size()) return refuse_at("request target", target, end);
   if (target == "*" && request.method != "OPTIONS") {
     return Refusal{400, "request target: \"*\" is for OPTIONS only, found method " + shown(request.method)};
   }
-  if (!split_target(target)) {
+  target_parts = split_target(target);
+  if (!target_parts) {
     return refuse_value("request target", target,
                         "a path that begins with '/', an http or https URI with a host and no userinfo, or \"*\"");
   }
@@ -200,10 +202,48 @@ std::optional<Refusal> check_host(const Findings& found, int version) {
   return std::nullopt;
 }
 
-std::optional<Refusal> check_framing(const Findings& found, int version) {
-  if (found.lengths > 1) return Refusal{400, "Content-Length: expected at most one, found " + std::to_string(found.lengths)};
-  if (found.codings > 1) return Refusal{400, "Transfer-Encoding: expected at most one, found " + std::to_string(found.codings)};
-  if (found.length != nullptr && found.coding != nullptr) return Refusal{400, "Content-Length: found beside Transfer-Encoding"};
+/// One of the two fields that frame the body, repeated.
+Refusal refuse_repeated(const Request& request, std::string_view name, unsigned count) {
+  constexpr unsigned limit = 3;
+  std::string reason(name);
+  reason += ": expected at most one, found " + std::to_string(count) + ": ";
+  unsigned listed = 0;
+  for (const Field& field : request.fields) {
+    if (!iequals(field.name, name)) continue;
+    if (listed == limit) {
+      reason += ", ...";
+      break;
+    }
+    if (listed++ > 0) reason += ", ";
+    reason += shown(field.value);
+  }
+  return {400, std::move(reason)};
+}
+
+/// 501 for a list of codings, the final chunked once, with another before it; 501 for a single other coding (RFC 9112 6.1); else 400.
+int status_of_coding(std::string_view list) noexcept {
+  if (is_token(list)) return 501;
+  for (bool others = false;; others = true) {
+    const std::size_t comma = list.find(',');
+    const std::string_view element = trim(list.substr(0, comma));
+    const std::size_t end = token_end(element, 0);
+    const bool is_chunked = iequals(element.substr(0, end), "chunked");
+    if (comma == npos) return others && is_chunked && end == element.size() ? 501 : 400;
+    if (end == 0 || is_chunked) return 400;
+    // transfer-coding = token *( OWS ";" OWS transfer-parameter ); what the parameters are like does not matter.
+    if (const std::string_view rest = trim(element.substr(end)); !rest.empty() && rest.front() != ';') return 400;
+    list.remove_prefix(comma + 1);
+  }
+}
+
+std::optional<Refusal> check_framing(const Request& request, const Findings& found) {
+  const int version = request.version;
+  if (found.lengths > 1) return refuse_repeated(request, "Content-Length", found.lengths);
+  if (found.codings > 1) return refuse_repeated(request, "Transfer-Encoding", found.codings);
+  if (found.length != nullptr && found.coding != nullptr) {
+    return Refusal{400, "Content-Length: found " + shown(found.length->value) + " beside Transfer-Encoding " +
+                            shown(found.coding->value)};
+  }
   if (found.length != nullptr && !parse_length(found.length->value)) {
     return refuse_value("Content-Length", found.length->value, "1 to 19 digits");
   }
@@ -211,7 +251,7 @@ std::optional<Refusal> check_framing(const Findings& found, int version) {
     const std::string_view coding = found.coding->value;
     if (version == 10) return Refusal{400, "Transfer-Encoding: found in an HTTP/1.0 request"};
     if (!iequals(coding, "chunked")) {
-      return refuse_value("Transfer-Encoding", coding, "exactly \"chunked\"", is_token(coding) ? 501 : 400);
+      return refuse_value("Transfer-Encoding", coding, "exactly \"chunked\"", status_of_coding(coding));
     }
   }
   return std::nullopt;
@@ -280,7 +320,8 @@ std::optional<Refusal> check_head(const Request& request) {
   if (request.method == "CONNECT" || request.method == "TRACE") {
     return refuse_value("method", request.method, "neither CONNECT nor TRACE", 501);
   }
-  if (auto refusal = check_target(request)) return refusal;
+  std::optional<Target> target;
+  if (auto refusal = check_target(request, target)) return refusal;
 
   Findings found;
   for (const Field& field : request.fields) {
@@ -317,7 +358,14 @@ std::optional<Refusal> check_head(const Request& request) {
     }
   }
   if (auto refusal = check_host(found, request.version)) return refusal;
-  return check_framing(found, request.version);
+  if (auto refusal = check_framing(request, found)) return refusal;
+  if (target->absolute && target->secure != request.secure) {
+    return refuse_value("request target", request.target,
+                        request.secure ? "https over this connection, which is secured (RFC 9110 7.4)"
+                                       : "http over this connection, which is not secured (RFC 9110 7.4)",
+                        421);
+  }
+  return std::nullopt;
 }
 
 Framing framing(const Request& request) noexcept {

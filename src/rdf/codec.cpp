@@ -17,6 +17,9 @@ Result<Graph> checked(Result<Graph> graph) {
     const bool good = term.is_iri()       ? iri::is_absolute(term.text)
                       : term.is_literal() ? term.language.empty() || is_language_tag(term.language)
                                           : true;
+    if (!good && term.is_literal()) {  // without its text, which may be long
+      return unexpected(Errc::expected_rdf, "not a language tag: @" + std::string(term.language));
+    }
     if (!good) return unexpected(Errc::expected_rdf, std::string(fault_of(term)) + ", found " + to_string(term));
   }
   return graph;
@@ -75,13 +78,13 @@ Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& opti
       if (Result<void> scanned = scan_n_triples(text); !scanned) return unexpected(scanned.error());
       [[fallthrough]];
     case Syntax::turtle: {
-      Result<std::string_view> scanned = scan_turtle(text, options.base, storage);
+      Result<std::string_view> scanned = scan_turtle(text, options, storage);
       if (!scanned) return unexpected(std::move(scanned).error());
       text = *scanned;
       break;
     }
     case Syntax::rdf_xml:
-      if (Result<void> scanned = scan_rdf_xml(text); !scanned) return unexpected(scanned.error());
+      if (Result<void> scanned = scan_rdf_xml(text, options); !scanned) return unexpected(scanned.error());
       break;
   }
   return checked(redland::parse(text, syntax, options));

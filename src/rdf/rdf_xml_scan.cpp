@@ -1,5 +1,7 @@
 #include "src/rdf/rdf_xml_scan.hpp"
 
+#include <algorithm>
+
 #include <lrt/base/utf8.hpp>
 
 #include "src/base/ascii.hpp"
@@ -22,9 +24,102 @@ std::string_view attribute_value(std::string_view text, std::size_t behind_name,
   return text.substr(from, end == npos ? npos : end - from);
 }
 
+/// Judges tags: how many, how deep, with what attributes. Everything else is libxml2's.
+class TagScanner {
+ public:
+  TagScanner(std::string_view text, const ReadOptions& options) : text_(text), options_(options) {}
+
+  /// From the root element on.
+  Result<void> scan(std::size_t at) {
+    for (at_ = text_.find('<', at); at_ != npos; at_ = text_.find('<', at_)) {
+      const std::string_view rest = text_.substr(at_, 9);
+      if (rest.substr(0, 4) == "<!--") skip_behind("-->", 4);
+      else if (rest == "<![CDATA[") skip_behind("]]>", 9);
+      else if (rest.substr(0, 2) == "<?") skip_behind("?>", 2);
+      else if (rest.substr(0, 2) == "<!") return misread(text_, at_, "a declaration is not accepted");
+      else if (rest.substr(0, 2) == "</") end_tag();
+      else if (Result<void> good = start_tag(); !good) return good;
+    }
+    return {};
+  }
+
+ private:
+  /// To the end of the text if there is no such end: libxml2 will say so.
+  void skip_behind(std::string_view end, std::size_t length) {
+    const std::size_t found = text_.find(end, at_ + length);
+    at_ = found == npos ? text_.size() : found + end.size();
+  }
+  void end_tag() {
+    if (depth_ > 0) --depth_;
+    skip_behind(">", 2);
+  }
+  Unexpected exceeds(const char* what, std::size_t limit, const char* unit) const {
+    return misread(text_, at_, std::string(what) + "more than " + std::to_string(limit) + unit, Errc::limit_exceeded);
+  }
+  /// Counts what a long namespace adds to a name.
+  bool count_name() {
+    bytes_ += longest_namespace_ > 256 ? longest_namespace_ : 0;
+    return bytes_ <= options_.max_bytes;
+  }
+
+  Result<void> start_tag() {
+    if (++depth_ > max_elements_deep) return exceeds("elements nested ", max_elements_deep, " deep");
+    const std::size_t most = elements_per_triple * std::max<std::size_t>(options_.max_triples, 4);
+    if (++elements_ > most) return exceeds("", most, " elements");
+    std::size_t attributes = 0;
+    at_ = std::min(text_.find_first_of(" \t\r\n/><=\"'", at_ + 1), text_.size());
+    for (;;) {
+      if (!count_name()) return exceeds("names of ", options_.max_bytes, " bytes when written out");
+      at_ = text_.find_first_not_of(spaces, at_);
+      if (at_ == npos) return misread(text_, text_.size(), "tag without an end");
+      if (text_[at_] == '>') return ++at_, Result<void>();
+      if (text_.substr(at_, 2) == "/>") {
+        --depth_;
+        at_ += 2;
+        return {};
+      }
+      const std::size_t name_end = text_.find_first_of(" \t\r\n/><=\"'", at_);
+      if (name_end == npos || name_end == at_) return misread(text_, at_, "expected an attribute");
+      const std::string_view name = text_.substr(at_, name_end - at_);
+      std::size_t from = 0;
+      const std::string_view value = attribute_value(text_, name_end, from);
+      if (from == npos || from + value.size() >= text_.size() || value.find('<') != npos) {
+        return misread(text_, at_, "expected an attribute with its value in quotes");
+      }
+      if (++attributes > max_attributes) return exceeds("", max_attributes, " attributes");
+      if (Result<void> good = attribute(name, value); !good) return good;
+      at_ = from + value.size() + 1;
+    }
+  }
+
+  Result<void> attribute(std::string_view name, std::string_view value) {
+    const bool declares = name == "xmlns" || name.substr(0, 6) == "xmlns:";
+    const std::size_t colon = name.find(':');
+    const std::string_view local = colon == npos ? name : name.substr(colon + 1);
+    const bool base = local == "base";
+    if (declares || base || local == "about" || local == "resource" || local == "datatype") {
+      if (value.size() > max_iri) return exceeds("IRI of ", max_iri, " bytes");
+    }
+    if (declares) {
+      if (++namespaces_ > max_namespaces) return exceeds("", max_namespaces, " namespace declarations");
+      longest_namespace_ = std::max(longest_namespace_, value.size());
+    } else if (base) {
+      std::size_t dots = 0;
+      for (std::size_t i = 0; i < value.size(); ++i) dots += value[i] == '.' && (i == 0 || value[i - 1] == '/');
+      if (dots > max_base_dots) return exceeds("base of ", max_base_dots, " dot segments");
+    }
+    return {};
+  }
+
+  std::string_view text_;
+  const ReadOptions& options_;
+  std::size_t at_ = 0;
+  std::size_t depth_ = 0, elements_ = 0, namespaces_ = 0, longest_namespace_ = 0, bytes_ = 0;
+};
+
 }  // namespace
 
-Result<void> scan_rdf_xml(std::string_view text) {
+Result<void> scan_rdf_xml(std::string_view text, const ReadOptions& options) {
   if (const auto at = utf8::find_invalid(text)) return misread(text, *at, "invalid UTF-8");
   if (const std::size_t at = text.find('\0'); at != npos) return misread(text, at, "U+0000 is not accepted");
 
@@ -57,6 +152,7 @@ Result<void> scan_rdf_xml(std::string_view text) {
     }
   }
 
+  const std::size_t root = at;
   constexpr std::string_view lang = "xml:lang";
   for (at = text.find(lang); at != npos; at = text.find(lang, at + 1)) {
     std::size_t from = 0;
@@ -64,7 +160,7 @@ Result<void> scan_rdf_xml(std::string_view text) {
       return misread(text, from, "language tag of more than " + std::to_string(max_language_tag) + " bytes");
     }
   }
-  return {};
+  return root == npos ? Result<void>() : TagScanner(text, options).scan(root);
 }
 
 }  // namespace lrt::rdf

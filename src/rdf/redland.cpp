@@ -2,6 +2,7 @@
 
 #include <raptor2.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -186,14 +187,16 @@ class Lease {
 
 /// Takes statements into a graph.
 struct Sink {
-  Sink(std::size_t most, raptor_parser* p, bool dots) : max_triples(most), parser(p), guarded(dots) {}
+  Sink(const ReadOptions& limits, raptor_parser* p, bool dots) : options(limits), parser(p), guarded(dots) {}
 
   Graph graph;
   Graph blanks;  // numbers the labels in order of appearance
-  std::size_t max_triples;
+  const ReadOptions& options;
   raptor_parser* parser;
   bool guarded;  // the text may have dot guards
-  bool too_many = false;
+  std::size_t statements = 0, bytes = 0;
+  std::string exceeded;  // the limit, if one was
+  int line = 0;          // and where
   std::exception_ptr exception;
   std::string plain[3];
   unsigned next_plain = 0;
@@ -228,16 +231,44 @@ struct Sink {
     return literal_value.datatype != nullptr ? literal(text, Iri(iri_of(literal_value.datatype).text)) : literal(text);
   }
 
+  /// Counts a statement as it is written, before anything of it is kept. N-Triples and Turtle were counted by their scanner.
+  bool within_limits(const raptor_statement& statement) {
+    std::size_t longest = 0;
+    const auto count = [&](const raptor_term* term) {
+      const bool literal = term->type == RAPTOR_TERM_TYPE_LITERAL;
+      raptor_uri* uri = literal ? term->value.literal.datatype : nullptr;
+      if (term->type == RAPTOR_TERM_TYPE_URI) uri = term->value.uri;
+      const std::size_t length = uri != nullptr ? view(uri).size() : 0;
+      longest = std::max(longest, length);
+      bytes += length + (literal ? term->value.literal.string_len : 0);
+    };
+    count(statement.subject);
+    count(statement.predicate);
+    count(statement.object);
+    if (++statements > options.max_triples) {
+      exceeded = "more than " + std::to_string(options.max_triples) + " triples";
+    } else if (!guarded && longest > max_iri) {
+      exceeded = "IRI of more than " + std::to_string(max_iri) + " bytes";
+    } else if (!guarded && bytes > options.max_bytes) {
+      exceeded = "IRIs and literals of more than " + std::to_string(options.max_bytes) + " bytes when written out";
+    }
+    if (exceeded.empty()) return true;
+    if (raptor_locator* const place = raptor_parser_get_locator(parser)) line = raptor_locator_line(place);
+    return false;
+  }
+
   static void on_statement(void* self, raptor_statement* statement) noexcept {
     auto& sink = *static_cast<Sink*>(self);
-    if (sink.too_many || sink.exception) return;
+    if (!sink.exceeded.empty() || sink.exception) return;
     try {
+      if (!sink.within_limits(*statement)) return raptor_parser_parse_abort(sink.parser);
       char subject[16], object[16];
       sink.graph.add(sink.term(statement->subject, subject), sink.iri_of(statement->predicate->value.uri),
                      sink.term(statement->object, object));
-      sink.too_many = sink.graph.size() > sink.max_triples;
-    } catch (...) { sink.exception = std::current_exception(); }
-    if (sink.too_many || sink.exception) raptor_parser_parse_abort(sink.parser);
+    } catch (...) {
+      sink.exception = std::current_exception();
+      raptor_parser_parse_abort(sink.parser);
+    }
   }
 };
 
@@ -279,7 +310,7 @@ Result<Graph> parse(std::string_view text, Syntax syntax, const ReadOptions& opt
   const Parser parser(raptor_new_parser(world->get(), name_of(syntax)));
   if (!parser) throw std::bad_alloc();
   world->begin(parser.get());
-  Sink sink(options.max_triples, parser.get(), syntax != Syntax::rdf_xml);
+  Sink sink(options, parser.get(), syntax != Syntax::rdf_xml);
   raptor_parser_set_statement_handler(parser.get(), &sink, &Sink::on_statement);
   raptor_parser_set_option(parser.get(), RAPTOR_OPTION_NO_NET, nullptr, 1);
   raptor_parser_set_option(parser.get(), RAPTOR_OPTION_NO_FILE, nullptr, 1);
@@ -289,8 +320,13 @@ Result<Graph> parse(std::string_view text, Syntax syntax, const ReadOptions& opt
   if (status == 0) status = raptor_parser_parse_chunk(parser.get(), bytes(text), text.size(), 1);
   world->end();
   if (sink.exception) std::rethrow_exception(sink.exception);
-  if (sink.too_many) {
-    return unexpected(Errc::limit_exceeded, "more than " + std::to_string(options.max_triples) + " triples");
+  if (!sink.exceeded.empty()) {
+    Error error{Errc::limit_exceeded, std::move(sink.exceeded)};
+    if (sink.line > 0) {
+      error.line = static_cast<std::uint32_t>(sink.line);
+      error.message = "line " + std::to_string(sink.line) + ": " + error.message;
+    }
+    return unexpected(std::move(error));
   }
   if (status != 0 || world->failed()) return world->error();
   if (options.base.empty() && syntax == Syntax::rdf_xml) {

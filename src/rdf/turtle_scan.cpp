@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <optional>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -60,11 +61,15 @@ class Scanner {
     fault_ = std::move(sentence);
     return false;
   }
+  bool exceeds(std::size_t at, std::string sentence) {
+    fault_code_ = Errc::limit_exceeded;
+    return fail(at, std::move(sentence));
+  }
   bool expected(const char* what, std::size_t at) {
     return fail(at, std::string("expected ") + what + ", found " + found(text_, at));
   }
   bool refused() const noexcept { return !fault_.empty(); }
-  Unexpected fault() const { return misread(text_, fault_at_, fault_); }
+  Unexpected fault() const { return misread(text_, fault_at_, fault_, fault_code_); }
 
   bool well_formed() {
     if (const auto at = utf8::find_invalid(text_)) return fail(*at, "invalid UTF-8");
@@ -123,13 +128,23 @@ class Scanner {
       buffer_.append(text_, copied, at_ - copied);
       content = buffer_;
     }
+    if (content.size() > max_iri) return too_long(from - 1);
     ++at_;
     return true;
   }
+  bool too_long(std::size_t from) { return exceeds(from, "IRI of more than " + std::to_string(max_iri) + " bytes"); }
 
   /// A string after its opening quotes, up to and with its closing ones.
-  bool string(char quote, bool three) {
+  /// @param rewritten  receives the text between the quotes if Raptor must not see it as it is: numeric escapes take it a time
+  ///                   that grows with their square, quotes in a long string forty times that of other characters.
+  bool string(char quote, bool three, std::string* rewritten = nullptr) {
     const std::size_t from = at_;
+    std::size_t copied = from;
+    const auto flush = [&](std::size_t until) {
+      if (rewritten == nullptr) return;
+      rewritten->append(text_, copied, until - copied);
+      copied = at_;
+    };
     for (;;) {
       const std::size_t next = text_.find_first_of(quote == '"' ? "\"\\\n\r" : "'\\\n\r", at_);
       if (next == npos) return fail(from, "string without an end");
@@ -138,7 +153,11 @@ class Scanner {
       if (c == '\\') {
         const char kind = peek(1);
         if (kind == 'u' || kind == 'U') {
-          if (!numeric_escape()) return false;
+          const std::size_t escape = at_;
+          const auto value = numeric_escape();
+          if (!value) return false;
+          flush(escape);
+          if (rewritten != nullptr) append_in_string(*rewritten, *value);
         } else if (kind != '\0' && detail::contains("tbnrf\"'\\", kind)) {
           at_ += 2;
         } else {
@@ -147,15 +166,30 @@ class Scanner {
       } else if (c != quote) {
         if (!three) return fail(at_, "line end in a string");
         ++at_;
-      } else if (!three) {
-        ++at_;
-        return true;
-      } else if (peek(1) == quote && peek(2) == quote) {
-        at_ += 3;
+      } else if (!three || (peek(1) == quote && peek(2) == quote)) {
+        if (copied != from) flush(at_);
+        at_ += three ? 3 : 1;
         return true;
       } else {
-        ++at_;
+        const std::size_t here = at_++;
+        flush(here);
+        if (rewritten != nullptr) *rewritten += {'\\', quote};
       }
+    }
+  }
+
+  /// A character so that it stands for itself between any quotes.
+  static void append_in_string(std::string& out, char32_t c) {
+    switch (c) {
+      case '"': out += "\\\""; break;
+      case '\'': out += "\\'"; break;
+      case '\\': out += "\\\\"; break;
+      case '\n': out += "\\n"; break;
+      case '\r': out += "\\r"; break;
+      case '\t': out += "\\t"; break;
+      case '\b': out += "\\b"; break;
+      case '\f': out += "\\f"; break;
+      default: utf8::append(out, c);
     }
   }
 
@@ -209,14 +243,85 @@ class Scanner {
   std::string buffer_;
 
  private:
+  Errc fault_code_ = Errc::expected_rdf;
   std::size_t fault_at_ = 0;
   std::string fault_;
 };
 
+/// A base with its parts ready, so that resolving costs no more than the copy of the result.
+class Base {
+ public:
+  explicit Base(std::string_view base) { set(base); }
+  bool empty() const noexcept { return whole_.empty(); }
+
+  /// An absolute IRI or nothing.
+  void set(std::string_view base) {
+    whole_ = base;
+    simple_ = false;
+    if (whole_.empty()) return;
+    const iri::Parts parts = iri::split(whole_);
+    simple_ = parts.has_authority;
+    if (!simple_) return;
+    origin_ = parts.scheme.size() + 3 + parts.authority.size();
+    path_ = origin_ + parts.path.size();
+    query_ = whole_.find('#') == npos ? whole_.size() : whole_.find('#');
+    directory_ = iri::resolve(whole_, "./").value();
+  }
+
+  /// iri::resolve (RFC 3986 5.2) for a reference that has no scheme; nothing if it is no reference.
+  std::optional<std::string> resolve(std::string_view reference) const {
+    if (!iri::is_reference(reference)) return std::nullopt;
+    const iri::Parts r = iri::split(reference);
+    if (!simple_ || r.has_scheme || r.has_authority) {
+      Result<std::string> whole = iri::resolve(whole_, reference);
+      if (!whole) return std::nullopt;
+      return std::move(*whole);
+    }
+    const std::string_view whole = whole_;
+    std::string out;
+    if (r.path.empty()) {
+      out = whole.substr(0, r.has_query ? path_ : query_);
+    } else {
+      const bool from_root = r.path.front() == '/';
+      out = from_root ? whole.substr(0, origin_) : std::string_view(directory_);
+      if (from_root) out += '/';
+      append_segments(out, r.path.substr(from_root ? 1 : 0));
+    }
+    if (r.has_query) (out += '?') += r.query;
+    if (r.has_fragment) (out += '#') += r.fragment;
+    return out;
+  }
+
+  /// What resolving costs beyond its result, in bytes that count: Raptor must read the whole IRI, where it gets a prefixed name
+  /// as it is, and a base without an authority is taken apart each time. Nothing for the bases that occur.
+  std::size_t cost() const noexcept { return whole_.size() <= long_base ? 0 : (simple_ ? 4 : 16) * whole_.size(); }
+
+ private:
+  /// Appends segments behind a '/', without dots (RFC 3986 5.2.4).
+  void append_segments(std::string& out, std::string_view path) const {
+    for (;;) {
+      const std::size_t slash = path.find('/');
+      const std::string_view segment = path.substr(0, slash);
+      if (segment == "..") {
+        if (out.size() > origin_ + 1) out.resize(out.rfind('/', out.size() - 2) + 1);
+      } else if (segment != ".") {
+        out += segment;
+        if (slash != npos) out += '/';
+      }
+      if (slash == npos) return;
+      path.remove_prefix(slash + 1);
+    }
+  }
+
+  std::string whole_, directory_;                  // the latter ends in '/', without dots
+  std::size_t origin_ = 0, path_ = 0, query_ = 0;  // where these end in `whole_`
+  bool simple_ = false;                            // has an authority, so that every path begins with '/'
+};
+
 class TurtleScanner : Scanner {
  public:
-  TurtleScanner(std::string_view text, std::string_view base, std::string& storage)
-      : Scanner(text), base_(base), storage_(storage) {
+  TurtleScanner(std::string_view text, const ReadOptions& options, std::string& storage)
+      : Scanner(text), base_(options.base), max_triples_(options.max_triples), max_bytes_(options.max_bytes), storage_(storage) {
     storage_.clear();
   }
 
@@ -281,6 +386,22 @@ class TurtleScanner : Scanner {
     return state_ == State::verb || state_ == State::verb_or_close || state_ == State::verb_or_dot ||
            state_ == State::verb_or_end;
   }
+  /// Counts triples as they are written.
+  bool count_triples(std::size_t n, std::size_t from) {
+    triples_ += n;
+    return triples_ <= max_triples_ || exceeds(from, "more than " + std::to_string(max_triples_) + " triples");
+  }
+  /// Counts bytes of terms as they are when written out.
+  bool count_bytes(std::size_t n, std::size_t from) {
+    bytes_ += n;
+    return bytes_ <= max_bytes_ ||
+           exceeds(from, "IRIs and literals of more than " + std::to_string(max_bytes_) + " bytes when written out");
+  }
+  bool count_directive(std::size_t from) {
+    return ++directives_ <= max_directives ||
+           exceeds(from, "more than " + std::to_string(max_directives) + " prefix and base directives");
+  }
+
   enum class Kind : std::uint8_t { iri, blank, literal };
   /// A term of the kind that began at `from`.
   bool take(Kind kind, std::size_t from) {
@@ -292,7 +413,10 @@ class TurtleScanner : Scanner {
       state_ = State::verb;
     } else if (state_ == State::object) {
       state_ = State::after_object;
-    } else if (state_ != State::item) {
+      return count_triples(1, from);
+    } else if (state_ == State::item) {
+      return count_triples(2, from);
+    } else {
       return unexpected_here(from);
     }
     return true;
@@ -304,6 +428,8 @@ class TurtleScanner : Scanner {
     else if (state_ == State::item) behind = State::item;
     else if (state_ != State::subject) return unexpected_here(at_);
     if (open_.size() >= max_brackets) return fail(at_, "brackets nested more than " + std::to_string(max_brackets) + " deep");
+    const std::size_t triples = state_ == State::object ? 1 : state_ == State::item ? 2 : 0;
+    if (!count_triples(triples, at_)) return false;
     open_.push_back({at_++, behind});
     state_ = c == '[' ? State::verb_or_close : State::item;
     return true;
@@ -400,7 +526,16 @@ class TurtleScanner : Scanner {
     const bool three = peek(1) == quote && peek(2) == quote;
     at_ += three ? 3 : 1;
     after_string_ = true;
-    return string(quote, three);
+    const std::size_t from = at_;
+    rewritten_.clear();
+    if (!string(quote, three, &rewritten_)) return false;
+    const std::size_t end = at_ - (three ? 3 : 1);
+    if (!rewritten_.empty()) {
+      storage_.append(text_, copied_, from - copied_);
+      storage_ += rewritten_;
+      copied_ = end;
+    }
+    return count_bytes(rewritten_.empty() ? end - from : rewritten_.size(), from);
   }
 
   bool directive() {
@@ -409,6 +544,7 @@ class TurtleScanner : Scanner {
       return rest == word && !is_alpha(peek(1 + word.size()));
     };
     if (state_ != State::subject) return unexpected_here(at_);
+    if (!count_directive(at_)) return false;
     if (starts("prefix")) {
       state_ = State::prefix;
       at_ += 7;
@@ -450,7 +586,7 @@ class TurtleScanner : Scanner {
       if (state_ == State::subject && (detail::iequals_ascii(read, "prefix") || detail::iequals_ascii(read, "base"))) {
         state_ = read.size() == 4 ? State::base_iri : State::prefix;
         behind_directive_ = State::subject;
-        return true;
+        return count_directive(from);
       }
       if (read == "a" && wants_verb()) {
         state_ = State::object;
@@ -465,16 +601,21 @@ class TurtleScanner : Scanner {
       return unexpected_here(from);
     }
     const std::string_view prefix = text_.substr(from, at_ - from);
-    if (std::find(prefixes_.begin(), prefixes_.end(), prefix) == prefixes_.end()) {
-      return fail(from, "undeclared prefix \"" + std::string(prefix) + ":\"");
+    const auto declared = prefixes_.find(prefix);
+    if (declared == prefixes_.end()) {
+      return fail(from, prefix.size() > 64 ? "undeclared prefix" : "undeclared prefix \"" + std::string(prefix) + ":\"");
     }
     ++at_;
-    return take(Kind::iri, from) && local_name();
+    const std::size_t local = at_;
+    if (!take(Kind::iri, from) || !local_name()) return false;
+    const std::size_t length = declared->second + (at_ - local) - escapes_;
+    return length <= max_iri ? count_bytes(length, from) : too_long(from);
   }
 
   /// PN_LOCAL or nothing.
   bool local_name() {
     std::size_t last = at_;  // behind the last character that may end it
+    escapes_ = 0;
     for (bool first = true;; first = false) {
       const char c = peek();
       if (c == '%') {
@@ -488,6 +629,7 @@ class TurtleScanner : Scanner {
           return expected("two hexadecimal digits behind '%'", at_);
         }
         at_ += 2;
+        ++escapes_;
       } else if (c == ':') {
         ++at_;
       } else if (!name_character(first, true)) {
@@ -506,42 +648,53 @@ class TurtleScanner : Scanner {
     std::string_view reference;
     if (!iri_reference(reference)) return false;
     std::string resolved;
+    std::size_t cost = 0;
     if (!iri::is_absolute(reference)) {
       if (base_.empty()) return fail(from, "relative IRI <" + std::string(reference) + "> and no base");
-      Result<std::string> whole = iri::resolve(base_, reference);
-      if (!whole || !iri::is_absolute(*whole)) return fail(from, "expected an IRI, found <" + std::string(reference) + ">");
+      std::optional<std::string> whole = base_.resolve(reference);
+      if (!whole) return fail(from, "expected an IRI, found <" + std::string(reference) + ">");
       resolved = std::move(*whole);
       reference = resolved;
+      cost = base_.cost();
+      if (reference.size() > max_iri) return too_long(from);
     }
-    const bool dots = reference.find("/.") != npos || reference.find(":.") != npos;
-    if (dots || reference.data() != text_.data() + from + 1) {
+    if (!count_bytes(reference.size() + cost, from)) return false;
+    const auto next_dot = [&](std::size_t dot) {  // that begins a segment
+      do dot = reference.find('.', dot + 1);
+      while (dot != npos && reference[dot - 1] != '/' && reference[dot - 1] != ':');
+      return dot;
+    };
+    const std::size_t first_dot = next_dot(0);
+    if (first_dot != npos || reference.data() != text_.data() + from + 1) {
       storage_.append(text_, copied_, from - copied_);
       storage_.push_back('<');
-      for (std::size_t i = 0; i < reference.size(); ++i) {
-        if (dots && i != 0 && reference[i] == '.' && (reference[i - 1] == '/' || reference[i - 1] == ':'))
-          storage_.append(dot_guard);
-        storage_.push_back(reference[i]);
+      std::size_t done = 0;
+      for (std::size_t dot = first_dot; dot != npos; dot = next_dot(dot)) {
+        storage_.append(reference, done, dot - done).append(dot_guard);
+        done = dot;
       }
-      storage_.push_back('>');
+      storage_.append(reference, done, npos).push_back('>');
       copied_ = at_;
     }
     if (state_ != State::prefix_iri && state_ != State::base_iri) return take(Kind::iri, from);
     if (state_ == State::prefix_iri) {
-      if (std::find(prefixes_.begin(), prefixes_.end(), declaring_) == prefixes_.end()) prefixes_.push_back(declaring_);
+      prefixes_[declaring_] = reference.size();
     } else {
-      own_base_ = reference;
-      base_ = own_base_;
+      base_.set(reference);
     }
     state_ = behind_directive_;
     return true;
   }
 
-  std::string_view base_;
-  std::string own_base_;
+  Base base_;
+  std::size_t max_triples_, max_bytes_;
+  std::size_t triples_ = 0, bytes_ = 0, directives_ = 0;
   std::string& storage_;
   std::size_t copied_ = 0;  // up to here `storage_` has the text
-  std::vector<std::string_view> prefixes_;
+  std::string rewritten_;
+  std::unordered_map<std::string_view, std::size_t> prefixes_;  // name -> bytes of the IRI
   std::string_view declaring_;
+  std::size_t escapes_ = 0;  // backslashes in the last local name
   std::vector<Open> open_;  // '[' and '('
   State state_ = State::subject, behind_directive_ = State::dot, behind_literal_ = State::after_object;
   bool after_string_ = false;  // an '@' now begins a language tag
@@ -614,8 +767,8 @@ class NTriplesScanner : Scanner {
 
 }  // namespace
 
-Unexpected misread(std::string_view text, std::size_t offset, const std::string& sentence) {
-  Error error{Errc::expected_rdf, {}};
+Unexpected misread(std::string_view text, std::size_t offset, const std::string& sentence, Errc code) {
+  Error error{code, {}};
   error.offset = offset;
   error.line = 1;
   std::size_t line_start = 0;
@@ -630,8 +783,8 @@ Unexpected misread(std::string_view text, std::size_t offset, const std::string&
   return unexpected(std::move(error));
 }
 
-Result<std::string_view> scan_turtle(std::string_view text, std::string_view base, std::string& storage) {
-  return TurtleScanner(text, base, storage).scan();
+Result<std::string_view> scan_turtle(std::string_view text, const ReadOptions& options, std::string& storage) {
+  return TurtleScanner(text, options, storage).scan();
 }
 
 Result<void> scan_n_triples(std::string_view text) { return NTriplesScanner(text).scan(); }

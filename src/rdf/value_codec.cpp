@@ -182,7 +182,7 @@ IntegerForm integer_form(const TermView& term) noexcept {
 
 std::string shown(const TermView& term) {
   constexpr std::size_t longest = 80;
-  if (term.is_iri()) return abbreviate(term.text);
+  if (term.is_iri()) return term.text.size() > longest ? "<" + std::string(term.text.substr(0, longest)) + "> (cut)" : abbreviate(term.text);
   std::string text = to_string(TermView(term.kind, term.text.substr(0, longest), {}, term.language));
   if (term.is_literal() && term.datatype != vocab::xsd::string.text && term.language.empty()) {
     text = to_string(literal(term.text.substr(0, longest)));
@@ -199,11 +199,13 @@ std::string expected_range(const Facets& f) {
   return text;
 }
 
+/// @param single  the value is a float, and so is each bound then: 0.1F is at most 0.1
 template <class Number>
-bool in_range(const Facets& f, Number v) noexcept {
+bool in_range(const Facets& f, Number v, bool single = false) noexcept {
   const auto x = static_cast<long double>(v);
-  if (f.min() && !(f.min_exclusive() ? x > *f.min() : x >= *f.min())) return false;
-  if (f.max() && !(f.max_exclusive() ? x < *f.max() : x <= *f.max())) return false;
+  const auto bound = [&](double b) { return static_cast<long double>(single ? static_cast<double>(static_cast<float>(b)) : b); };
+  if (f.min() && !(f.min_exclusive() ? x > bound(*f.min()) : x >= bound(*f.min()))) return false;
+  if (f.max() && !(f.max_exclusive() ? x < bound(*f.max()) : x <= bound(*f.max()))) return false;
   return true;
 }
 
@@ -395,7 +397,7 @@ class Reader {
                                (type.single && std::isfinite(*number) && std::isinf(static_cast<float>(*number)));
         if (too_large || (said_not_finite && !facets.allows_not_finite())) return refuse();
         const double value = type.single ? static_cast<double>(static_cast<float>(*number)) : *number;
-        return said_not_finite || in_range(facets, value) ? Value(value) : refuse();
+        return said_not_finite || in_range(facets, value, type.single) ? Value(value) : refuse();
       }
       case Kind::duration: {
         const bool fits = own_datatype || term.datatype == vocab::xsd::duration.text;
@@ -449,7 +451,7 @@ bool within(const Type& type, const Facets& facets, const Value& value) noexcept
       return value.large_integer() && in_range(facets, *value.large_integer());
     case Kind::real:
       if (!value.real()) return false;
-      return std::isfinite(*value.real()) ? in_range(facets, *value.real()) : facets.allows_not_finite();
+      return std::isfinite(*value.real()) ? in_range(facets, *value.real(), type.single) : facets.allows_not_finite();
     case Kind::text: {
       if (!value.text()) return false;
       std::size_t length = 0;

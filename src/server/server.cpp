@@ -102,7 +102,10 @@ class Server::Impl final : public engine::Handler {
     }
   }
 
-  void start() { runner_ = std::thread([this] { run(); }); }
+  void start() {
+    const std::lock_guard lock(threads_mutex_);
+    if (!runner_.joinable()) runner_ = std::thread([this] { run(); });
+  }
 
   void wake() noexcept {
     if (options_.io == Io::in_poll && transport_waker_) transport_waker_->wake();
@@ -115,11 +118,15 @@ class Server::Impl final : public engine::Handler {
     if (transport_waker_) transport_waker_->wake();
     const auto me = std::this_thread::get_id();
     if (serving_ == me) return;  // from a lambda: whoever serves finishes when it returns
+    // Each thread is joined by the first who comes, without a lock: a lambda on one of them may be stopping too.
+    std::thread io, runner;
     {
-      const std::lock_guard lock(stop_mutex_);
-      if (io_.joinable() && io_.get_id() != me) io_.join();
-      if (runner_.joinable() && runner_.get_id() != me) runner_.join();
+      const std::lock_guard lock(threads_mutex_);
+      if (io_.get_id() != me) io = std::move(io_);
+      if (runner_.get_id() != me) runner = std::move(runner_);
     }
+    if (io.joinable()) io.join();
+    if (runner.joinable()) runner.join();
     if (options_.io == Io::in_poll && transport_) {
       const std::lock_guard lock(serve_mutex_);
       finish();
@@ -238,7 +245,7 @@ class Server::Impl final : public engine::Handler {
   std::atomic<bool> stopping_{false}, finished_{false};
   std::atomic<std::thread::id> serving_{};                // who is inside the transport
   std::mutex serve_mutex_;                                // one at a time inside the transport
-  std::mutex stop_mutex_;                                 // guards the threads' joining
+  std::mutex threads_mutex_;                              // guards io_ and runner_, not the joining
   std::thread io_, runner_;
 };
 

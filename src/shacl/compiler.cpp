@@ -124,7 +124,8 @@ void Compiler::refuse_unsupported() {
                 Errc::unsupported_syntax);
   }
   // Constraint components that the graph declares itself (SHACL 6): refused where a shape uses one.
-  const auto type = find(vocab::rdf::type), component = find(sh::ConstraintComponent), parameter = find(sh::parameter), path = find(sh::path);
+  const auto type = find(vocab::rdf::type), component = find(sh::ConstraintComponent), parameter = find(sh::parameter),
+             path = find(sh::path);
   if (!type || !component || !parameter || !path) return;
   for (const rdf::Triple& declared : graph_.match(std::nullopt, *type, *component)) {
     for (const rdf::Triple& p : graph_.match(declared.subject, *parameter, std::nullopt)) {
@@ -133,15 +134,17 @@ void Compiler::refuse_unsupported() {
       if (std::string_view(term(*predicate).text).substr(0, 27) == "http://www.w3.org/ns/shacl#") continue;
       const auto uses = graph_.match(std::nullopt, *predicate, std::nullopt);
       if (!uses.empty())
-        return fail(shown(term(uses.begin()->subject)) + " " + shown(term(*predicate)) + " " + shown(term(uses.begin()->object)) +
-                        ": the constraint component " + shown(term(declared.subject)) + " is not part of SHACL Core",
+        return fail(shown(term(uses.begin()->subject)) + " " + shown(term(*predicate)) + " " +
+                        shown(term(uses.begin()->object)) + ": the constraint component " + shown(term(declared.subject)) +
+                        " is not part of SHACL Core",
                     Errc::unsupported_syntax);
     }
   }
 }
 
 void Compiler::add_shape(rdf::TermId id) {
-  const auto [at, is_new] = plan_.index.try_emplace(static_cast<std::uint32_t>(id), static_cast<ShapeIndex>(plan_.shapes.size()));
+  const auto [at, is_new] =
+      plan_.index.try_emplace(static_cast<std::uint32_t>(id), static_cast<ShapeIndex>(plan_.shapes.size()));
   (void)at;
   if (!is_new) return;
   Shape shape;
@@ -162,14 +165,16 @@ void Compiler::find_shapes() {
     if (const auto id = find(c)) shape_classes.push_back(*id);
   for (std::size_t i = 0; sub_class_of && i < shape_classes.size(); ++i)
     for (const rdf::Triple& t : graph_.match(std::nullopt, *sub_class_of, shape_classes[i]))
-      if (std::find(shape_classes.begin(), shape_classes.end(), t.subject) == shape_classes.end()) shape_classes.push_back(t.subject);
+      if (std::find(shape_classes.begin(), shape_classes.end(), t.subject) == shape_classes.end())
+        shape_classes.push_back(t.subject);
 
   enum class Role : std::uint8_t { none, subject, subject_and_object, subject_and_members };
   std::unordered_map<std::uint32_t, Role> roles;
   const auto give = [&](Iri predicate, Role role) {
     if (const auto id = find(predicate)) roles[static_cast<std::uint32_t>(*id)] = role;
   };
-  for (const Iri target : {sh::targetNode, sh::targetClass, sh::targetSubjectsOf, sh::targetObjectsOf}) give(target, Role::subject);
+  for (const Iri target : {sh::targetNode, sh::targetClass, sh::targetSubjectsOf, sh::targetObjectsOf})
+    give(target, Role::subject);
   for (const Component* c : all_components())
     for (const Component::Parameter& p : c->parameters) give(p.predicate, Role::subject);
   for (const Iri p : {sh::node, sh::property, sh::not_, sh::qualifiedValueShape}) give(p, Role::subject_and_object);
@@ -211,7 +216,8 @@ void Compiler::compile_targets(ShapeIndex index) {
   // SHACL 2.1.3.3: a shape that is a class is its own target class.
   const bool declared = is_instance(shape.id, sh::NodeShape) || is_instance(shape.id, sh::PropertyShape);
   if (declared && is_instance(shape.id, vocab::rdfs::Class)) {
-    if (!term(shape.id).is_iri()) fail("ill-formed shape: " + shown(term(shape.id)) + " is a class and a shape: expected an IRI");
+    if (!term(shape.id).is_iri())
+      fail("ill-formed shape: " + shown(term(shape.id)) + " is a class and a shape: expected an IRI");
     shape.target_classes.push_back(shape.id);
   }
 }
@@ -246,7 +252,8 @@ void Compiler::compile_shape(ShapeIndex index) {
     plan_.shapes[index].messages.push_back(m);
   }
   if (const auto deactivated = value(draft, sh::deactivated)) {
-    if (term(*deactivated).text != "true" && term(*deactivated).text != "false") fail(id, sh::deactivated, *deactivated, "true or false");
+    if (term(*deactivated).text != "true" && term(*deactivated).text != "false")
+      fail(id, sh::deactivated, *deactivated, "true or false");
     plan_.shapes[index].deactivated = flag(draft, sh::deactivated);
   }
 
@@ -258,7 +265,8 @@ void Compiler::compile_shape(ShapeIndex index) {
       used = true;
       if (p.single && all.size() > 1) fail(id, p.predicate, all[1], "one value only");
       const bool first = &p == &component->parameters.front();
-      if (first && component->property_shapes_only && !draft.is_property_shape) fail(id, p.predicate, all.front(), "this in property shapes only");
+      if (first && component->property_shapes_only && !draft.is_property_shape)
+        fail(id, p.predicate, all.front(), "this in property shapes only");
     }
     if (used && !fault_) component->build(*this, draft);
   }
@@ -373,7 +381,9 @@ Result<Shapes> Shapes::compile(rdf::Graph&& shapes, const CompileOptions& option
   return Shapes(plan);
 }
 
-Result<Shapes> Shapes::compile(const rdf::Graph& shapes, const CompileOptions& options) { return compile(rdf::Graph(shapes), options); }
+Result<Shapes> Shapes::compile(const rdf::Graph& shapes, const CompileOptions& options) {
+  return compile(rdf::Graph(shapes), options);
+}
 
 bool Shapes::contains(const rdf::TermView& shape) const noexcept {
   const auto id = plan_->graph.find(shape);

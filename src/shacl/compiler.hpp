@@ -25,7 +25,8 @@ struct Draft {
   bool is_property_shape;
 };
 
-/// What a constraint component says about itself (SHACL 4): its parameters, where it may stand, and how its constraints are made.
+/// What a constraint component says about itself (SHACL 4): its parameters, where it may stand, and how its constraints are
+/// made.
 struct Component {
   struct Parameter {
     Iri predicate;
@@ -54,9 +55,9 @@ class Compiler {
   std::vector<rdf::TermId> values(rdf::TermId subject, Iri predicate) const;
   std::optional<rdf::TermId> value(const Draft& shape, Iri predicate) const;
   std::vector<Constant> iris(const Draft& shape, Iri predicate);
-  std::optional<std::int64_t> integer(const Draft& shape, Iri predicate);  ///< xsd:integer; beyond int64 the nearest
-  bool flag(const Draft& shape, Iri predicate);                           ///< xsd:boolean; true only if it is written "true"
-  std::optional<std::string_view> text(const Draft& shape, Iri predicate); ///< xsd:string
+  std::optional<std::int64_t> integer(const Draft& shape, Iri predicate);   ///< xsd:integer; beyond int64 the nearest
+  bool flag(const Draft& shape, Iri predicate);                             ///< xsd:boolean; true only if it is written "true"
+  std::optional<std::string_view> text(const Draft& shape, Iri predicate);  ///< xsd:string
   std::optional<std::vector<rdf::TermId>> list(const Draft& shape, Iri predicate, rdf::TermId head);
   /// The index of a shape that the compiler has found, of any kind or of the kind asked for.
   ShapeIndex shape(rdf::TermId id) const noexcept { return plan_.find(id); }
@@ -64,7 +65,8 @@ class Compiler {
   /// The predicate that the path of a property shape consists of, if it does.
   std::optional<Constant> path_predicate(rdf::TermId shape) const;
 
-  void fail(rdf::TermId subject, Iri predicate, rdf::TermId object, std::string_view expected, Errc code = Errc::expected_value);
+  void fail(rdf::TermId subject, Iri predicate, rdf::TermId object, std::string_view expected,
+            Errc code = Errc::expected_value);
   void fail(std::string message, Errc code = Errc::expected_value);
 
   template <class C, class... Arguments>

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <lrt/rdf/lexical.hpp>
+#include <lrt/rdf/value_codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 namespace lrt::shacl {
@@ -21,11 +22,19 @@ using rdf::TermId;
 using rdf::Type;
 using Kind = Type::Kind;
 
-constexpr Iri integer_datatypes[] = {xsd::integer, xsd::int_, xsd::long_, xsd::short_, xsd::byte_, xsd::nonNegativeInteger,
+constexpr Iri integer_datatypes[] = {xsd::integer,
+                                     xsd::int_,
+                                     xsd::long_,
+                                     xsd::short_,
+                                     xsd::byte_,
+                                     xsd::nonNegativeInteger,
                                      Iri{"http://www.w3.org/2001/XMLSchema#positiveInteger"},
                                      Iri{"http://www.w3.org/2001/XMLSchema#nonPositiveInteger"},
                                      Iri{"http://www.w3.org/2001/XMLSchema#negativeInteger"},
-                                     xsd::unsignedInt, xsd::unsignedLong, xsd::unsignedShort, xsd::unsignedByte};
+                                     xsd::unsignedInt,
+                                     xsd::unsignedLong,
+                                     xsd::unsignedShort,
+                                     xsd::unsignedByte};
 constexpr Iri real_datatypes[] = {xsd::float_, xsd::double_, xsd::decimal};
 
 class Deriver {
@@ -36,7 +45,7 @@ class Deriver {
   void focus(TermId shape, const Type& type, const Facets& facets, bool required) {
     switch (type.kind) {
       case Kind::optional: return focus(shape, *type.element, facets, false);
-      case Kind::record: return record(shape, type);
+      case Kind::record: return record(shape, type, facets);
       case Kind::integer:
       case Kind::real:
         if (required || facets.unit().empty()) return number_node(shape, type, facets, required);
@@ -98,22 +107,33 @@ class Deriver {
       const TermId p = property(shape, predicate);
       if (wanted.empty()) count(p, sh::maxCount, 0);
       else add(p, sh::in_, list({graph_.intern(wanted)}));
-      return p;
     };
-    const TermId vom = only(vocab::vom::unit, unit.vom), qudt = only(vocab::qudt::unit, unit.qudt);
-    if (unit.qudt.empty()) return count(vom, sh::minCount, 1);
-    if (unit.vom.empty()) return count(qudt, sh::minCount, 1);
-    const TermId either = blank_with(sh::alternativePath, list({graph_.intern(vocab::vom::unit), graph_.intern(vocab::qudt::unit)}));
-    count(property_at(shape, either), sh::minCount, 1);
+    only(vocab::vom::unit, unit.vom);
+    only(vocab::qudt::unit, unit.qudt);
+    const std::string missing =
+        "expected the unit " + rdf::abbreviate(unit.vom.empty() ? unit.qudt.text : unit.vom.text) + ", found none";
+    const auto at_least_one = [&](TermId p) {
+      count(p, sh::minCount, 1);
+      add(p, sh::message, rdf::literal(missing));
+    };
+    if (unit.qudt.empty() || unit.vom.empty()) {
+      // On a shape of its own: the message is about a missing unit, not about a wrong one.
+      return at_least_one(property(shape, unit.qudt.empty() ? vocab::vom::unit : vocab::qudt::unit));
+    }
+    const TermId either =
+        blank_with(sh::alternativePath, list({graph_.intern(vocab::vom::unit), graph_.intern(vocab::qudt::unit)}));
+    at_least_one(property_at(shape, either));
   }
 
-  void record(TermId shape, const Type& type) {
+  void record(TermId shape, const Type& type, const Facets& facets) {
     for (const rdf::FieldType& field : type.fields) {
-      const std::string predicate = field.predicate.empty() || field.predicate.front() != '#' ? field.predicate : names_base_ + field.predicate;
+      const std::string predicate =
+          field.predicate.empty() || field.predicate.front() != '#' ? field.predicate : names_base_ + field.predicate;
       const TermId p = property(shape, Iri(std::string_view(predicate)));
       if (!field.name.empty()) add(p, sh::name, rdf::literal(field.name));
       value(p, *field.type, field.facets, true);
     }
+    if (!facets.unit().empty()) units(shape, facets.unit());
   }
 
   // ---- values
@@ -132,7 +152,7 @@ class Deriver {
       case Kind::optional: return object(shape, *type.element, facets);
       case Kind::record:
         add(shape, sh::nodeKind, TermId(graph_.intern(sh::BlankNodeOrIRI)));
-        return record(shape, type);
+        return record(shape, type, facets);
       case Kind::list: return members(shape, type, facets);
       case Kind::integer:
       case Kind::real:
@@ -186,7 +206,8 @@ class Deriver {
 
   /// The blank node with this label heads the list of datatype shapes; made once in a graph.
   TermId datatypes(std::string_view label, std::initializer_list<const Iri*> ranges, std::initializer_list<std::size_t> sizes) {
-    if (const auto known = graph_.find(rdf::blank(label)); known && !graph_.match(*known, std::nullopt, std::nullopt).empty()) return *known;
+    if (const auto known = graph_.find(rdf::blank(label)); known && !graph_.match(*known, std::nullopt, std::nullopt).empty())
+      return *known;
     std::vector<TermId> cells = {graph_.intern(rdf::blank(label))}, shapes;
     const std::size_t* size = sizes.begin();
     for (const Iri* range : ranges) {
@@ -236,20 +257,23 @@ class Deriver {
     finite(number, type, facets);
     std::vector<TermId> others;
     for (const Iri datatype : {xsd::float_, xsd::double_})
-      for (const std::string_view text : {"NaN", "INF", "+INF", "-INF"}) others.push_back(graph_.intern(rdf::literal(text, datatype)));
+      for (const std::string_view text : {"NaN", "INF", "+INF", "-INF"})
+        others.push_back(graph_.intern(rdf::literal(text, datatype)));
     add(shape, sh::or_, list({number, blank_with(sh::in_, list(others))}));
   }
 
   void finite(TermId shape, const Type& type, const Facets& facets) {
     add(shape, sh::or_,
-        datatypes("numberDatatypes", {real_datatypes, integer_datatypes}, {std::size(real_datatypes), std::size(integer_datatypes)}));
+        datatypes("numberDatatypes", {real_datatypes, integer_datatypes},
+                  {std::size(real_datatypes), std::size(integer_datatypes)}));
     // The largest finite number of the C++ type excludes infinity, and NaN compares with nothing.
     const auto largest = [&](const char* sign) {
       const std::string text = type.single ? rdf::lexical::format(std::numeric_limits<float>::max())
                                            : rdf::lexical::format(std::numeric_limits<double>::max());
       return graph_.intern(rdf::literal(sign + text, type.single ? xsd::float_ : xsd::double_));
     };
-    const double most = type.single ? static_cast<double>(std::numeric_limits<float>::max()) : std::numeric_limits<double>::max();
+    const double most =
+        type.single ? static_cast<double>(std::numeric_limits<float>::max()) : std::numeric_limits<double>::max();
     if (!facets.min() || *facets.min() < -most) add(shape, sh::minInclusive, largest("-"));
     else lower(shape, facets);
     if (!facets.max() || *facets.max() > most) add(shape, sh::maxInclusive, largest(""));
@@ -262,7 +286,8 @@ class Deriver {
 
 }  // namespace
 
-void derive(rdf::Graph& graph, rdf::TermId shape, const rdf::Type& type, const rdf::Facets& facets, std::string_view names_base, bool required) {
+void derive(rdf::Graph& graph, rdf::TermId shape, const rdf::Type& type, const rdf::Facets& facets, std::string_view names_base,
+            bool required) {
   Deriver(graph, names_base).focus(shape, type, facets, required);
 }
 

@@ -38,9 +38,7 @@ Order of(const Duration& a, const Duration& b) noexcept {
   if (a.months > enough || a.months < -enough || b.months > enough || b.months < -enough) return Order::unordered;
   Order common = Order::equal;
   bool first = true;
-  constexpr struct {
-    std::int64_t year, month;
-  } starts[] = {{1696, 9}, {1697, 2}, {1903, 3}, {1903, 7}};
+  constexpr struct { std::int64_t year, month; } starts[] = {{1696, 9}, {1697, 2}, {1903, 3}, {1903, 7}};
   for (const auto& start : starts) {
     const auto seconds_after = [&](const Duration& d, std::int64_t& out) {
       const std::int64_t month = start.year * 12 + start.month - 1 + d.months;

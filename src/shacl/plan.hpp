@@ -45,9 +45,9 @@ class Constraint {
 
 struct Shape {
   rdf::TermId id{};
-  PathIndex path = nothing;      ///< nothing: a node shape
+  PathIndex path = nothing;  ///< nothing: a node shape
   bool deactivated = false;
-  bool recursive = false;        ///< refers to itself, or to a shape that does
+  bool recursive = false;  ///< refers to itself, or to a shape that does
   rdf::TermId severity{};
   std::vector<rdf::TermId> messages;
   std::vector<std::unique_ptr<Constraint>> constraints;

@@ -8,8 +8,8 @@
 namespace lrt::shacl {
 namespace {
 
-// A search takes at most this many steps of PCRE2's matcher (some milliseconds) and this much memory. It is tried with few steps
-// first, so that what it costs is known: the caller has a budget for many searches.
+// A search takes at most this many steps of PCRE2's matcher (some milliseconds) and this much memory. It is tried with few
+// steps first, so that what it costs is known: the caller has a budget for many searches.
 constexpr std::uint32_t few_steps = 1'000, many_steps = 100'000, depth_limit = 50'000, heap_limit_kib = 4'096;
 
 class Limits {
@@ -141,11 +141,14 @@ class Translator {
 
 }  // namespace
 
-void Regex::Scratch::Free::operator()(void* data) const noexcept { pcre2_match_data_free(static_cast<pcre2_match_data*>(data)); }
+void Regex::Scratch::Free::operator()(void* data) const noexcept {
+  pcre2_match_data_free(static_cast<pcre2_match_data*>(data));
+}
 
 Result<Regex> Regex::compile(std::string_view pattern, std::string_view flags, std::size_t max_length) {
   if (pattern.size() > max_length)
-    return unexpected(Errc::limit_exceeded, "a pattern of " + std::to_string(pattern.size()) + " bytes, at most " + std::to_string(max_length) + " are allowed");
+    return unexpected(Errc::limit_exceeded, "a pattern of " + std::to_string(pattern.size()) + " bytes, at most " +
+                                                std::to_string(max_length) + " are allowed");
   std::uint32_t options = PCRE2_UTF | PCRE2_UCP | PCRE2_DOLLAR_ENDONLY | PCRE2_NEVER_BACKSLASH_C;
   bool extended = false, literal = false;
   for (const char flag : flags) {
@@ -155,7 +158,8 @@ Result<Regex> Regex::compile(std::string_view pattern, std::string_view flags, s
       case 's': options |= PCRE2_DOTALL; break;
       case 'x': extended = true; break;
       case 'q': literal = true; break;
-      default: return unexpected(Errc::expected_value, std::string("unknown flag '") + flag + "', expected some of i, m, s, x, q");
+      default:
+        return unexpected(Errc::expected_value, std::string("unknown flag '") + flag + "', expected some of i, m, s, x, q");
     }
   }
   std::string translated(pattern);
@@ -168,7 +172,8 @@ Result<Regex> Regex::compile(std::string_view pattern, std::string_view flags, s
   }
   int error = 0;
   PCRE2_SIZE offset = 0;
-  pcre2_code* code = pcre2_compile(reinterpret_cast<PCRE2_SPTR>(translated.data()), translated.size(), options, &error, &offset, nullptr);
+  pcre2_code* code =
+      pcre2_compile(reinterpret_cast<PCRE2_SPTR>(translated.data()), translated.size(), options, &error, &offset, nullptr);
   if (!code) {
     PCRE2_UCHAR message[256] = {};
     pcre2_get_error_message(error, message, sizeof message);
@@ -185,8 +190,8 @@ Regex::Outcome Regex::search(std::string_view subject, Scratch& scratch, std::si
   auto* data = static_cast<pcre2_match_data*>(scratch.data_.get());
   if (!data || !few.context() || !many.context()) return Outcome::undecided;
   const auto run = [&](const Limits& limits) {
-    return pcre2_match(static_cast<const pcre2_code*>(code_.get()), reinterpret_cast<PCRE2_SPTR>(subject.data()), subject.size(), 0, 0,
-                       data, limits.context());
+    return pcre2_match(static_cast<const pcre2_code*>(code_.get()), reinterpret_cast<PCRE2_SPTR>(subject.data()),
+                       subject.size(), 0, 0, data, limits.context());
   };
   steps += 1 + subject.size() / 32;
   int result = run(few);

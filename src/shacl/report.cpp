@@ -43,26 +43,32 @@ rdf::TermId write_path(rdf::Graph& graph, const Plan& plan, PathIndex index) {
   return graph.fresh_blank();
 }
 
-/// As SPARQL writes it (SPARQL 1.1 9.1). Whatever is not an IRI stands in parentheses within another.
-std::string path_text(const Plan& plan, PathIndex index, bool inner) {
+/// How tightly what stands around a path binds: decides where SPARQL needs parentheses.
+enum class Around : std::uint8_t { nothing, list, sign };
+
+/// As SPARQL writes it (SPARQL 1.1 9.1).
+std::string path_text(const Plan& plan, PathIndex index, Around around) {
   const Path& path = plan.paths[index];
   const auto joined = [&](char separator) {
     std::string text;
-    for (const PathIndex part : path.parts) text += (text.empty() ? "" : std::string(1, separator)) + path_text(plan, part, true);
-    return inner ? "(" + text + ")" : text;
+    for (const PathIndex part : path.parts)
+      text += (text.empty() ? "" : std::string(1, separator)) + path_text(plan, part, Around::list);
+    return around == Around::nothing ? text : "(" + text + ")";
   };
-  const auto repeated = [&](char sign) { return path_text(plan, path.parts.front(), true) + sign; };
-  std::string text;
+  const auto with_sign = [&](const char* before, const char* after) {
+    const std::string text = before + path_text(plan, path.parts.front(), Around::sign) + after;
+    return around == Around::sign ? "(" + text + ")" : text;
+  };
   switch (path.kind) {
     case Path::Kind::predicate: return shown(plan.graph.term(path.predicate));
     case Path::Kind::sequence: return joined('/');
     case Path::Kind::alternative: return joined('|');
-    case Path::Kind::inverse: text = "^" + path_text(plan, path.parts.front(), true); break;
-    case Path::Kind::zero_or_more: text = repeated('*'); break;
-    case Path::Kind::one_or_more: text = repeated('+'); break;
-    case Path::Kind::zero_or_one: text = repeated('?'); break;
+    case Path::Kind::inverse: return with_sign("^", "");
+    case Path::Kind::zero_or_more: return with_sign("", "*");
+    case Path::Kind::one_or_more: return with_sign("", "+");
+    case Path::Kind::zero_or_one: return with_sign("", "?");
   }
-  return inner ? "(" + text + ")" : text;
+  return {};
 }
 
 class Writer {
@@ -123,7 +129,7 @@ void write_lines(std::string& out, const std::vector<ValidationResult>& results,
 
 std::string PropertyPath::to_string() const {
   if (predicate_) return shown(*predicate_);
-  return plan_ ? path_text(*plan_, path_, false) : std::string();
+  return plan_ ? path_text(*plan_, path_, Around::nothing) : std::string();
 }
 
 rdf::TermId PropertyPath::write(rdf::Graph& graph) const {
@@ -137,7 +143,9 @@ rdf::Graph Report::to_graph() const {
   const rdf::TermId report = graph.fresh_blank();
   writer.put(report, vocab::rdf::type, graph.intern(sh::ValidationReport));
   writer.put(report, sh::conforms, graph.intern(rdf::literal(conforms() ? "true" : "false", vocab::xsd::boolean)));
-  if (!complete_) writer.put(report, vocab::rdfs::comment, graph.intern(rdf::literal("The number of results was limited: there may be more.")));
+  if (!complete_)
+    writer.put(report, vocab::rdfs::comment,
+               graph.intern(rdf::literal("The number of results was limited: there may be more.")));
   for (const ValidationResult& r : results_) writer.add(report, sh::result, r);
   return graph;
 }

@@ -36,6 +36,18 @@ rdf::TermView Run::term(Node node) const noexcept {
   return plan_->graph.term(rdf::TermId{node - data_terms_});
 }
 
+const std::vector<std::pair<Node, Node>>& Run::hub(Hubs& hubs, Node node) {
+  const auto [at, is_new] = hubs.of.try_emplace(node);
+  if (is_new) {
+    for (const rdf::Triple& t : triples_of(hubs, node))
+      at->second.emplace_back(static_cast<Node>(t.predicate), static_cast<Node>(hubs.outgoing ? t.object : t.subject));
+    const auto by_predicate = [](const auto& a, const auto& b) { return a.first < b.first; };
+    std::stable_sort(at->second.begin(), at->second.end(), by_predicate);
+    step(at->second.size());
+  }
+  return at->second;
+}
+
 const std::vector<Node>& Run::subclasses(Constant class_iri) {
   const auto [at, is_new] = subclasses_.try_emplace(static_cast<std::uint32_t>(class_iri));
   if (!is_new) return at->second;
@@ -110,8 +122,8 @@ void Run::Set::take_in(std::size_t start) {
     std::size_t write = start;
     while (read < top && write - begin_ <= few) {
       const Node node = nodes[read++];
-      if (std::find(nodes.begin() + static_cast<std::ptrdiff_t>(begin_), nodes.begin() + static_cast<std::ptrdiff_t>(write), node) ==
-          nodes.begin() + static_cast<std::ptrdiff_t>(write))
+      if (std::find(nodes.begin() + static_cast<std::ptrdiff_t>(begin_), nodes.begin() + static_cast<std::ptrdiff_t>(write),
+                    node) == nodes.begin() + static_cast<std::ptrdiff_t>(write))
         nodes[write++] = node;
     }
     if (read == top) {
@@ -137,7 +149,8 @@ void Run::Set::take_in(std::size_t start) {
 
 // ---- paths
 
-/// SHACL 2.3.1. Inverse paths are walked by reversing direction, so that the inverse of a sequence is the reversed sequence of inverses.
+/// SHACL 2.3.1. Inverse paths are walked by reversing direction, so that the inverse of a sequence is the reversed sequence of
+/// inverses.
 void Run::walk(PathIndex index, bool backward, Node from) {
   if (!step()) return;
   const Path& path = plan_->paths[index];
@@ -268,22 +281,31 @@ void Run::collect_targets(const Shape& shape, Set& out) {
   const auto push = [&](Node node) { return nodes_.push_back(node), true; };
   for (const Constant c : shape.target_classes) {
     const Node type = node_of(plan_->type), wanted = node_of(c);
-    with([&] { each_subject(type, wanted, push); });
-    if (!in_data(wanted) || !in_data(node_of(plan_->sub_class_of))) continue;
-    for (const Node sub : subclasses(c)) with([&] { each_subject(type, sub, push); });
+    if (!in_data(type) || !in_data(wanted)) continue;
+    const auto instances = [&](Node of) {
+      with([&] {
+        for (const rdf::Triple& t : data_.match(std::nullopt, rdf::TermId{type}, rdf::TermId{of}))
+          push(static_cast<Node>(t.subject));
+      });
+    };
+    instances(wanted);
+    if (!in_data(node_of(plan_->sub_class_of))) continue;
+    for (const Node sub : subclasses(c)) instances(sub);
   }
   for (const Constant c : shape.target_subjects_of) {
     const Node predicate = node_of(c);
     if (!in_data(predicate)) continue;
     with([&] {
-      for (const rdf::Triple& t : data_.match(std::nullopt, rdf::TermId{predicate}, std::nullopt)) push(static_cast<Node>(t.subject));
+      for (const rdf::Triple& t : data_.match(std::nullopt, rdf::TermId{predicate}, std::nullopt))
+        push(static_cast<Node>(t.subject));
     });
   }
   for (const Constant c : shape.target_objects_of) {
     const Node predicate = node_of(c);
     if (!in_data(predicate)) continue;
     with([&] {
-      for (const rdf::Triple& t : data_.match(std::nullopt, rdf::TermId{predicate}, std::nullopt)) push(static_cast<Node>(t.object));
+      for (const rdf::Triple& t : data_.match(std::nullopt, rdf::TermId{predicate}, std::nullopt))
+        push(static_cast<Node>(t.object));
     });
   }
 }

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -15,8 +17,8 @@
 
 namespace lrt::shacl {
 
-/// A term under judgement: its number in the data graph; or, behind those, that of a term of the shapes graph which the data graph
-/// does not know; or `outsider`, the focus node that neither knows. Equal numbers are equal terms.
+/// A term under judgement: its number in the data graph; or, behind those, that of a term of the shapes graph which the data
+/// graph does not know; or `outsider`, the focus node that neither knows. Equal numbers are equal terms.
 using Node = std::uint32_t;
 inline constexpr Node outsider = 0xFFFFFFFE;
 
@@ -50,17 +52,13 @@ class Run {
   }
   /// Calls `take(object)` for the objects of a subject and predicate until it returns false.
   template <class Take>
-  void each_object(Node subject, Node predicate, Take&& take) const {
-    if (!in_data(subject) || !in_data(predicate)) return;
-    for (const rdf::Triple& t : data_.match(rdf::TermId{subject}, rdf::TermId{predicate}, std::nullopt))
-      if (!take(static_cast<Node>(t.object))) return;
+  void each_object(Node subject, Node predicate, Take&& take) {
+    if (in_data(subject) && in_data(predicate)) each(outgoing_, subject, predicate, take);
   }
   /// The same backwards.
   template <class Take>
-  void each_subject(Node predicate, Node object, Take&& take) const {
-    if (!in_data(predicate) || !in_data(object)) return;
-    for (const rdf::Triple& t : data_.match(std::nullopt, rdf::TermId{predicate}, rdf::TermId{object}))
-      if (!take(static_cast<Node>(t.subject))) return;
+  void each_subject(Node predicate, Node object, Take&& take) {
+    if (in_data(object) && in_data(predicate)) each(incoming_, object, predicate, take);
   }
 
   /// SHACL 1.1: an instance of the class or of one of its subclasses in the data.
@@ -144,6 +142,41 @@ class Run {
  private:
   friend class Set;
 
+  /// The triples of nodes that have many, by predicate: so that a path through such a node does not look at all of them each
+  /// time.
+  struct Hubs {
+    bool outgoing;
+    std::unordered_map<Node, std::vector<std::pair<Node, Node>>> of;  ///< predicate and other end, sorted by predicate
+  };
+  static constexpr std::size_t many_triples = 64;
+
+  rdf::Graph::Matches triples_of(const Hubs& hubs, Node node) const noexcept {
+    const std::optional<rdf::TermId> id = rdf::TermId{node};
+    return hubs.outgoing ? data_.match(id, std::nullopt, std::nullopt) : data_.match(std::nullopt, std::nullopt, id);
+  }
+  const std::vector<std::pair<Node, Node>>& hub(Hubs& hubs, Node node);
+
+  template <class Take>
+  void each(Hubs& hubs, Node node, Node predicate, Take&& take) {
+    if (hubs.of.empty() || hubs.of.find(node) == hubs.of.end()) {
+      std::size_t seen = 0;
+      const rdf::Graph::Matches all = triples_of(hubs, node);
+      for (auto t = all.begin(); t != all.end(); ++t)
+        if (++seen > many_triples) break;
+      if (seen <= many_triples) {
+        for (const rdf::Triple& t : all)
+          if (static_cast<Node>(t.predicate) == predicate && !take(static_cast<Node>(hubs.outgoing ? t.object : t.subject)))
+            return;
+        return;
+      }
+    }
+    const std::vector<std::pair<Node, Node>>& sorted = hub(hubs, node);
+    const auto before = [](const std::pair<Node, Node>& entry, Node p) { return entry.first < p; };
+    for (auto at = std::lower_bound(sorted.begin(), sorted.end(), predicate, before);
+         at != sorted.end() && at->first == predicate; ++at)
+      if (!take(at->second)) return;
+  }
+
   void judge(ShapeIndex shape, Node focus);
   void collect_targets(const Shape& shape, Set& out);
   /// The subclasses of a class, itself included, in order of their numbers; empty if it has no other.
@@ -157,20 +190,21 @@ class Run {
   const rdf::Graph& data_;
   ValidateOptions options_;
   Node data_terms_;
-  std::vector<Node> bound_;                       // from the shapes graph's TermId; nothing: not looked for yet
+  std::vector<Node> bound_;  // from the shapes graph's TermId; nothing: not looked for yet
   std::optional<rdf::TermView> outsider_;
-  std::vector<Node> nodes_;                       // stack: value nodes of the scenes and sets under way
+  Hubs outgoing_{true, {}}, incoming_{false, {}};
+  std::vector<Node> nodes_;  // stack: value nodes of the scenes and sets under way
   struct Stamps {
-    std::vector<std::uint32_t> of;                // from Node: epoch of the set it was last put into
+    std::vector<std::uint32_t> of;  // from Node: epoch of the set it was last put into
     std::uint32_t epoch = 0;
   };
-  std::vector<Stamps> stamps_;                    // one for each level of sets within sets
+  std::vector<Stamps> stamps_;  // one for each level of sets within sets
   std::size_t level_ = 0;
   std::vector<std::pair<ShapeIndex, Node>> under_way_;  // of recursive shapes
   std::unordered_map<std::uint32_t, std::vector<Node>> subclasses_;
   std::size_t depth_ = 0, steps_ = 0, path_nodes_ = 0;
   bool quiet_ = false, failed_ = false;
-  bool full_ = false;                             // max_results was reached
+  bool full_ = false;  // max_results was reached
   std::optional<Error> stopped_;
   Report report_;
   std::vector<ValidationResult>* results_ = &report_.results_;

@@ -1,13 +1,29 @@
 #include "src/shacl/words.hpp"
 
+#include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/value_codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/shacl/plan.hpp"
+
 namespace lrt::shacl {
+namespace {
+
+/// Turtle's short forms.
+bool is_bare(const rdf::TermView& term) noexcept {
+  if (!term.is_literal() || term.text.size() > 40) return false;
+  if (term.datatype == vocab::xsd::integer.text) return rdf::lexical::is_integer(term.text);
+  if (term.datatype == vocab::xsd::decimal.text)
+    return rdf::lexical::is_decimal(term.text) && term.text.find('.') != std::string_view::npos && term.text.back() != '.';
+  return term.datatype == vocab::xsd::boolean.text && (term.text == "true" || term.text == "false");
+}
+
+}  // namespace
 
 std::string shown(const rdf::TermView& term) {
   constexpr std::size_t longest = 80;
   if (term.is_iri()) return rdf::abbreviate(term.text);
+  if (is_bare(term)) return std::string(term.text);
   std::size_t length = term.text.size();
   if (length > longest) {
     length = longest;
@@ -21,6 +37,17 @@ std::string shown(const rdf::TermView& term) {
   return term.datatype == vocab::xsd::string.text ? text : text + "^^" + rdf::abbreviate(term.datatype);
 }
 
-std::string counted(std::size_t n, const char* one, const char* many) { return std::to_string(n) + " " + (n == 1 ? one : many); }
+std::string shown_shape(const Plan& plan, std::uint32_t shape) {
+  const rdf::TermView id = plan.graph.term(plan.shapes[shape].id);
+  if (!id.is_blank()) return shown(id);
+  for (const Iri name : {vocab::sh::name, vocab::rdfs::label})
+    if (const auto text = plan.graph.object(id, name); text && text->is_literal())
+      return "the shape " + shown(rdf::literal(text->text));
+  return "the shape given there";
+}
+
+std::string counted(std::size_t n, const char* one, const char* many) {
+  return std::to_string(n) + " " + (n == 1 ? one : many);
+}
 
 }  // namespace lrt::shacl

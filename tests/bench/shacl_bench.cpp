@@ -19,25 +19,32 @@ using lrt::rdf::Syntax;
 using lrt::shacl::Shapes;
 
 const std::string prefixes =
-    "@prefix sh: <http://www.w3.org/ns/shacl#> . @prefix xsd: <http://www.w3.org/2001/XMLSchema#> . @prefix ex: <http://example.org/ns#> .\n"
-    "@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> . @prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> .\n";
+    "@prefix sh: <http://www.w3.org/ns/shacl#> . @prefix xsd: <http://www.w3.org/2001/XMLSchema#> . @prefix ex: "
+    "<http://example.org/ns#> .\n"
+    "@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> . @prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> "
+    ".\n";
 const std::string target = "http://example.org/baxter/right_s1/actions/rotate";
 
 // Figures 5a and 5b of the paper, corrected.
-const std::string rotate_shape = prefixes +
-                                 "<#input> a sh:NodeShape ;\n"
-                                 "  sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:float ; sh:minInclusive 0 ; sh:maxExclusive 360 ] ;\n"
-                                 "  sh:property [ sh:path vom:unit ; sh:minCount 1 ; sh:maxCount 1 ; sh:hasValue maths:Degree ] .\n";
+const std::string rotate_shape =
+    prefixes +
+    "<#input> a sh:NodeShape ;\n"
+    "  sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:float ; sh:minInclusive 0 ; "
+    "sh:maxExclusive 360 ] ;\n"
+    "  sh:property [ sh:path vom:unit ; sh:minCount 1 ; sh:maxCount 1 ; sh:hasValue maths:Degree ] .\n";
 const std::string rotate_body =
     "@prefix rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#> .\n@prefix xsd: <http://www.w3.org/2001/XMLSchema#> .\n"
-    "@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> .\n@prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> .\n"
+    "@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> .\n@prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> "
+    ".\n"
     "<>\n  rdf:type maths:Scalar ;\n  vom:numericalValue \"43.6\"^^xsd:float ;\n  vom:unit maths:Degree .\n";
 
 // Ten constraints on three properties of each joint.
 const std::string joint_shape = prefixes +
                                 "ex:JointShape a sh:NodeShape ; sh:targetClass ex:Joint ;\n"
-                                "  sh:property [ sh:path ex:name ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:string ; sh:pattern \"^joint_[0-9]+$\" ] ;\n"
-                                "  sh:property [ sh:path ex:angle ; sh:minCount 1 ; sh:datatype xsd:double ; sh:minInclusive -3.2 ; sh:maxInclusive 3.2 ] ;\n"
+                                "  sh:property [ sh:path ex:name ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:string ; "
+                                "sh:pattern \"^joint_[0-9]+$\" ] ;\n"
+                                "  sh:property [ sh:path ex:angle ; sh:minCount 1 ; sh:datatype xsd:double ; sh:minInclusive "
+                                "-3.2 ; sh:maxInclusive 3.2 ] ;\n"
                                 "  sh:property [ sh:path ex:next ; sh:maxCount 1 ; sh:class ex:Joint ] .\n";
 
 Graph read(const std::string& text) {
@@ -102,7 +109,8 @@ int main(int argc, char** argv) {
   const Shapes shapes = compile(joint_shape);
   for (std::size_t n = 100; n <= largest; n *= 10) {
     const Graph graph = joints(n);
-    const double us = microseconds(std::max<std::size_t>(1, 20'000 / n), [&] { require(lrt::shacl::validate(shapes, graph)->conforms()); });
+    const double us =
+        microseconds(std::max<std::size_t>(1, 20'000 / n), [&] { require(lrt::shacl::validate(shapes, graph)->conforms()); });
     std::printf("%7zu focus nodes, 10 constraints each: %10.0f us, %.2f us a node\n", n, us, us / static_cast<double>(n));
   }
 }

@@ -13,8 +13,9 @@
 
 #include "tests/support/catch.hpp"
 
-// The W3C suite of SHACL Core, read from LRT_SHARED_DIR/suites/shacl and never copied into the project. Reports are compared as the
-// suite asks: sh:conforms, and for every result the properties below, as graphs. sh:resultMessage counts where it is expected.
+// The W3C suite of SHACL Core, read from LRT_SHARED_DIR/suites/shacl and never copied into the project. Reports are compared as
+// the suite asks: sh:conforms, and for every result the properties below, as graphs. sh:resultMessage counts where it is
+// expected.
 
 namespace {
 
@@ -67,7 +68,8 @@ void collect(const std::string& manifest, std::set<std::string>& seen, std::vect
   const auto graph = document(manifest);
   if (!graph) return;  // the suite's part on SPARQL is not there
   const auto shared = std::make_shared<const Graph>(*graph);
-  for (const TermView include : shared->objects(lrt::rdf::iri(manifest), mf_include)) collect(std::string(include.text), seen, out);
+  for (const TermView include : shared->objects(lrt::rdf::iri(manifest), mf_include))
+    collect(std::string(include.text), seen, out);
   if (const auto head = shared->object(lrt::rdf::iri(manifest), mf_entries)) {
     const auto entries = shared->list(*shared->find(*head));
     REQUIRE(entries);
@@ -110,7 +112,8 @@ Graph relevant(const Graph& graph, TermId report, bool with_messages) {
   for (const Triple& r : graph.match(report, *results, std::nullopt)) {
     const TermId node = out.fresh_blank();
     out.add(root, out.intern(sh::result), node);
-    std::vector<Iri> kept = {sh::focusNode, sh::resultPath, sh::value, sh::sourceShape, sh::sourceConstraintComponent, sh::resultSeverity};
+    std::vector<Iri> kept = {sh::focusNode,     sh::resultPath, sh::value, sh::sourceShape, sh::sourceConstraintComponent,
+                             sh::resultSeverity};
     if (with_messages) kept.push_back(sh::resultMessage);
     for (const Iri predicate : kept) {
       const auto p = graph.find(predicate);
@@ -150,7 +153,8 @@ std::string outcome(const Case& test) {
   for (const Triple& t : manifest.match(nullptr, &message, nullptr)) messages = messages || manifest.term(t.subject).is_blank();
   const Graph found = relevant(graph, roots.begin()->subject, messages), wanted = relevant(manifest, expected_root, messages);
   if (lrt::rdf::isomorphic(found, wanted)) return "";
-  return "expected\n" + *lrt::rdf::write(wanted, Syntax::turtle) + "\nfound\n" + *lrt::rdf::write(found, Syntax::turtle) + "\n" + report->to_text();
+  return "expected\n" + *lrt::rdf::write(wanted, Syntax::turtle) + "\nfound\n" + *lrt::rdf::write(found, Syntax::turtle) +
+         "\n" + report->to_text();
 }
 
 }  // namespace

@@ -105,6 +105,15 @@ TEST_CASE("an asynchronous command that is not begun in time fails and is not ca
   CHECK(c.commands == 0);
 }
 
+TEST_CASE("a client that would not wait so long is answered 202, and its command still begins", "[engine][R0.7]") {
+  Counting c;
+  const auto sent = c.bench.send("POST /arm/actions/sync\nPrefer: wait=1");
+  c.bench.clock.advance(seconds(1));
+  CHECK(c.bench.answer(sent)->status == 202);
+  c.bench.run();
+  CHECK(c.commands == 1);
+}
+
 TEST_CASE("a command that runs when its time is over is answered 202 and goes on", "[engine][R0.6]") {
   Bench bench;
   std::optional<Bench::Sent> sent;

@@ -7,8 +7,9 @@
 
 #include <lrt/rdf/codec.hpp>
 
-// Shapes as Turtle, a byte 0xFF (which no UTF-8 text has), data as Turtle -> compile, validate within small limits -> the report as a
-// graph, which must be writable, readable again, and the same at a second validation. Without data the shapes judge themselves.
+// Shapes as Turtle, a byte 0xFF (which no UTF-8 text has), data as Turtle -> compile, validate within small limits -> the
+// report as a graph, which must be writable, readable again, and the same at a second validation. Without data the shapes judge
+// themselves.
 
 namespace {
 
@@ -24,7 +25,8 @@ using lrt::rdf::Syntax;
 Result<Graph> read(std::string_view text) {
   // As a parser meets it in tests/shacl, so that what is found can be tried there; short inputs get further this way.
   static const std::string prefixes =
-      "@prefix ex: <http://example.org/ns#> . @prefix sh: <http://www.w3.org/ns/shacl#> . @prefix xsd: <http://www.w3.org/2001/XMLSchema#> . "
+      "@prefix ex: <http://example.org/ns#> . @prefix sh: <http://www.w3.org/ns/shacl#> . @prefix xsd: "
+      "<http://www.w3.org/2001/XMLSchema#> . "
       "@prefix rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#> . @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .\n";
   lrt::rdf::ReadOptions options;
   options.base = "http://example.org/";
@@ -69,7 +71,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   if (!back || back->size() != graph.size()) broken("a report that cannot be read", *written);
   if (!report->complete() && report->results().empty() && options.max_results != 0) broken("cut to nothing", *written);
   const auto again = lrt::shacl::validate(*shapes, *data, options);
-  if (!again || *lrt::rdf::write(again->to_graph(), Syntax::turtle) != *written) broken("another report the second time", *written);
+  if (!again || *lrt::rdf::write(again->to_graph(), Syntax::turtle) != *written)
+    broken("another report the second time", *written);
 
   // Every shape against every subject, directly.
   std::size_t tried = 0;

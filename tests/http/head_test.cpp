@@ -146,6 +146,9 @@ const Refused refusals[] = {
     {"GET http://:80/ HTTP/1.1\r\nHost: a\r\n\r\n"sv, 400, "request target: expected"},
     {"GET http:/a HTTP/1.1\r\nHost: a\r\n\r\n"sv, 400, "request target: expected"},
     {"GET http:// HTTP/1.1\r\nHost: a\r\n\r\n"sv, 400, "request target: expected"},
+    {"GET https://a/ HTTP/1.1\r\nHost: a\r\n\r\n"sv, 421, "request target: expected http over this connection"},
+    {"GET HTTPS://a:443/x?y HTTP/1.1\r\nHost: a\r\n\r\n"sv, 421, "found \"HTTPS://a:443/x?y\""},
+    {"GET https://a/ HTTP/1.1\r\n\r\n"sv, 400, "Host: expected one, found none"},
     // methods
     {"CONNECT a:80 HTTP/1.1\r\nHost: a\r\n\r\n"sv, 501, "found \"CONNECT\""},
     {"TRACE / HTTP/1.1\r\nHost: a\r\n\r\n"sv, 501, "found \"TRACE\""},
@@ -153,6 +156,8 @@ const Refused refusals[] = {
     {"PUT / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\nTransfer-Encoding: chunked\r\n\r\n"sv, 400, "beside Transfer-Encoding"},
     {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\ncontent-length: 5\r\n\r\n"sv, 400, "beside Transfer-Encoding"},
     {"PUT / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\nContent-Length: 5\r\n\r\n"sv, 400, "at most one, found 2"},
+    {"PUT / HTTP/1.1\r\nHost: a\r\nContent-Length: 1\r\nX: 9\r\ncontent-length: 2\r\nContent-Length: 3\r\nContent-Length: 4\r\n\r\n"sv,
+     400, "Content-Length: expected at most one, found 4: \"1\", \"2\", \"3\", ..."},
     {"PUT / HTTP/1.1\r\nHost: a\r\nContent-Length: 5, 5\r\n\r\n"sv, 400, "found \"5, 5\""},
     {"PUT / HTTP/1.1\r\nHost: a\r\nContent-Length:\r\n\r\n"sv, 400, "Content-Length: expected 1 to 19 digits, found \"\""},
     {"PUT / HTTP/1.1\r\nHost: a\r\nContent-Length: +5\r\n\r\n"sv, 400, "found \"+5\""},
@@ -164,7 +169,18 @@ const Refused refusals[] = {
     {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: gzip\r\n\r\n"sv, 501, "exactly \"chunked\", found \"gzip\""},
     {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: identity\r\n\r\n"sv, 501, "found \"identity\""},
     {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: xchunked\r\n\r\n"sv, 501, "found \"xchunked\""},
-    {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: gzip, chunked\r\n\r\n"sv, 400, "found \"gzip, chunked\""},
+    {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: gzip, chunked\r\n\r\n"sv, 501, "found \"gzip, chunked\""},
+    {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: gzip;q=1 ,\tidentity,CHUNKED\r\n\r\n"sv, 501, "CHUNKED\""},
+    {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: gzip, deflate\r\n\r\n"sv, 400, "found \"gzip, deflate\""},
+    {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked, gzip\r\n\r\n"sv, 400, "found \"chunked, gzip\""},
+    {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked, gzip, chunked\r\n\r\n"sv, 400, "found \"chunked, gzip, chunked\""},
+    {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: gzip, chunked, chunked\r\n\r\n"sv, 400, "found \"gzip, chunked, chunked\""},
+    {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: gzip, chunked;x=1\r\n\r\n"sv, 400, "found \"gzip, chunked;x=1\""},
+    {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: g zip, chunked\r\n\r\n"sv, 400, "found \"g zip, chunked\""},
+    {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: gzip, xchunked\r\n\r\n"sv, 400, "found \"gzip, xchunked\""},
+    {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: , chunked\r\n\r\n"sv, 400, "found \", chunked\""},
+    {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: gzip, chunked\r\nTransfer-Encoding: chunked\r\n\r\n"sv, 400,
+     "found 2: \"gzip, chunked\", \"chunked\""},
     {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked, chunked\r\n\r\n"sv, 400, "found \"chunked, chunked\""},
     {"PUT / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\nTransfer-Encoding: chunked\r\n\r\n"sv, 400,
      "at most one, found 2"},
@@ -189,7 +205,7 @@ const std::string_view accepted[] = {
     "GET /?a=[b]&c='d';e HTTP/1.1\r\nHost: a\r\n\r\n"sv,
     "GET //a/../%zz HTTP/1.1\r\nHost: a\r\n\r\n"sv,  // escapes and dots are the engine's
     "GET http://a HTTP/1.1\r\nHost: b\r\n\r\n"sv,
-    "GET HTTPS://a:443/x?y HTTP/1.1\r\nHost: a\r\n\r\n"sv,
+    "GET HTTP://a:443/x?y HTTP/1.1\r\nHost: a\r\n\r\n"sv,
     "OPTIONS * HTTP/1.1\r\nHost: a\r\n\r\n"sv,
     "M-SEARCH / HTTP/1.1\r\nHost: a\r\n\r\n"sv,
     "GET / HTTP/1.0\r\n\r\n"sv,
@@ -273,6 +289,20 @@ TEST_CASE("check_head does not rely on check_raw_head for method, target and ver
   request.target = "/";
   request.version = 20;
   CHECK(http::check_head(request)->status == 505);
+}
+
+TEST_CASE("an absolute target has the scheme of its connection", "[http][R0.1]") {
+  http::Request request = with({{"Host", "a"}});
+  for (const bool secure : {false, true}) {
+    request.secure = secure;
+    for (const std::string_view target : {"http://a/", "https://a/", "/"}) {
+      CAPTURE(secure, target);
+      request.target = target;
+      const auto refusal = http::check_head(request);
+      CHECK(refusal.has_value() == (target != "/" && secure != (target == "https://a/")));
+      if (refusal) CHECK(refusal->status == 421);
+    }
+  }
 }
 
 TEST_CASE("framing follows Content-Length, chunked, Expect, Connection and the version", "[http][R0.1]") {

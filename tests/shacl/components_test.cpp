@@ -98,6 +98,12 @@ const std::vector<Case> cases = {
      "ex:S sh:targetNode \"2024-01-01T00:00:00\"^^xsd:dateTime, \"2024-01-02T03:00:00\"^^xsd:dateTime, \"2023-12-31T21:00:00\"^^xsd:dateTime ; "
      "sh:maxInclusive \"2024-01-01T12:00:00Z\"^^xsd:dateTime .", "",
      {"\"2024-01-01T00:00:00\" - \"2024-01-01T00:00:00\" MaxInclusive", "\"2024-01-02T03:00:00\" - \"2024-01-02T03:00:00\" MaxInclusive"}},
+    {"4.3.4 maxInclusive", "13 hours before is not surely before, 14 and a second is",
+     "ex:S sh:targetNode \"2023-12-31T22:30:00\"^^xsd:dateTime, \"2023-12-31T21:59:59\"^^xsd:dateTime ; sh:maxInclusive \"2024-01-01T12:00:00Z\"^^xsd:dateTime .", "",
+     {"\"2023-12-31T22:30:00\" - \"2023-12-31T22:30:00\" MaxInclusive"}},
+    {"4.3.4 maxInclusive", "parts of a second, also before 0",
+     "ex:S sh:targetNode \"-PT0.5S\"^^xsd:duration, \"-PT0.25S\"^^xsd:duration, \"PT0.1S\"^^xsd:duration, \"-PT1.5S\"^^xsd:duration ; sh:maxInclusive \"-PT0.5S\"^^xsd:duration .", "",
+     {"\"-PT0.25S\" - \"-PT0.25S\" MaxInclusive", "\"PT0.1S\" - \"PT0.1S\" MaxInclusive"}},
     {"4.3.4 maxInclusive", "booleans", "ex:S sh:targetNode true, false ; sh:maxInclusive false .", "", {"\"true\" - \"true\" MaxInclusive"}},
     {"4.3.4 maxInclusive", "dates and durations with their like",
      "ex:S sh:targetNode \"P1D\"^^xsd:dayTimeDuration, \"PT24H\"^^xsd:duration, \"PT24H0.1S\"^^xsd:duration, \"P1M\"^^xsd:duration, "

@@ -28,7 +28,8 @@ class Generator {
   std::string node() { return one_of({"ex:a", "ex:b", "ex:c", "ex:d", "_:x", "_:y", "_:z"}); }
   std::string predicate() { return one_of({"ex:p", "ex:q", "ex:r"}); }
   std::string literal() {
-    return one_of({"1", "2", "1.0", "\"abc\"", "\"ab\"@en", "\"xy\"@de", "\"5\"^^xsd:float", "\"fast\"^^xsd:float", "true", "\"2024-01-01T00:00:00Z\"^^xsd:dateTime", "\"\""});
+    return one_of({"1", "2", "1.0", "\"abc\"", "\"ab\"@en", "\"xy\"@de", "\"5\"^^xsd:float", "\"fast\"^^xsd:float", "true",
+                   "\"2024-01-01T00:00:00Z\"^^xsd:dateTime", "\"\""});
   }
   std::string value() { return below(2) ? node() : literal(); }
 
@@ -58,7 +59,8 @@ class Generator {
   }
 
   std::string shape(std::size_t depth) {
-    return "[ " + (below(3) == 0 ? "sh:path " + any_path() + " ; " + constraints(depth, true) : constraints(depth, false)) + " ]";
+    return "[ " + (below(3) == 0 ? "sh:path " + any_path() + " ; " + constraints(depth, true) : constraints(depth, false)) +
+           " ]";
   }
   std::string node_shape(std::size_t depth) { return "[ " + constraints(depth, false) + " ]"; }
   std::string property_shape(std::size_t depth) { return "[ sh:path " + any_path() + " ; " + constraints(depth, true) + " ]"; }
@@ -79,7 +81,8 @@ class Generator {
         case 3: return "sh:lessThan " + predicate();
         default:
           return depth > 2 ? "sh:minCount 1"
-                           : "sh:qualifiedValueShape " + shape(depth + 1) + " ; sh:qualifiedMinCount 1 ; sh:qualifiedMaxCount 2 ; sh:qualifiedValueShapesDisjoint true";
+                           : "sh:qualifiedValueShape " + shape(depth + 1) +
+                                 " ; sh:qualifiedMinCount 1 ; sh:qualifiedMaxCount 2 ; sh:qualifiedValueShapesDisjoint true";
       }
     }
     if (depth < 3 && below(3) == 0) {
@@ -116,7 +119,8 @@ class Generator {
   std::mt19937 random_;
 };
 
-constexpr const char* targets = "sh:targetSubjectsOf ex:p ; sh:targetObjectsOf ex:q ; sh:targetClass ex:C ; sh:targetNode ex:a, 1 ; ";
+constexpr const char* targets =
+    "sh:targetSubjectsOf ex:p ; sh:targetObjectsOf ex:q ; sh:targetClass ex:C ; sh:targetNode ex:a, 1 ; ";
 
 Graph relabelled(const Graph& graph) {
   Graph out;
@@ -155,7 +159,8 @@ TEST_CASE("neither labels of blank nodes, nor the order of triples, nor what is 
   std::size_t judged = 0, violated = 0;
   for (std::uint32_t seed = 1; seed <= rounds; ++seed) {
     Generator generator(seed);
-    const std::string shapes_text = std::string("ex:S ") + targets + generator.constraints(0, false) + " ; sh:property " + generator.property_shape(1) + " .";
+    const std::string shapes_text = std::string("ex:S ") + targets + generator.constraints(0, false) + " ; sh:property " +
+                                    generator.property_shape(1) + " .";
     const std::string data_text = generator.data();
     INFO("seed " << seed << "\n" << shapes_text << "\n" << data_text);
     const Graph shapes = shacl_test::parse(shapes_text), data = shacl_test::parse(data_text);
@@ -168,7 +173,8 @@ TEST_CASE("neither labels of blank nodes, nor the order of triples, nor what is 
     CHECK(results(shuffled(shapes, seed), data) == expected);
     CHECK(results(shapes, shuffled(data, seed)) == expected);
     Graph more = data;
-    more.add(lrt::rdf::iri("http://example.org/unrelated"), lrt::rdf::iri("http://example.org/unrelated"), lrt::rdf::literal("x"));
+    more.add(lrt::rdf::iri("http://example.org/unrelated"), lrt::rdf::iri("http://example.org/unrelated"),
+             lrt::rdf::literal("x"));
     CHECK(results(shapes, more) == expected);
   }
   CHECK(judged == rounds);
@@ -182,11 +188,14 @@ TEST_CASE("sh:not of a shape holds exactly where the shape does not", "[shacl]")
     Generator generator(seed + 10'000);
     const std::string constraints = generator.constraints(0, false), data_text = generator.data();
     INFO("seed " << seed << "\n" << constraints << "\n" << data_text);
-    const Shapes shapes = shacl_test::compile("ex:S a sh:NodeShape ; " + constraints + " . ex:N sh:not ex:S . ex:NN sh:not ex:N . ex:X sh:xone ( ex:S ex:N ) . ex:A sh:and ( ex:S ex:N ) . ex:O sh:or ( ex:S ex:N ) .");
+    const Shapes shapes = shacl_test::compile("ex:S a sh:NodeShape ; " + constraints +
+                                              " . ex:N sh:not ex:S . ex:NN sh:not ex:N . ex:X sh:xone ( ex:S ex:N ) . ex:A "
+                                              "sh:and ( ex:S ex:N ) . ex:O sh:or ( ex:S ex:N ) .");
     const Graph data = shacl_test::parse(data_text);
     for (const char* focus : {"a", "b", "c"}) {
       const auto conforms = [&](const char* shape) {
-        const auto report = lrt::shacl::validate(shapes, data, lrt::rdf::iri(shacl_test::ex + focus), lrt::rdf::iri(shacl_test::ex + shape));
+        const auto report =
+            lrt::shacl::validate(shapes, data, lrt::rdf::iri(shacl_test::ex + focus), lrt::rdf::iri(shacl_test::ex + shape));
         if (!report) FAIL(report.error().message);
         return report->conforms();
       };
@@ -206,7 +215,8 @@ TEST_CASE("sh:not of a shape holds exactly where the shape does not", "[shacl]")
 TEST_CASE("the report is the same when it is cut, but for its length", "[shacl]") {
   for (std::uint32_t seed = 1; seed <= 50; ++seed) {
     Generator generator(seed + 20'000);
-    const std::string text = std::string("ex:S ") + targets + generator.constraints(0, false) + " ; sh:property " + generator.property_shape(1) + " .";
+    const std::string text = std::string("ex:S ") + targets + generator.constraints(0, false) + " ; sh:property " +
+                             generator.property_shape(1) + " .";
     const Shapes shapes = shacl_test::compile(text);
     const Graph data = shacl_test::parse(generator.data());
     ValidateOptions options;
@@ -217,6 +227,7 @@ TEST_CASE("the report is the same when it is cut, but for its length", "[shacl]"
     const auto cut = lrt::shacl::validate(shapes, data, options);
     REQUIRE(cut);
     REQUIRE(cut->results().size() == options.max_results);
-    for (std::size_t i = 0; i < cut->results().size(); ++i) CHECK(shacl_test::line(cut->results()[i]) == shacl_test::line(whole->results()[i]));
+    for (std::size_t i = 0; i < cut->results().size(); ++i)
+      CHECK(shacl_test::line(cut->results()[i]) == shacl_test::line(whole->results()[i]));
   }
 }

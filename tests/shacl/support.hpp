@@ -17,11 +17,15 @@ namespace shacl_test {
 inline const std::string ex = "http://example.org/ns#";
 
 inline std::string with_prefixes(std::string_view turtle) {
-  return "@prefix ex: <" + ex + "> . @prefix sh: <http://www.w3.org/ns/shacl#> . @prefix xsd: <http://www.w3.org/2001/XMLSchema#> . "
+  return "@prefix ex: <" + ex +
+         "> . @prefix sh: <http://www.w3.org/ns/shacl#> . @prefix xsd: <http://www.w3.org/2001/XMLSchema#> . "
          "@prefix rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#> . @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> . "
-         "@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> . @prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> . "
-         "@prefix qudt: <http://qudt.org/schema/qudt/> . @prefix unit: <http://qudt.org/vocab/unit/> . @prefix ros: <http://ros.org/#> . "
-         "@prefix hybrit: <https://hybr-it-projekt.de/ns/hybr-it#> . @prefix spatial: <http://vocab.arvida.de/2015/06/spatial/vocab#> .\n" +
+         "@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> . @prefix maths: "
+         "<http://vocab.arvida.de/2015/06/maths/vocab#> . "
+         "@prefix qudt: <http://qudt.org/schema/qudt/> . @prefix unit: <http://qudt.org/vocab/unit/> . @prefix ros: "
+         "<http://ros.org/#> . "
+         "@prefix hybrit: <https://hybr-it-projekt.de/ns/hybr-it#> . @prefix spatial: "
+         "<http://vocab.arvida.de/2015/06/spatial/vocab#> .\n" +
          std::string(turtle);
 }
 

@@ -8,8 +8,8 @@ namespace {
 
 using lrt::Errc;
 using lrt::rdf::Graph;
-using lrt::rdf::TermView;
 using lrt::rdf::iri;
+using lrt::rdf::TermView;
 using lrt::shacl::Report;
 using lrt::shacl::Shapes;
 using lrt::shacl::ValidateOptions;
@@ -35,7 +35,8 @@ std::string chain(int n, const char* predicate) {
 }  // namespace
 
 TEST_CASE("one focus node is validated against one shape whatever their targets", "[shacl]") {
-  const Shapes shapes = compile("ex:S sh:targetNode ex:other ; sh:property [ sh:path ex:p ; sh:minCount 1 ] . ex:P sh:path ex:p ; sh:minCount 2 .");
+  const Shapes shapes = compile(
+      "ex:S sh:targetNode ex:other ; sh:property [ sh:path ex:p ; sh:minCount 1 ] . ex:P sh:path ex:p ; sh:minCount 2 .");
   const Graph data = parse("ex:a ex:p 1 . ex:b ex:q 1 .");
   const auto check = [&](const char* focus, const char* shape) {
     const auto report = lrt::shacl::validate(shapes, data, iri(ex + focus), iri(ex + shape));
@@ -52,19 +53,26 @@ TEST_CASE("one focus node is validated against one shape whatever their targets"
 }
 
 TEST_CASE("a focus node that neither graph knows is equal to itself", "[shacl]") {
-  const Shapes shapes = compile("ex:S sh:property [ sh:path [ sh:zeroOrMorePath ex:p ] ; sh:maxCount 1 ; sh:equals ex:q ] ; sh:nodeKind sh:Literal .");
+  const Shapes shapes = compile(
+      "ex:S sh:property [ sh:path [ sh:zeroOrMorePath ex:p ] ; sh:maxCount 1 ; sh:equals ex:q ] ; sh:nodeKind sh:Literal .");
   const auto report = lrt::shacl::validate(shapes, Graph(), iri("http://example.org/new"), iri(ex + "S"));
   REQUIRE(report);
-  CHECK(lines(*report) == Lines{"http://example.org/new - http://example.org/new NodeKind", "http://example.org/new ex:p* http://example.org/new Equals"});
+  CHECK(lines(*report) == Lines{"http://example.org/new - http://example.org/new NodeKind",
+                                "http://example.org/new ex:p* http://example.org/new Equals"});
 }
 
 TEST_CASE("recursive shapes end, and a node met again is taken to conform", "[shacl]") {
-  const Shapes tree = compile("ex:Tree sh:targetNode ex:n0 ; sh:property [ sh:path ex:child ; sh:node ex:Tree ] ; sh:property [ sh:path ex:name ; sh:maxCount 1 ] .");
+  const Shapes tree = compile(
+      "ex:Tree sh:targetNode ex:n0 ; sh:property [ sh:path ex:child ; sh:node ex:Tree ] ; sh:property [ sh:path ex:name ; "
+      "sh:maxCount 1 ] .");
   CHECK(lines(judged(tree, parse("ex:n0 ex:child ex:n1 . ex:n1 ex:child ex:n2 ; ex:name 1 ."))).empty());
-  CHECK(lines(judged(tree, parse("ex:n0 ex:child ex:n1 . ex:n1 ex:child ex:n2 . ex:n2 ex:name 1, 2 ."))) == Lines{"ex:n0 ex:child ex:n1 Node"});
+  CHECK(lines(judged(tree, parse("ex:n0 ex:child ex:n1 . ex:n1 ex:child ex:n2 . ex:n2 ex:name 1, 2 ."))) ==
+        Lines{"ex:n0 ex:child ex:n1 Node"});
   CHECK(lines(judged(tree, parse("ex:n0 ex:child ex:n1, ex:n0 . ex:n1 ex:child ex:n0 ."))).empty());
   CHECK(lines(judged(compile("ex:S sh:targetNode ex:a ; sh:not ex:S ."), parse("ex:a ex:p 1 ."))) == Lines{"ex:a - ex:a Not"});
-  CHECK(lines(judged(compile("ex:S sh:targetNode ex:a ; sh:node ex:S ; sh:or ( ex:S ex:T ) . ex:T sh:and ( ex:S ) ."), parse(""))).empty());
+  CHECK(
+      lines(judged(compile("ex:S sh:targetNode ex:a ; sh:node ex:S ; sh:or ( ex:S ex:T ) . ex:T sh:and ( ex:S ) ."), parse("")))
+          .empty());
 }
 
 TEST_CASE("what takes more than the limits is not judged", "[shacl]") {
@@ -77,7 +85,8 @@ TEST_CASE("what takes more than the limits is not judged", "[shacl]") {
   CHECK(deep.error().code == Errc::limit_exceeded);
   CHECK(deep.error().message == "could not be judged within max_depth = 20");
 
-  const Shapes star = compile("ex:S sh:targetNode ex:n0 ; sh:property [ sh:path [ sh:zeroOrMorePath ex:p ] ; sh:minCount 1 ] .");
+  const Shapes star =
+      compile("ex:S sh:targetNode ex:n0 ; sh:property [ sh:path [ sh:zeroOrMorePath ex:p ] ; sh:minCount 1 ] .");
   options = {};
   options.max_path_nodes = 50;
   CHECK(lrt::shacl::validate(star, parse(chain(50, "ex:p")), options));
@@ -94,7 +103,8 @@ TEST_CASE("what takes more than the limits is not judged", "[shacl]") {
 
 TEST_CASE("shapes that double the work at each level are stopped", "[shacl]") {
   std::string text = "ex:S0 sh:targetNode ex:a .\n";
-  for (int i = 0; i < 60; ++i) text += "ex:S" + std::to_string(i) + " sh:and ( ex:S" + std::to_string(i + 1) + " ex:S" + std::to_string(i + 1) + " ) .\n";
+  for (int i = 0; i < 60; ++i)
+    text += "ex:S" + std::to_string(i) + " sh:and ( ex:S" + std::to_string(i + 1) + " ex:S" + std::to_string(i + 1) + " ) .\n";
   text += "ex:S60 sh:nodeKind sh:IRI .";
   ValidateOptions options;
   options.max_steps = 100'000;
@@ -124,7 +134,9 @@ TEST_CASE("a hostile pattern is undecided soon, which is a violation and says so
   REQUIRE(report.results().size() == 1);
   CHECK(std::string(report.results()[0].messages[0].view().text).find("could not be decided") != std::string::npos);
   CHECK(judged(shapes, parse("ex:a ex:p \"" + std::string(5000, 'a') + "\" .")).conforms());
-  CHECK(judged(compile("ex:S sh:targetObjectsOf ex:p ; sh:pattern \"^(a|b)*$\" ."), parse("ex:a ex:p \"" + std::string(3000, 'b') + "\" .")).conforms());
+  CHECK(judged(compile("ex:S sh:targetObjectsOf ex:p ; sh:pattern \"^(a|b)*$\" ."),
+               parse("ex:a ex:p \"" + std::string(3000, 'b') + "\" ."))
+            .conforms());
 
   std::string many;
   for (int i = 0; i < 2000; ++i) many += "ex:a ex:p \"" + std::string(40, 'a') + "!" + std::to_string(i) + "\" .\n";
@@ -140,32 +152,45 @@ TEST_CASE("messages say what was expected and what was found, or what the shape 
     const Report report = judged(compile(shapes), parse(data));
     REQUIRE(report.results().size() == 1);
     std::string all;
-    for (const auto& m : report.results()[0].messages) all += std::string(m.view().text) + (m.view().language.empty() ? "" : "@" + std::string(m.view().language)) + ";";
+    for (const auto& m : report.results()[0].messages)
+      all += std::string(m.view().text) + (m.view().language.empty() ? "" : "@" + std::string(m.view().language)) + ";";
     return all;
   };
-  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:datatype xsd:double .", "ex:a ex:p \"fast\" .") == "expected a xsd:double, found \"fast\";");
-  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:datatype xsd:double .", "ex:a ex:p \"fast\"^^xsd:double .") == "expected a well-formed xsd:double, found \"fast\"^^xsd:double;");
-  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:maxExclusive 360 .", "ex:a ex:p 360.0 .") == "expected a value below \"360\"^^xsd:integer, found \"360.0\"^^xsd:decimal;");
-  CHECK(message("ex:S sh:targetNode ex:a ; sh:property [ sh:path ex:q ; sh:minCount 1 ] .", "ex:a ex:p 1 .") == "expected at least 1 value, found none;");
-  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:or ( [ sh:datatype xsd:float ] [ sh:datatype xsd:double ] ) .", "ex:a ex:p 1 .") == "expected one of xsd:float, xsd:double, found \"1\"^^xsd:integer;");
-  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:in ( maths:Degree ) .", "ex:a ex:p maths:Radian .") == "expected maths:Degree, found maths:Radian;");
-  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:class ex:C ; sh:message \"too fast\"@en, \"zu schnell\"@de .", "ex:a ex:p 1 .") == "too fast@en;zu schnell@de;");
+  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:datatype xsd:double .", "ex:a ex:p \"fast\" .") ==
+        "expected a xsd:double, found \"fast\";");
+  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:datatype xsd:double .", "ex:a ex:p \"fast\"^^xsd:double .") ==
+        "expected a well-formed xsd:double, found \"fast\"^^xsd:double;");
+  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:maxExclusive 360 .", "ex:a ex:p 360.0 .") ==
+        "expected a value below 360, found 360.0;");
+  CHECK(message("ex:S sh:targetNode ex:a ; sh:property [ sh:path ex:q ; sh:minCount 1 ] .", "ex:a ex:p 1 .") ==
+        "expected at least 1 value, found none;");
+  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:or ( [ sh:datatype xsd:float ] [ sh:datatype xsd:double ] ) .",
+                "ex:a ex:p 1 .") == "expected one of xsd:float, xsd:double, found 1;");
+  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:in ( maths:Degree ) .", "ex:a ex:p maths:Radian .") ==
+        "expected maths:Degree, found maths:Radian;");
+  CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:class ex:C ; sh:message \"too fast\"@en, \"zu schnell\"@de .",
+                "ex:a ex:p 1 .") == "too fast@en;zu schnell@de;");
   // Long text is cut at a character, so that the report can be written.
   std::string euro;
   for (int i = 0; i < 50; ++i) euro += "€";
-  const Report report = judged(compile("ex:S sh:targetObjectsOf ex:p ; sh:maxLength 3 ."), parse("ex:a ex:p \"" + euro + "\" ."));
+  const Report report =
+      judged(compile("ex:S sh:targetObjectsOf ex:p ; sh:maxLength 3 ."), parse("ex:a ex:p \"" + euro + "\" ."));
   CHECK(lrt::rdf::write(report.to_graph(), lrt::rdf::Syntax::turtle));
 }
 
 TEST_CASE("the report is the graph that SHACL describes", "[shacl]") {
   const Shapes shapes = compile(
-      "ex:S sh:targetNode ex:a ; sh:property [ sh:path ( ex:p [ sh:zeroOrMorePath [ sh:inversePath ex:q ] ] ) ; sh:class ex:C ; sh:severity sh:Warning ; sh:message \"m\" ] .");
+      "ex:S sh:targetNode ex:a ; sh:property [ sh:path ( ex:p [ sh:zeroOrMorePath [ sh:inversePath ex:q ] ] ) ; sh:class ex:C "
+      "; sh:severity sh:Warning ; sh:message \"m\" ] .");
   const Graph expected = parse(
-      "[] a sh:ValidationReport ; sh:conforms false ; sh:result [ a sh:ValidationResult ; sh:focusNode ex:a ; sh:value ex:b ; sh:sourceShape [] ; "
-      "sh:resultPath ( ex:p [ sh:zeroOrMorePath [ sh:inversePath ex:q ] ] ) ; sh:sourceConstraintComponent sh:ClassConstraintComponent ; "
+      "[] a sh:ValidationReport ; sh:conforms false ; sh:result [ a sh:ValidationResult ; sh:focusNode ex:a ; sh:value ex:b ; "
+      "sh:sourceShape [] ; "
+      "sh:resultPath ( ex:p [ sh:zeroOrMorePath [ sh:inversePath ex:q ] ] ) ; sh:sourceConstraintComponent "
+      "sh:ClassConstraintComponent ; "
       "sh:resultSeverity sh:Warning ; sh:resultMessage \"m\" ] .");
   CHECK(lrt::rdf::isomorphic(judged(shapes, parse("ex:a ex:p ex:b .")).to_graph(), expected));
-  CHECK(lrt::rdf::isomorphic(judged(shapes, parse("ex:c ex:p ex:b .")).to_graph(), parse("[] a sh:ValidationReport ; sh:conforms true .")));
+  CHECK(lrt::rdf::isomorphic(judged(shapes, parse("ex:c ex:p ex:b .")).to_graph(),
+                             parse("[] a sh:ValidationReport ; sh:conforms true .")));
 }
 
 TEST_CASE("blank nodes of data and of shapes stay apart in a report", "[shacl]") {
@@ -195,7 +220,8 @@ TEST_CASE("blank nodes of data and of shapes stay apart in a report", "[shacl]")
 
 TEST_CASE("sh:node and sh:and say in detail what the value lacks", "[shacl]") {
   const Shapes shapes = compile(
-      "ex:S sh:targetNode ex:a ; sh:property [ sh:path ex:pose ; sh:node [ sh:property [ sh:path ex:x ; sh:minCount 1 ] ; sh:node [ sh:class ex:Pose ] ] ] .");
+      "ex:S sh:targetNode ex:a ; sh:property [ sh:path ex:pose ; sh:node [ sh:property [ sh:path ex:x ; sh:minCount 1 ] ; "
+      "sh:node [ sh:class ex:Pose ] ] ] .");
   const Graph data = parse("ex:a ex:pose ex:p .");
   Report report = judged(shapes, data);
   REQUIRE(report.results().size() == 1);
@@ -207,9 +233,11 @@ TEST_CASE("sh:node and sh:and say in detail what the value lacks", "[shacl]") {
   const TermView detail = sh::detail;
   const Graph graph = report.to_graph();
   std::size_t n = 0;
-  for (const auto& t : graph.match(nullptr, &detail, nullptr)) n += graph.contains(graph.term(t.object), lrt::vocab::rdf::type, sh::ValidationResult);
+  for (const auto& t : graph.match(nullptr, &detail, nullptr))
+    n += graph.contains(graph.term(t.object), lrt::vocab::rdf::type, sh::ValidationResult);
   CHECK(n == 3);
-  CHECK(report.to_text().find("\n  <http://example.org/ns#p> <http://example.org/ns#x>: expected at least 1 value, found none [sh:MinCountConstraintComponent]\n") != std::string::npos);
+  CHECK(report.to_text().find("\n  <http://example.org/ns#p> <http://example.org/ns#x>: expected at least 1 value, found none "
+                              "[sh:MinCountConstraintComponent]\n") != std::string::npos);
   ValidateOptions options;
   options.details = false;
   report = judged(shapes, data, options);
@@ -227,7 +255,8 @@ TEST_CASE("a report outlives shapes and data", "[shacl]") {
 }
 
 TEST_CASE("threads share shapes and data", "[shacl]") {
-  const Shapes shapes = compile("ex:S sh:targetSubjectsOf ex:p ; sh:property [ sh:path ex:p ; sh:pattern \"^x\" ; sh:class ex:C ] .");
+  const Shapes shapes =
+      compile("ex:S sh:targetSubjectsOf ex:p ; sh:property [ sh:path ex:p ; sh:pattern \"^x\" ; sh:class ex:C ] .");
   const Graph data = parse(chain(50, "ex:p"));
   const Lines expected = lines(judged(shapes, data));
   std::vector<std::thread> threads;
@@ -245,7 +274,8 @@ TEST_CASE("threads share shapes and data", "[shacl]") {
 }
 
 TEST_CASE("a graph that holds both data and shapes validates itself", "[shacl]") {
-  const Graph graph = parse("ex:S a sh:NodeShape ; sh:targetSubjectsOf sh:property ; sh:property [ sh:path sh:property ; sh:nodeKind sh:IRI ] .");
+  const Graph graph = parse(
+      "ex:S a sh:NodeShape ; sh:targetSubjectsOf sh:property ; sh:property [ sh:path sh:property ; sh:nodeKind sh:IRI ] .");
   const auto shapes = Shapes::compile(graph);
   REQUIRE(shapes);
   CHECK(lines(judged(*shapes, graph)) == Lines{"ex:S sh:property _: NodeKind"});

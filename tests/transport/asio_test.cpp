@@ -226,6 +226,7 @@ TEST_CASE("clients that are slow are told so by the clock of the options", "[tra
   auto idle = host.client();
   auto head = host.client();
   auto body = host.client();
+  idle.send(get("/none"));
   head.send("GET / HTTP/1.1\r\nHo");
   body.send("POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\n\r\nhe");
   const auto steps = [&] {
@@ -244,7 +245,7 @@ TEST_CASE("clients that are slow are told so by the clock of the options", "[tra
 
   head.send("st: a\r\n\r\n");  // too late: discarded
   steps();
-  CHECK(host.handler.requests == 0);
+  CHECK(host.handler.requests == 1);
   CHECK_FALSE(body.ended);
   clock.advance(options.limits.body_time);
   REQUIRE(host.run({&body}, [&] { return !body.received.empty(); }));
@@ -252,7 +253,40 @@ TEST_CASE("clients that are slow are told so by the clock of the options", "[tra
   CHECK_FALSE(idle.ended);
   clock.advance(options.limits.idle_time);
   REQUIRE(host.run_to_end(idle));
-  CHECK(idle.received.empty());
+  CHECK(statuses(parse_answers(idle.received)) == std::vector{204});
+}
+
+TEST_CASE("a client must complete the head of its first request within head_time of being accepted", "[transport][R0.1]") {
+  HandClock clock;
+  auto options = on_any_port();
+  options.clock = &clock;
+  Host host(options);
+  auto silent = host.client();
+  auto late = host.client();
+  auto served = host.client();
+  served.send(get("/"));
+  REQUIRE(host.run_to_answers(served, 1));
+  clock.advance(options.limits.head_time - milliseconds(1));
+  late.send("GET / HT");
+  late.step();
+  host.settle();
+  for (auto* const client : {&silent, &late}) client->step();
+  CHECK_FALSE(silent.ended);
+  CHECK(late.received.empty());
+  CHECK(host.server->poll(milliseconds(1), milliseconds(0)) == milliseconds(1));
+  clock.advance(milliseconds(1));
+  REQUIRE(host.run_to_end(silent));
+  CHECK(silent.received.empty());
+  REQUIRE(host.run_to_answers(late, 1));
+  CHECK(statuses(parse_answers(late.received)) == std::vector{408});
+  served.send("GET / HT");  // a later head has its time from its first byte
+  host.run({&served}, [&] { return served.all_sent(); });
+  host.settle();
+  clock.advance(options.limits.head_time - milliseconds(1));
+  host.settle();
+  served.send("TP/1.1\r\nHost: a\r\n\r\n");
+  REQUIRE(host.run_to_answers(served, 2));
+  CHECK(statuses(parse_answers(served.received)) == std::vector{200, 200});
 }
 
 TEST_CASE("bytes that trickle in do not prolong the time of a head", "[transport]") {
@@ -354,10 +388,11 @@ TEST_CASE("connections above the limit are told 503, and there is room again whe
   Host host(options);
   auto first = host.client();
   auto second = host.client();
-  first.send(get("/"));
-  second.send(get("/"));
-  REQUIRE(host.run_to_answers(first, 1));
-  REQUIRE(host.run_to_answers(second, 1));
+  first.send(get("/defer"));
+  second.send("POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\n\r\nhe");
+  REQUIRE(host.run_until_handled(first, 1));
+  REQUIRE(host.run({&second}, [&] { return second.all_sent(); }));
+  host.settle();
   auto third = host.client();
   third.send(get("/"));
   REQUIRE(host.run_to_end(third));
@@ -365,10 +400,176 @@ TEST_CASE("connections above the limit are told 503, and there is room again whe
   CHECK(statuses(parse_answers(third.received)) == std::vector{503});
   first.close();
   host.settle();
+  host.complete(0, "nobody there");
+  host.settle();
   auto fourth = host.client();
   fourth.send(get("/"));
   REQUIRE(host.run_to_answers(fourth, 1));
   CHECK(statuses(parse_answers(fourth.received)) == std::vector{200});
+}
+
+TEST_CASE("silent connections do not keep anybody out: the one that is idle longest makes room", "[transport][R0.1]") {
+  auto options = on_any_port();
+  options.limits.connections = 4;
+  Host host(options);
+  std::vector<RawClient> silent;
+  for (int i = 0; i < 40; ++i) silent.push_back(host.client()), host.settle();
+  auto client = host.client();
+  client.send(get("/"));
+  REQUIRE(host.run_to_answers(client, 1));
+  CHECK(statuses(parse_answers(client.received)) == std::vector{200});
+  int open = 0;
+  for (std::size_t i = 0; i < silent.size(); ++i) {
+    silent[i].step();
+    CHECK(silent[i].received.empty());
+    CHECK(silent[i].ended == (i < 37));
+    open += !silent[i].ended;
+  }
+  CHECK(open == 3);
+}
+
+TEST_CASE("room is made by who is idle longest, and by nobody who waits for an answer or has sent something",
+          "[transport][R0.1]") {
+  auto options = on_any_port();
+  options.limits.connections = 5;
+  Host host(options);
+  auto waiting = host.client();
+  waiting.send(get("/defer"));
+  REQUIRE(host.run_until_handled(waiting, 1));
+  auto in_head = host.client();
+  in_head.send("GET / HTTP/1.1\r\nHo");
+  REQUIRE(host.run({&in_head}, [&] { return in_head.all_sent(); }));
+  auto first = host.client();
+  auto second = host.client();
+  auto third = host.client();
+  for (auto* const client : {&third, &first, &second, &third}) {  // third was used last
+    const auto before = parse_answers(client->received).size();
+    client->send(get("/"));
+    REQUIRE(host.run_to_answers(*client, before + 1));
+  }
+  host.settle();
+  first.send(get("/"));  // has arrived, and the server does not know
+  first.step();
+  auto sixth = host.client();
+  sixth.send(get("/"));
+  REQUIRE(host.run_to_answers(sixth, 1));
+  CHECK(statuses(parse_answers(sixth.received)) == std::vector{200});
+  REQUIRE(host.run_to_end(second));
+  CHECK_FALSE(second.failed);
+  REQUIRE(host.run_to_answers(first, 2));
+  in_head.send("st: a\r\n\r\n");
+  REQUIRE(host.run_to_answers(in_head, 1));
+  host.complete(0, "late");
+  REQUIRE(host.run_to_answers(waiting, 1));
+  for (auto* const client : {&waiting, &in_head, &first, &third}) {
+    client->step();
+    CHECK_FALSE(client->ended);
+  }
+}
+
+TEST_CASE("of many clients at once each gets its answer, however few connections there may be", "[transport][R0.1]") {
+  auto options = on_any_port();
+  options.limits.connections = 20;
+  for (const auto budget : {std::chrono::microseconds(0), std::chrono::microseconds(100'000)}) {
+    Host host(options);
+    std::vector<RawClient> clients;
+    for (int i = 0; i < 200; ++i) {
+      clients.push_back(host.client());
+      clients.back().send(get("/"));
+      clients.back().step();
+    }
+    for (int i = 0; i < 2000; ++i) host.server->poll(budget, milliseconds(0));
+    for (auto& client : clients) {
+      client.step();
+      CHECK_FALSE(client.failed);
+      CHECK(statuses(parse_answers(client.received)) == std::vector{200});
+    }
+  }
+}
+
+TEST_CASE("each refused client is told 503, however many there are", "[transport][R0.1]") {
+  auto options = on_any_port();
+  options.limits.connections = 1;
+  Host host(options);
+  auto busy = host.client();
+  busy.send(get("/defer"));
+  REQUIRE(host.run_until_handled(busy, 1));
+  std::vector<RawClient> refused;
+  for (int i = 0; i < 200; ++i) {
+    refused.push_back(host.client());
+    refused.back().send(get("/"));
+    refused.back().step();
+  }
+  for (int i = 0; i < 500; ++i) host.server->poll(milliseconds(1), milliseconds(0));
+  for (auto& client : refused) {
+    client.step();
+    CHECK_FALSE(client.failed);
+    const auto answers = parse_answers(client.received);
+    REQUIRE(statuses(answers) == std::vector{503});
+    CHECK(contains(answers[0].head, "\r\nRetry-After: 1\r\n"));
+  }
+  CHECK(host.handler.requests == 1);
+}
+
+TEST_CASE("poll leaves what its budget does not cover to the next poll, which does not wait", "[transport]") {
+  HandClock clock;
+  auto options = on_any_port();
+  options.clock = &clock;
+  Host host(options);
+  SECTION("deferred answers") {
+    std::vector<RawClient> clients;
+    for (std::size_t i = 0; i < 5; ++i) {
+      clients.push_back(host.client());
+      clients.back().send(get("/defer"));
+      REQUIRE(host.run_until_handled(clients.back(), i + 1));
+    }
+    for (const auto ticket : host.handler.open) host.handler.complete(ticket, "done");
+    host.server->waker()->wake();
+    const auto answered = [&] {
+      std::size_t count = 0;
+      for (auto& client : clients) client.step(), count += client.received.empty() ? 0 : 1;
+      return count;
+    };
+    for (int i = 0; i < 1000 && answered() == 0; ++i) host.server->poll(std::chrono::microseconds(0), milliseconds(1));
+    for (std::size_t n = 1; n < 5; ++n) {
+      CHECK(answered() == n);
+      const auto begin = std::chrono::steady_clock::now();
+      const auto due = host.server->poll(std::chrono::microseconds(0), std::chrono::minutes(10));
+      CHECK(std::chrono::steady_clock::now() - begin < std::chrono::minutes(1));
+      CHECK(due == milliseconds(0));
+    }
+    CHECK(answered() == 5);
+    host.settle();
+    CHECK(host.server->poll(milliseconds(1), milliseconds(0)) > milliseconds(0));
+  }
+  SECTION("pipelined requests") {
+    auto client = host.client();
+    std::string requests;
+    for (int i = 0; i < 20; ++i) requests += get("/");
+    client.send(requests);
+    client.step();
+    std::size_t most = 0;
+    for (int i = 0; i < 1000 && host.handler.requests < 20; ++i) {
+      const auto before = host.handler.requests;
+      host.server->poll(std::chrono::microseconds(0), milliseconds(1));
+      most = std::max(most, host.handler.requests - before);
+    }
+    CHECK(host.handler.requests == 20);
+    CHECK(most <= 2);
+    REQUIRE(host.run_to_answers(client, 20));
+  }
+  SECTION("clients whose time is over") {
+    std::vector<RawClient> clients;
+    for (int i = 0; i < 5; ++i) clients.push_back(host.client());
+    host.settle();
+    clock.advance(options.limits.head_time);
+    for (std::size_t n = 1; n <= 5; ++n) {
+      host.server->poll(std::chrono::microseconds(0), std::chrono::minutes(10));
+      std::size_t ended = 0;
+      for (auto& client : clients) client.step(), ended += client.ended ? 1 : 0;
+      CHECK(ended == n);
+    }
+  }
 }
 
 TEST_CASE("without descriptors clients are refused, and served again when there are some", "[transport]") {

@@ -79,3 +79,18 @@ TEST_CASE("what loopback still owes when it stops is 503, and the ticket is aban
   CHECK(status == 503);
   CHECK(handler.abandoned == handler.open);
 }
+
+TEST_CASE("loopback leaves answers that its budget does not cover to the next poll, which does not wait", "[transport]") {
+  TestHandler handler;
+  transport::Loopback loopback;
+  REQUIRE(loopback.start(handler));
+  int answers = 0;
+  for (int i = 0; i < 3; ++i) loopback.submit(request("GET", "/defer"), [&](const http::Response&) { ++answers; });
+  for (const auto ticket : handler.open) handler.complete(ticket, "done");
+  loopback.waker()->wake();
+  for (int n = 1; n <= 3; ++n) {
+    CHECK(loopback.poll(std::chrono::microseconds(0), std::chrono::minutes(10)) == std::chrono::milliseconds(0));
+    CHECK(answers == n);
+  }
+  CHECK(loopback.poll(std::chrono::microseconds(0), std::chrono::minutes(10)) == std::chrono::milliseconds::max());
+}

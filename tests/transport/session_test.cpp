@@ -87,6 +87,53 @@ TEST_CASE("a refusal has problem details and ends the connection", "[transport][
   CHECK(run.handler.requests == 0);
 }
 
+TEST_CASE("a refusal of a field that frames the body says what was found and where", "[transport][R0.1]") {
+  const std::string huge = "18446744073709551621";
+  const std::pair<std::string, std::string> cases[] = {
+      {"Content-Length: +5", "Content-Length: expected 1 to 19 digits, found \"+5\""},
+      {"Content-Length: -5", "Content-Length: expected 1 to 19 digits, found \"-5\""},
+      {"Content-Length: 0x5", "Content-Length: expected 1 to 19 digits, found \"0x5\""},
+      {"Content-Length: 5 5", "Content-Length: expected 1 to 19 digits, found \"5 5\""},
+      {"Content-Length:", "Content-Length: expected 1 to 19 digits, found \"\""},
+      {"Content-Length: 5.0", "Content-Length: expected 1 to 19 digits, found \"5.0\""},
+      {"Content-Length: 5;x", "Content-Length: expected 1 to 19 digits, found \"5;x\""},
+      {"Content-Length: 5, 5", "Content-Length: expected 1 to 19 digits, found \"5, 5\""},
+      {"Content-Length: " + huge, "Content-Length: expected 1 to 19 digits, found \"" + huge + "\""},
+      {"Content-Length: 5\r\nContent-Length: 6", "Content-Length: expected at most one, found 2: \"5\", \"6\""},
+      {"Content-Length: 5\r\nTransfer-Encoding: chunked", "Content-Length: found \"5\" beside Transfer-Encoding \"chunked\""},
+      {"Transfer-Encoding: chunked\r\nContent-Length: 5", "Content-Length: found \"5\" beside Transfer-Encoding \"chunked\""},
+      {"Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked",
+       "Transfer-Encoding: expected at most one, found 2: \"chunked\", \"chunked\""},
+      {"Transfer-Encoding: gzip, chunked", "Transfer-Encoding: expected exactly \"chunked\", found \"gzip, chunked\""},
+  };
+  for (const auto& [fields, reason] : cases) {
+    INFO(fields);
+    Run run;
+    run.receive("POST / HTTP/1.1\r\nHost: a\r\nX: \tb \r\n" + fields + "\r\n\r\nhello");
+    const auto answers = parse_answers(run.written);
+    REQUIRE(answers.size() == 1);
+    std::string quoted;  // as JSON has it
+    for (const char c : reason) quoted += c == '"' ? "\\\"" : std::string(1, c);
+    CHECK_THAT(answers[0].body, Catch::Matchers::Contains(quoted));
+    CHECK(run.handler.requests == 0);
+  }
+}
+
+TEST_CASE("the time of the first head runs from the beginning, that of later ones from their first byte", "[transport]") {
+  Run run;
+  CHECK(run.session.timed_phase() == Session::Phase::head);
+  const auto begin = run.session.epoch();
+  run.receive("\r\nGET / HTTP/1.1\r\n");
+  CHECK(run.session.timed_phase() == Session::Phase::head);
+  CHECK(run.session.epoch() == begin);
+  run.receive("Host: a\r\n\r\n");
+  CHECK(run.session.timed_phase() == Session::Phase::idle);
+  const auto idle = run.session.epoch();
+  run.receive("GET");
+  CHECK(run.session.timed_phase() == Session::Phase::head);
+  CHECK(run.session.epoch() != idle);
+}
+
 TEST_CASE("the handler sees the fields in order, without those that framed the body", "[transport][R0.1]") {
   const std::string request =
       "POST /head?q HTTP/1.1\r\nHost: a\r\nContent-Length: 3\r\nAccept:  text/turtle \t\r\nX-Empty:\r\nx-y: 1\r\n\r\nabc";

@@ -45,6 +45,7 @@ struct Options {
   std::size_t cache_bytes = 32 * 1024 * 1024;    ///< rendered representations kept, least recently used go first
   std::size_t link_bytes = 8 * 1024;             ///< of Link fields in one answer (R0.9)
   std::size_t body_triples = 10'000;             ///< of a request body
+  std::size_t body_text = 16 * 1024 * 1024;      ///< bytes of a request body's IRIs and literals, written out; more: 413
   std::size_t list_members = 10'000;             ///< of one list in a request body; more: 413
   rdf::Prefixes prefixes = rdf::default_prefixes();
   Authorizer authorize;                          ///< empty: all may do all; called where I/O runs: quick, and without a call back into the server

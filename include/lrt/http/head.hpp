@@ -26,9 +26,10 @@ struct Refusal {
 std::optional<Refusal> check_raw_head(std::string_view head);
 
 /// Looks at a parsed head: exactly one well-formed Host (HTTP/1.0 may lack it), target form against method, Content-Length and
-/// Transfer-Encoding (501 for an unknown coding), Expect (417), Connection. CONNECT and TRACE are refused (501). To be asked before
-/// the fields that frame the body are taken out of the request. Percent escapes of the target are not judged here.
-/// @par Implements  R0.1, RFC 9112 3.2, 6.1, 6.3, RFC 9110 7.2, 8.6, 10.1.1
+/// Transfer-Encoding (501 for an unknown coding, alone or before a final chunked), Expect (417), Connection. CONNECT and TRACE are
+/// refused (501), and so is an absolute-form whose scheme is not that of the connection (421). To be asked before the fields that
+/// frame the body are taken out of the request, with request.secure set. Percent escapes of the target are not judged here.
+/// @par Implements  R0.1, RFC 9112 3.2, 6.1, 6.3, RFC 9110 7.2, 7.4, 8.6, 10.1.1
 std::optional<Refusal> check_head(const Request& request);
 
 /// How the body of a request that passed check_head() is framed.

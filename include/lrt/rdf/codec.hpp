@@ -29,15 +29,26 @@ const Prefixes& default_prefixes();
 
 struct ReadOptions {
   std::string_view base;                  ///< absolute IRI that relative ones are resolved against; may be empty for N-Triples
-  std::size_t max_triples = 100'000;      ///< more: Errc::limit_exceeded
+  std::size_t max_triples = 100'000;      ///< as written, repeated ones too; more: Errc::limit_exceeded
+  /// Of the IRIs and literals of all triples, written out, each time they occur; more: Errc::limit_exceeded. What a document
+  /// needs in memory and time grows with this rather than with its own size: prefixes and bases are shorthand.
+  /// What is resolved against a Turtle base of more than 256 bytes counts five times or more, for it takes so much longer.
+  std::size_t max_bytes = 64 * 1024 * 1024;
 };
 
 /// Reads a document. What Raptor lets pass at the edges (U+0000, surrogate escapes, illegal IRIs, invalid UTF-8) is refused, and so
 /// are brackets nested more than 1000 deep, language tags of more than 255 bytes, and RDF/XML with a document type declaration.
 /// Blank nodes are called b0, b1, ... in order of appearance.
 ///
-/// @par Errors   expected_rdf with line, column and offset (RDF/XML: the line, where known); limit_exceeded; expected_iri for a
-///               base that is no absolute IRI.
+/// Fixed limits keep the time of a document close to proportional to its size. More than these is Errc::limit_exceeded:
+///
+///  - one IRI, resolved: 8 KiB, also a prefix, a namespace name or a base;
+///  - Turtle: 1000 prefix and base directives;
+///  - RDF/XML: elements 256 deep, 256 attributes on one, 1000 namespace declarations, 32 dot segments in one xml:base, and
+///    elements three times max_triples (those in XML literals make no triples).
+///
+/// @par Errors   expected_rdf and limit_exceeded with line, column and offset (RDF/XML: the line, where known); expected_iri for
+///               a base that is no absolute IRI.
 /// @par Threads  Any. Each call borrows a Redland world; there are as many as calls have run at once, and they are kept.
 /// @par Implements  R1.2, RDF 1.1 Turtle, N-Triples, RDF/XML
 Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& options);

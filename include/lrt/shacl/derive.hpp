@@ -7,17 +7,16 @@
 
 namespace lrt::shacl {
 
-/// Adds to a shape in `graph` the constraints that a node must satisfy to carry a value of a type: what rdf::write_value() writes at
-/// a focus node conforms, and what rdf::read_value() refuses there does not (SPEC 3.3: Numbers, Units).
+/// Adds to a shape in `graph` the constraints that a node must satisfy to carry a value of a type: what rdf::write_value()
+/// writes at a focus node conforms, and what rdf::read_value() refuses there does not (SPEC 3.3: Numbers, Units).
 ///
-/// Numbers are judged by value: a floating-point type takes xsd:float, double, decimal and the integer types, an integer type all
-/// integer types; both within what the C++ type holds, finite unless the facets say otherwise. A unit is said by vom:unit or
-/// qudt:unit, at least one, and both only as declared. Lists are well-formed RDF lists of the right length. Bounds are written as
-/// decimals where that is short, so that `below(360)` reads `sh:maxExclusive 360`.
+/// Numbers are judged by value: a floating-point type takes xsd:float, double, decimal and the integer types, an integer type
+/// all integer types; both within what the C++ type holds, finite unless the facets say otherwise. A unit is said by vom:unit
+/// or qudt:unit, at least one, and both only as declared. Lists are well-formed RDF lists of the right length. Bounds are
+/// written as decimals where that is short, so that `below(360)` reads `sh:maxExclusive 360`.
 ///
-/// The shape is the narrower of the two at few edges, which only shapes of other making could meet: durations and instants within a
-/// second of what 64 bits of nanoseconds hold. Of a bound that a float cannot hold exactly (0.1) it compares as floats, where
-/// read_value() compares as doubles.
+/// At two edges the two differ. Durations are not bounded to what 64 bits of nanoseconds hold. Where a bound is no float (0.1)
+/// the shape compares an xsd:float as a float, as XPath does, and read_value() as a double.
 ///
 /// @param shape       an IRI or blank node of `graph`, which becomes a shape by this; rdf:type and targets are the caller's
 /// @param names_base  absolute IRI that "#name" predicates are resolved against

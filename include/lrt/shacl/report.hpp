@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <lrt/rdf/graph.hpp>
@@ -61,8 +62,9 @@ class Report {
   /// False if ValidateOptions::max_results was reached: there may be more.
   bool complete() const noexcept { return complete_; }
 
-  /// The report as the graph that SHACL 3.6 describes, its root a blank node of type sh:ValidationReport. A blank node of the data
-  /// keeps its label; one of the shapes gets a fresh label, the same everywhere. An incomplete report says so in an rdfs:comment.
+  /// The report as the graph that SHACL 3.6 describes, its root a blank node of type sh:ValidationReport. A blank node of the
+  /// data keeps its label; one of the shapes gets a fresh label, the same everywhere. An incomplete report says so in an
+  /// rdfs:comment.
   rdf::Graph to_graph() const;
   /// One line a result: focus node, path, message, component. Empty if the data conform.
   std::string to_text() const;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include <lrt/base/result.hpp>
@@ -23,10 +24,10 @@ struct CompileOptions {
 
 /// Shapes, compiled once and then immutable (SHACL 2, 4).
 ///
-/// Compiling checks every syntax rule of SHACL Core for every shape of the graph, used or not, so that nothing ill-formed is met
-/// while data are judged. A shape may refer to itself, directly or through others: SHACL leaves the meaning open (3.4.3), here a node
-/// that is met again while it is being judged by the same shape is taken to conform, so that lists and trees can be described and
-/// nothing is endless. owl:imports is not followed.
+/// Compiling checks every syntax rule of SHACL Core for every shape of the graph, used or not, so that nothing ill-formed is
+/// met while data are judged. A shape may refer to itself, directly or through others: SHACL leaves the meaning open (3.4.3),
+/// here a node that is met again while it is being judged by the same shape is taken to conform, so that lists and trees can be
+/// described and nothing is endless. owl:imports is not followed.
 ///
 /// @par Threads  Any: immutable; copies share.
 class Shapes {
@@ -43,6 +44,7 @@ class Shapes {
   /// The shapes graph.
   const rdf::Graph& graph() const noexcept;
 
+  /// For src/shacl: what the shapes were compiled to.
   const std::shared_ptr<const Plan>& plan() const noexcept { return plan_; }
 
  private:

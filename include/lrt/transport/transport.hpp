@@ -18,11 +18,16 @@ namespace lrt::transport {
 struct Limits {
   std::size_t head_bytes = 16 * 1024;                  ///< request line and fields; more: 431 (414 when the target alone is)
   std::size_t body_bytes = 1024 * 1024;                ///< after de-chunking; more: 413
-  std::size_t connections = 1024;                      ///< more: accepted and closed with 503
+  /// With more, the one that has been idle longest (between requests or before the first byte of its first, with no input pending)
+  /// is closed to make room. When none is idle the new one is answered with 503 and Retry-After and closed: 64 of these at a time
+  /// with linger_time, the others at once, so that a client whose request comes later than that may see a reset instead.
+  std::size_t connections = 1024;
   std::size_t requests_per_connection = 1'000'000;     ///< the last is answered with Connection: close
-  std::chrono::milliseconds head_time{10'000};         ///< from the first byte of a head to its end; more: 408
+  /// From the first byte of a head to its end; more: 408. For the first head of a connection from accept on; closed without an answer
+  /// when no byte of it has come.
+  std::chrono::milliseconds head_time{10'000};
   std::chrono::milliseconds body_time{30'000};         ///< from the end of the head to the end of the body; more: 408
-  std::chrono::milliseconds idle_time{60'000};         ///< between requests
+  std::chrono::milliseconds idle_time{60'000};         ///< between requests; before the first: head_time
   std::chrono::milliseconds write_time{30'000};        ///< during which the client must take some bytes of an answer
   std::chrono::milliseconds linger_time{2'000};        ///< RFC 9112 9.6, after an early refusal
   std::size_t linger_bytes = 256 * 1024;               ///< discarded while lingering
@@ -53,8 +58,9 @@ class Transport {
   /// Begins to listen. The handler must outlive the transport or its stop().
   /// @par Errors  address_in_use, invalid_option, io_error
   virtual Result<void> start(engine::Handler& handler) = 0;
-  /// Waits up to `wait` for something to do, then works for about `budget` (at least one step). Returns how long nothing will be
-  /// due if nothing arrives (milliseconds::max() for ever).
+  /// Waits up to `wait` for something to do, then works for about `budget` (at least one step). Requests, deferred answers and expired
+  /// times that the budget leaves over are for the next call, which then does not wait. Returns how long nothing will be due if
+  /// nothing arrives: 0 when something is left over, milliseconds::max() for ever.
   virtual std::chrono::milliseconds poll(std::chrono::microseconds budget, std::chrono::milliseconds wait) = 0;
   /// Wakes poll(), from any thread.
   virtual std::shared_ptr<Waker> waker() const noexcept = 0;

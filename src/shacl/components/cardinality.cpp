@@ -14,14 +14,16 @@ namespace {
 class MinCount final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
-    if (const auto n = compiler.integer(shape, sh::minCount); n && *n > 0) compiler.add<MinCount>(shape, static_cast<std::uint64_t>(*n));
+    if (const auto n = compiler.integer(shape, sh::minCount); n && *n > 0)
+      compiler.add<MinCount>(shape, static_cast<std::uint64_t>(*n));
   }
   explicit MinCount(std::uint64_t least) noexcept : Constraint(sh::MinCountConstraintComponent), least_(least) {}
 
   void check(Run& run, const Scene& scene) const override {
     if (scene.size() >= least_) return;
     run.violation(scene, *this, std::nullopt, [&] {
-      return "expected at least " + counted(least_, "value", "values") + ", found " + (scene.size() == 0 ? "none" : std::to_string(scene.size()));
+      return "expected at least " + counted(least_, "value", "values") + ", found " +
+             (scene.size() == 0 ? "none" : std::to_string(scene.size()));
     });
   }
 
@@ -40,7 +42,8 @@ class MaxCount final : public Constraint {
   void check(Run& run, const Scene& scene) const override {
     if (static_cast<std::int64_t>(scene.size()) <= most_) return;
     run.violation(scene, *this, std::nullopt, [&] {
-      return (most_ <= 0 ? "expected no value" : "expected at most " + counted(static_cast<std::size_t>(most_), "value", "values")) +
+      return (most_ <= 0 ? "expected no value"
+                         : "expected at most " + counted(static_cast<std::size_t>(most_), "value", "values")) +
              ", found " + std::to_string(scene.size());
     });
   }

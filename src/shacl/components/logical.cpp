@@ -23,7 +23,7 @@ class Not final : public Constraint {
       const Node node = run.node(i);
       if (!run.conforms(node, shape_)) continue;
       run.violation(scene, *this, node, [&] {
-        return "expected what does not conform to " + shown(run.plan().graph.term(run.plan().shapes[shape_].id)) + ", found " + shown(run.term(node));
+        return "expected what does not conform to " + shown_shape(run.plan(), shape_) + ", found " + shown(run.term(node));
       });
     }
   }
@@ -65,7 +65,8 @@ class And final : public Several {
       for (const ShapeIndex shape : shapes_) {
         if (run.conforms(node, shape)) continue;
         run.violation_within(scene, *this, node, shape, [&] {
-          return "expected what conforms to all of " + std::to_string(shapes_.size()) + " shapes, found " + shown(run.term(node));
+          return "expected what conforms to all of " + std::to_string(shapes_.size()) + " shapes, found " +
+                 shown(run.term(node));
         });
         break;
       }
@@ -88,9 +89,8 @@ class Or final : public Several {
         if (some || run.done()) break;
       }
       if (some) continue;
-      run.violation(scene, *this, node, [&] {
-        return "expected " + alternatives(run.plan()) + ", found " + shown(run.term(node));
-      });
+      run.violation(scene, *this, node,
+                    [&] { return "expected " + alternatives(run.plan()) + ", found " + shown(run.term(node)); });
     }
   }
 
@@ -124,8 +124,8 @@ class Xone final : public Several {
       }
       if (count == 1) continue;
       run.violation(scene, *this, node, [&] {
-        return "expected what conforms to exactly one of " + std::to_string(shapes_.size()) + " shapes, " + shown(run.term(node)) +
-               (count == 0 ? " conforms to none" : " conforms to several");
+        return "expected what conforms to exactly one of " + std::to_string(shapes_.size()) + " shapes, " +
+               shown(run.term(node)) + (count == 0 ? " conforms to none" : " conforms to several");
       });
     }
   }

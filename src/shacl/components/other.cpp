@@ -12,8 +12,8 @@ namespace lrt::shacl {
 namespace sh = vocab::sh;
 namespace {
 
-/// SHACL 4.8.1 sh:closed, sh:ignoredProperties: value nodes have no predicates but those that are paths of the shape's sh:property,
-/// and those of the list. One result for each other triple, with its predicate as path.
+/// SHACL 4.8.1 sh:closed, sh:ignoredProperties: value nodes have no predicates but those that are paths of the shape's
+/// sh:property, and those of the list. One result for each other triple, with its predicate as path.
 class Closed final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
@@ -64,7 +64,8 @@ class HasValue final : public Constraint {
     const Node wanted = run.node_of(wanted_);
     for (std::size_t i = scene.begin; i < scene.end; ++i)
       if (run.node(i) == wanted) return;
-    run.violation(scene, *this, std::nullopt, [&] { return "expected the value " + shown(run.plan().graph.term(wanted_)) + ", did not find it"; });
+    run.violation(scene, *this, std::nullopt,
+                  [&] { return "expected the value " + shown(run.plan().graph.term(wanted_)) + ", did not find it"; });
   }
 
  private:
@@ -88,7 +89,8 @@ class In final : public Constraint {
       run.violation(scene, *this, node, [&] {
         constexpr std::size_t most = 8;
         std::string words = members_.size() == 1 ? "expected" : "expected one of";
-        for (std::size_t m = 0; m < members_.size() && m < most; ++m) words += (m == 0 ? " " : ", ") + shown(run.plan().graph.term(members_[m]));
+        for (std::size_t m = 0; m < members_.size() && m < most; ++m)
+          words += (m == 0 ? " " : ", ") + shown(run.plan().graph.term(members_[m]));
         if (members_.size() > most) words += ", ...";
         return words + (members_.empty() ? " none" : "") + ", found " + shown(run.term(node));
       });

@@ -11,7 +11,8 @@ namespace lrt::shacl {
 namespace sh = vocab::sh;
 namespace {
 
-/// What the four have in common: IRIs, each a constraint about the value nodes and the objects of that predicate at the focus node.
+/// What the four have in common: IRIs, each a constraint about the value nodes and the objects of that predicate at the focus
+/// node.
 class Pair : public Constraint {
  protected:
   Pair(Iri component_iri, Constant predicate) noexcept : Constraint(component_iri), predicate_(predicate) {}
@@ -34,13 +35,15 @@ class Equals final : public Pair {
     for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
       const Node node = run.node(i);
       if (run.has(scene.focus, predicate, node)) continue;
-      run.violation(scene, *this, node, [&] { return "expected a value of " + name(run) + " too, found only here " + shown(run.term(node)); });
+      run.violation(scene, *this, node,
+                    [&] { return "expected a value of " + name(run) + " too, found only here " + shown(run.term(node)); });
     }
     Run::Set values(run);
     for (std::size_t i = scene.begin; i < scene.end; ++i) values.insert(run.node(i));
     run.each_object(scene.focus, predicate, [&](Node object) {
       if (!values.contains(object))
-        run.violation(scene, *this, object, [&] { return "expected the values of " + name(run) + ", did not find " + shown(run.term(object)); });
+        run.violation(scene, *this, object,
+                      [&] { return "expected the values of " + name(run) + ", did not find " + shown(run.term(object)); });
       return run.step() && !run.done();
     });
   }
@@ -57,7 +60,8 @@ class Disjoint final : public Pair {
     for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
       const Node node = run.node(i);
       if (!run.has(scene.focus, predicate, node)) continue;
-      run.violation(scene, *this, node, [&] { return "expected no value of " + name(run) + ", found " + shown(run.term(node)); });
+      run.violation(scene, *this, node,
+                    [&] { return "expected no value of " + name(run) + ", found " + shown(run.term(node)); });
     }
   }
 };
@@ -76,8 +80,8 @@ class Less : public Pair {
         const Order order = compare(value, Comparable(other));
         if (order != Order::less && !(or_equal_ && order == Order::equal)) {
           run.violation(scene, *this, node, [&] {
-            return "expected a value " + std::string(or_equal_ ? "of at most " : "below ") + shown(other) + " (" + name(run) + "), found " +
-                   shown(term) + (order == Order::unordered ? ", which cannot be compared with it" : "");
+            return "expected a value " + std::string(or_equal_ ? "of at most " : "below ") + shown(other) + " (" + name(run) +
+                   "), found " + shown(term) + (order == Order::unordered ? ", which cannot be compared with it" : "");
           });
         }
         return run.step() && !run.done();
@@ -99,7 +103,8 @@ class LessThan final : public Less {
   explicit LessThan(Constant predicate) noexcept : Less(sh::LessThanConstraintComponent, predicate, false) {}
 };
 
-/// SHACL 4.5.4 sh:lessThanOrEquals: every value node is less than or equal to every object of the predicate. In property shapes.
+/// SHACL 4.5.4 sh:lessThanOrEquals: every value node is less than or equal to every object of the predicate. In property
+/// shapes.
 class LessThanOrEquals final : public Less {
  public:
   static void build(Compiler& c, const Draft& shape) { build_as<LessThanOrEquals>(c, shape, sh::lessThanOrEquals); }

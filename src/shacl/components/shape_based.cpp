@@ -28,7 +28,7 @@ class NodeConstraint final : public Constraint {
       const Node node = run.node(i);
       if (run.conforms(node, shape_)) continue;
       run.violation_within(scene, *this, node, shape_, [&] {
-        return "expected what conforms to " + shown(run.plan().graph.term(run.plan().shapes[shape_].id)) + ", found " + shown(run.term(node));
+        return "expected what conforms to " + shown_shape(run.plan(), shape_) + ", found " + shown(run.term(node));
       });
     }
   }
@@ -38,8 +38,8 @@ class NodeConstraint final : public Constraint {
   ShapeIndex shape_;
 };
 
-/// SHACL 4.7.2 sh:property: every value node is judged by the property shape, whose results are results. Property shapes, each a
-/// constraint.
+/// SHACL 4.7.2 sh:property: every value node is judged by the property shape, whose results are results. Property shapes, each
+/// a constraint.
 class Property final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
@@ -59,9 +59,9 @@ class Property final : public Constraint {
   ShapeIndex shape_;
 };
 
-/// SHACL 4.7.3 sh:qualifiedValueShape: of the value nodes, those that conform to the shape, and with sh:qualifiedValueShapesDisjoint to
-/// none of its siblings, are at least sh:qualifiedMinCount (one constraint) and at most sh:qualifiedMaxCount (another). One of each, in
-/// property shapes.
+/// SHACL 4.7.3 sh:qualifiedValueShape: of the value nodes, those that conform to the shape, and with
+/// sh:qualifiedValueShapesDisjoint to none of its siblings, are at least sh:qualifiedMinCount (one constraint) and at most
+/// sh:qualifiedMaxCount (another). One of each, in property shapes.
 class Qualified final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
@@ -71,8 +71,10 @@ class Qualified final : public Constraint {
     if (!value) return;  // the counts alone declare nothing
     std::vector<ShapeIndex> siblings;
     if (disjoint) siblings = siblings_of(compiler, shape, *value);
-    if (min) compiler.add<Qualified>(shape, sh::QualifiedMinCountConstraintComponent, compiler.shape(*value), siblings, *min, true);
-    if (max) compiler.add<Qualified>(shape, sh::QualifiedMaxCountConstraintComponent, compiler.shape(*value), siblings, *max, false);
+    if (min)
+      compiler.add<Qualified>(shape, sh::QualifiedMinCountConstraintComponent, compiler.shape(*value), siblings, *min, true);
+    if (max)
+      compiler.add<Qualified>(shape, sh::QualifiedMaxCountConstraintComponent, compiler.shape(*value), siblings, *max, false);
   }
   Qualified(Iri component_iri, ShapeIndex shape, std::vector<ShapeIndex> siblings, std::int64_t count, bool least)
       : Constraint(component_iri), shape_(shape), siblings_(std::move(siblings)), count_(count), least_(least) {}
@@ -87,8 +89,9 @@ class Qualified final : public Constraint {
     }
     if (run.done() || (least_ ? found >= count_ : found <= count_)) return;
     run.violation(scene, *this, std::nullopt, [&] {
-      return "expected at " + std::string(least_ ? "least " : "most ") + std::to_string(count_) + (count_ == 1 ? " value that conforms to " : " values that conform to ") +
-             shown(run.plan().graph.term(run.plan().shapes[shape_].id)) + ", found " + (found == 0 ? "none" : std::to_string(found));
+      return "expected at " + std::string(least_ ? "least " : "most ") + std::to_string(count_) +
+             (count_ == 1 ? " value that conforms to " : " values that conform to ") + shown_shape(run.plan(), shape_) +
+             ", found " + (found == 0 ? "none" : std::to_string(found));
     });
   }
   void references(std::vector<ShapeIndex>& out) const override {

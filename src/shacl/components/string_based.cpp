@@ -19,11 +19,13 @@ std::uint64_t length_of(const rdf::TermView& term) noexcept {
       std::count_if(term.text.begin(), term.text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
-/// SHACL 4.4.1 sh:minLength: the text of every value node has at least so many characters; a blank node has no text and violates.
+/// SHACL 4.4.1 sh:minLength: the text of every value node has at least so many characters; a blank node has no text and
+/// violates.
 class MinLength final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
-    if (const auto n = compiler.integer(shape, sh::minLength)) compiler.add<MinLength>(shape, static_cast<std::uint64_t>(std::max<std::int64_t>(*n, 0)));
+    if (const auto n = compiler.integer(shape, sh::minLength))
+      compiler.add<MinLength>(shape, static_cast<std::uint64_t>(std::max<std::int64_t>(*n, 0)));
   }
   explicit MinLength(std::uint64_t least) noexcept : Constraint(sh::MinLengthConstraintComponent), least_(least) {}
 
@@ -32,7 +34,9 @@ class MinLength final : public Constraint {
       const Node node = run.node(i);
       const rdf::TermView term = run.term(node);
       if (!term.is_blank() && (term.text.size() / 4 >= least_ || length_of(term) >= least_)) continue;
-      run.violation(scene, *this, node, [&] { return "expected at least " + counted(least_, "character", "characters") + ", found " + shown(term); });
+      run.violation(scene, *this, node, [&] {
+        return "expected at least " + counted(least_, "character", "characters") + ", found " + shown(term);
+      });
     }
   }
 
@@ -54,7 +58,8 @@ class MaxLength final : public Constraint {
       const rdf::TermView term = run.term(node);
       if (!term.is_blank() && static_cast<std::int64_t>(length_of(term)) <= most_) continue;
       run.violation(scene, *this, node, [&] {
-        return "expected at most " + std::to_string(most_) + (most_ == 1 ? " character" : " characters") + ", found " + shown(term);
+        return "expected at most " + std::to_string(most_) + (most_ == 1 ? " character" : " characters") + ", found " +
+               shown(term);
       });
     }
   }
@@ -63,8 +68,8 @@ class MaxLength final : public Constraint {
   std::int64_t most_;
 };
 
-/// SHACL 4.4.3 sh:pattern, sh:flags: the text of every value node matches the regular expression, as SPARQL's REGEX; a blank node
-/// violates, and so does what cannot be decided within the matcher's limits.
+/// SHACL 4.4.3 sh:pattern, sh:flags: the text of every value node matches the regular expression, as SPARQL's REGEX; a blank
+/// node violates, and so does what cannot be decided within the matcher's limits.
 class Pattern final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
@@ -74,12 +79,14 @@ class Pattern final : public Constraint {
     Result<Regex> regex = Regex::compile(*pattern, flags.value_or(std::string_view()), compiler.options().max_pattern_length);
     if (!regex) {
       const bool about_flags = regex.error().message.rfind("unknown flag", 0) == 0;
-      return compiler.fail(shape.id, about_flags ? sh::flags : sh::pattern, *compiler.value(shape, about_flags ? sh::flags : sh::pattern),
+      return compiler.fail(shape.id, about_flags ? sh::flags : sh::pattern,
+                           *compiler.value(shape, about_flags ? sh::flags : sh::pattern),
                            "a regular expression: " + regex.error().message, regex.error().code);
     }
     compiler.add<Pattern>(shape, *std::move(regex), std::string(*pattern));
   }
-  Pattern(Regex regex, std::string text) : Constraint(sh::PatternConstraintComponent), regex_(std::move(regex)), text_(std::move(text)) {}
+  Pattern(Regex regex, std::string text)
+      : Constraint(sh::PatternConstraintComponent), regex_(std::move(regex)), text_(std::move(text)) {}
 
   void check(Run& run, const Scene& scene) const override {
     for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
@@ -108,10 +115,12 @@ class Pattern final : public Constraint {
 bool language_matches(std::string_view tag, std::string_view range) noexcept {
   if (tag.empty()) return false;
   if (range == "*") return true;
-  return tag.substr(0, range.size()) == range && (tag.size() == range.size() || (tag.size() > range.size() && tag[range.size()] == '-'));
+  return tag.substr(0, range.size()) == range &&
+         (tag.size() == range.size() || (tag.size() > range.size() && tag[range.size()] == '-'));
 }
 
-/// SHACL 4.4.4 sh:languageIn: every value node is a text with a language that one of the listed ranges matches. One list of xsd:string.
+/// SHACL 4.4.4 sh:languageIn: every value node is a text with a language that one of the listed ranges matches. One list of
+/// xsd:string.
 class LanguageIn final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
@@ -121,7 +130,8 @@ class LanguageIn final : public Constraint {
     std::vector<std::string> ranges;
     for (const rdf::TermId m : *members) {
       const rdf::TermView term = compiler.term(m);
-      if (!term.is_literal() || term.datatype != vocab::xsd::string.text) return compiler.fail(shape.id, sh::languageIn, m, "a list of xsd:string");
+      if (!term.is_literal() || term.datatype != vocab::xsd::string.text)
+        return compiler.fail(shape.id, sh::languageIn, m, "a list of xsd:string");
       std::string range(term.text);
       for (char& c : range)
         if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + 32);
@@ -129,13 +139,15 @@ class LanguageIn final : public Constraint {
     }
     compiler.add<LanguageIn>(shape, std::move(ranges));
   }
-  explicit LanguageIn(std::vector<std::string> ranges) : Constraint(sh::LanguageInConstraintComponent), ranges_(std::move(ranges)) {}
+  explicit LanguageIn(std::vector<std::string> ranges)
+      : Constraint(sh::LanguageInConstraintComponent), ranges_(std::move(ranges)) {}
 
   void check(Run& run, const Scene& scene) const override {
     for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
       const Node node = run.node(i);
       const rdf::TermView term = run.term(node);
-      if (std::any_of(ranges_.begin(), ranges_.end(), [&](const std::string& r) { return language_matches(term.language, r); })) continue;
+      if (std::any_of(ranges_.begin(), ranges_.end(), [&](const std::string& r) { return language_matches(term.language, r); }))
+        continue;
       run.violation(scene, *this, node, [&] {
         std::string words = "expected a text in";
         for (const std::string& r : ranges_) words += (&r == &ranges_.front() ? " \"" : ", \"") + r + '"';
@@ -148,8 +160,8 @@ class LanguageIn final : public Constraint {
   std::vector<std::string> ranges_;
 };
 
-/// SHACL 4.4.5 sh:uniqueLang: no two value nodes have the same language tag; one result for each tag that several have. Only "true"
-/// declares it. One xsd:boolean, in property shapes.
+/// SHACL 4.4.5 sh:uniqueLang: no two value nodes have the same language tag; one result for each tag that several have. Only
+/// "true" declares it. One xsd:boolean, in property shapes.
 class UniqueLang final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
@@ -167,7 +179,8 @@ class UniqueLang final : public Constraint {
     std::sort(tags.begin(), tags.end());
     for (std::size_t i = 1; i < tags.size() && !run.done(); ++i) {
       if (tags[i] != tags[i - 1] || (i > 1 && tags[i] == tags[i - 2])) continue;
-      run.violation(scene, *this, std::nullopt, [&] { return "expected at most one text in \"" + std::string(tags[i]) + "\", found several"; });
+      run.violation(scene, *this, std::nullopt,
+                    [&] { return "expected at most one text in \"" + std::string(tags[i]) + "\", found several"; });
     }
   }
 };

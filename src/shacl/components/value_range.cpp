@@ -11,8 +11,8 @@ namespace lrt::shacl {
 namespace sh = vocab::sh;
 namespace {
 
-/// What the four have in common: one literal, and a value node violates unless SPARQL's comparison with it is true. What cannot be
-/// compared violates.
+/// What the four have in common: one literal, and a value node violates unless SPARQL's comparison with it is true. What cannot
+/// be compared violates.
 class Range : public Constraint {
  public:
   void check(Run& run, const Scene& scene) const final {

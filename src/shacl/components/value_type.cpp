@@ -11,8 +11,8 @@ namespace lrt::shacl {
 namespace sh = vocab::sh;
 namespace {
 
-/// SHACL 4.1.1 sh:class: every value node is an instance of the class, or of a subclass the data know. Values of sh:class: IRIs; each
-/// is a constraint.
+/// SHACL 4.1.1 sh:class: every value node is an instance of the class, or of a subclass the data know. Values of sh:class:
+/// IRIs; each is a constraint.
 class Class final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
@@ -38,7 +38,8 @@ class Class final : public Constraint {
 class Datatype final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
-    for (const Constant c : compiler.iris(shape, sh::datatype)) compiler.add<Datatype>(shape, std::string(compiler.term(c).text));
+    for (const Constant c : compiler.iris(shape, sh::datatype))
+      compiler.add<Datatype>(shape, std::string(compiler.term(c).text));
   }
   explicit Datatype(std::string iri)
       : Constraint(sh::DatatypeConstraintComponent), iri_(std::move(iri)), known_(rdf::lexical::datatype_of(iri_)) {}
@@ -50,7 +51,8 @@ class Datatype final : public Constraint {
       const bool typed = term.is_literal() && term.datatype == iri_;
       if (typed && rdf::lexical::is_well_formed(term.text, known_)) continue;
       run.violation(scene, *this, node, [&] {
-        return "expected a " + std::string(typed ? "well-formed " : "") + shown(Iri(std::string_view(iri_))) + ", found " + shown(term);
+        return "expected a " + std::string(typed ? "well-formed " : "") + shown(Iri(std::string_view(iri_))) + ", found " +
+               shown(term);
       });
     }
   }

@@ -63,6 +63,7 @@ class AsioTransport final : public Transport {
   boost::asio::posix::basic_stream_descriptor<boost::asio::io_context::executor_type> wake_event_;
   Listener listener_;
   bool woken_ = false;
+  bool replies_left_ = false;  ///< the budget ended before the handler's replies
 };
 
 Result<void> AsioTransport::start(engine::Handler& handler) {
@@ -80,6 +81,7 @@ Result<void> AsioTransport::start(engine::Handler& handler) {
   if (auto opened = listener_.open(); !opened) return opened;
   loop_.context.handler = &handler;
   loop_.context.stopping = false;
+  replies_left_ = false;
   return {};
 }
 
@@ -98,6 +100,7 @@ milliseconds AsioTransport::poll(std::chrono::microseconds budget, milliseconds 
   if (io.stopped()) io.restart();
   loop_.readiness.forget_buried();
 
+  if (replies_left_) wait = milliseconds(0);
   if (wait > milliseconds(0)) wait = std::min({wait, next_due(loop_.clock.now()), longest_wait});
   // With no time to wait this is one epoll_wait that returns at once.
   loop_.readiness.set_budget(budget);
@@ -106,28 +109,36 @@ milliseconds AsioTransport::poll(std::chrono::microseconds budget, milliseconds 
   const auto now = loop_.clock.now();
   deliver_replies(now);
   expire(now);
-  return more ? milliseconds(0) : next_due(now);
+  return more || replies_left_ ? milliseconds(0) : next_due(now);
 }
 
 void AsioTransport::deliver_replies(TimePoint now) {
   auto& handler = *loop_.context.handler;
-  if (!woken_ && loop_.tickets.empty()) {
+  if (!woken_ && !replies_left_ && loop_.tickets.empty()) {
     const auto due = handler.next_deadline();
     if (!due || *due > now.steady) return;
   }
-  woken_ = false;
+  woken_ = replies_left_ = false;
   while (auto reply = handler.next_reply(now)) {
     const auto found = loop_.tickets.find(static_cast<std::uint64_t>(reply->ticket));
-    if (found == loop_.tickets.end()) continue;
-    Connection& connection = *found->second;
-    loop_.tickets.erase(found);
-    connection.reply(std::move(reply->response), now);
+    if (found != loop_.tickets.end()) {
+      Connection& connection = *found->second;
+      loop_.tickets.erase(found);
+      connection.reply(std::move(reply->response), now);
+    }
+    if (loop_.readiness.is_over()) {
+      replies_left_ = true;
+      return;
+    }
   }
 }
 
 /// After reading, so that a client is not late only because the host did not poll.
 void AsioTransport::expire(TimePoint now) {
-  while (auto* const entry = loop_.deadlines.expired(now.steady)) static_cast<Connection*>(entry)->expire(now);
+  while (auto* const entry = loop_.deadlines.expired(now.steady)) {
+    static_cast<Connection*>(entry)->expire(now);
+    if (loop_.readiness.is_over()) break;  // those that are left are due at once
+  }
   listener_.resume(now);
 }
 

@@ -47,15 +47,22 @@ bool take_quoted(std::string_view& text) noexcept {
   return false;
 }
 
-/// chunk-ext (RFC 9112 7.1.1), without the white space that it allows before ';'.
+/// Takes `c` and the white space around it; without `c` takes nothing.
+bool take_spaced(std::string_view& text, char c) noexcept {
+  auto rest = text;
+  skip_blanks(rest);
+  if (rest.empty() || rest.front() != c) return false;
+  rest.remove_prefix(1);
+  skip_blanks(rest);
+  text = rest;
+  return true;
+}
+
+/// chunk-ext = *( BWS ";" BWS token [ BWS "=" BWS ( token / quoted-string ) ] ) (RFC 9112 7.1.1)
 bool is_extension(std::string_view text) noexcept {
   while (!text.empty()) {
-    if (text.front() != ';') return false;
-    text.remove_prefix(1);
-    skip_blanks(text);
-    if (!take_token(text)) return false;
-    if (text.empty() || text.front() != '=') continue;
-    text.remove_prefix(1);
+    if (!take_spaced(text, ';') || !take_token(text)) return false;
+    if (!take_spaced(text, '=')) continue;
     if (text.empty()) return false;
     if (!(text.front() == '"' ? take_quoted(text) : take_token(text))) return false;
   }

@@ -8,8 +8,8 @@
 namespace lrt::transport {
 
 /// Takes a chunked body apart (RFC 9112 7.1), fed in pieces of any size. Stricter than the grammar where parsers are known to
-/// differ: no white space before ';' or the line's end, at most 15 hexadecimal digits, CRLF only, no framing field in a trailer.
-/// Extensions and trailers are checked and dropped.
+/// differ: white space only around ';' and '=' of extensions, at most 15 hexadecimal digits, CRLF only, no framing field in a
+/// trailer. Extensions and trailers are checked and dropped.
 /// @par Implements  R0.1
 class ChunkDecoder {
  public:

@@ -84,6 +84,7 @@ void Connection::close() {
   if (closed_) return;
   closed_ = true;
   loop_.deadlines.clear(*this);
+  unlink_idle();
   if (const auto ticket = session_.ticket()) {
     loop_.tickets.erase(ticket_);
     loop_.context.handler->abandon(*ticket);
@@ -148,6 +149,7 @@ void Connection::write(TimePoint now) {
       return wait_writable();
     }
     session_.sent(static_cast<std::size_t>(sent), now);
+    if (!session_.output().empty() && loop_.readiness.is_over()) break;
   }
   if (!session_.output().empty()) continue_later();
 }
@@ -176,15 +178,23 @@ void Connection::update(TimePoint now) {
     half_closed_ = true;
     ::shutdown(socket_.native_handle(), SHUT_WR);
   }
-  if (epoch_ != session_.epoch()) {
+  const bool anew = epoch_ != session_.epoch();
+  if (anew || phase != Session::Phase::idle) unlink_idle();
+  if (phase == Session::Phase::idle && !IdleEntry::is_linked()) loop_.idle.push_back(*this);
+  if (anew) {
     epoch_ = session_.epoch();
-    if (has_deadline(phase)) {
-      loop_.deadlines.set(*this, deadline_kind(phase), now.steady + time_of(phase, loop_.options.limits));
+    const auto timed = session_.timed_phase();
+    if (has_deadline(timed)) {
+      loop_.deadlines.set(*this, deadline_kind(timed), now.steady + time_of(timed, loop_.options.limits));
     } else {
       loop_.deadlines.clear(*this);
     }
   }
   watch();
+}
+
+void Connection::unlink_idle() {
+  if (IdleEntry::is_linked()) IdleEntry::unlink();
 }
 
 void Connection::keep_ticket() {

@@ -14,7 +14,7 @@ namespace lrt::transport {
 ///
 /// Asio is used for its readiness waits only. Per request that is recv and send, and a share of the waits of the Readiness; a buffer
 /// is needed only while something is being read.
-class Connection final : public std::enable_shared_from_this<Connection>, public Deadlines::Entry {
+class Connection final : public std::enable_shared_from_this<Connection>, public Deadlines::Entry, public IdleEntry {
  public:
   Connection(Loop& loop, Socket socket, std::string peer);
 
@@ -31,6 +31,8 @@ class Connection final : public std::enable_shared_from_this<Connection>, public
   /// Drops whatever is under way.
   void close();
 
+  /// True between requests and before the first, as far as is known: input may have arrived that on_ready() has not seen.
+  bool is_idle() const noexcept { return !closed_ && session_.phase() == Session::Phase::idle; }
   /// True while something is owed to the client.
   bool has_answer_open() const noexcept { return session_.ticket().has_value() || !session_.output().empty(); }
   bool is_lingering() const noexcept { return session_.phase() == Session::Phase::lingering; }
@@ -39,6 +41,7 @@ class Connection final : public std::enable_shared_from_this<Connection>, public
   void write(TimePoint now);
   void update(TimePoint now);
   void watch();
+  void unlink_idle();
   void continue_later();
   void keep_ticket();
   void wait_writable();

@@ -4,6 +4,9 @@
 
 #include <boost/asio/buffer.hpp>
 #include <boost/beast/http/basic_parser.hpp>
+#include <string>
+
+#include "src/base/ascii.hpp"
 
 namespace lrt::transport {
 namespace {
@@ -38,16 +41,37 @@ class HeadParser final : public beast::http::basic_parser<true> {
   http::Request& request_;
 };
 
+/// Takes apart what http::check_raw_head() passed, with no opinion about the fields.
+void split_head(std::string_view head, http::Request& request) {
+  const auto take = [&head](std::string_view until) {
+    const auto part = head.substr(0, head.find(until));
+    head.remove_prefix(part.size() + until.size());
+    return part;
+  };
+  request.method = take(" ");
+  request.target = take(" ");
+  request.version = take("\r\n") == "HTTP/1.0" ? 10 : 11;
+  request.fields.clear();
+  while (head != "\r\n") {
+    const auto name = take(":");
+    request.fields.push_back({name, detail::trim(take("\r\n"))});
+  }
+}
+
 }  // namespace
 
-bool parse_head(std::string_view head, http::Request& request) {
+std::optional<http::Refusal> parse_head(std::string_view head, http::Request& request) {
   request.fields.clear();
   HeadParser parser(request);
   parser.header_limit(static_cast<std::uint32_t>(head.size()) + 1);
   parser.skip(true);  // the body is not its business
   error_code error;
   const auto used = parser.put(boost::asio::const_buffer(head.data(), head.size()), error);
-  return !error && parser.is_header_done() && used == head.size();
+  if (!error && parser.is_header_done() && used == head.size()) return std::nullopt;
+  // Beast judges the fields that frame a body as soon as it meets them, and says little. check_head() says what and where.
+  split_head(head, request);
+  if (auto refusal = http::check_head(request)) return refusal;
+  return http::Refusal{400, "the head cannot be parsed: " + error.message() + ", after byte " + std::to_string(used)};
 }
 
 }  // namespace lrt::transport

@@ -17,10 +17,13 @@ namespace lrt::transport {
 namespace {
 
 constexpr int accepts_per_turn = 16;
-/// Clients over the limit that are told so at one time; those beyond are closed without a word.
+/// Clients over the limit that are told so with patience at one time; those beyond get `no_room` and are closed.
 constexpr std::size_t refused_at_once = 64;
+/// Idle connections that are looked at for one that has nothing pending, to make room.
+constexpr int looks_for_room = 16;
+constexpr int discards_at_once = 16;
 constexpr std::chrono::milliseconds pause_time{100};
-constexpr std::string_view out_of_descriptors =
+constexpr std::string_view no_room =
     "HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nRetry-After: 1\r\nConnection: close\r\n\r\n";
 
 int open_reserve() noexcept { return ::open("/dev/null", O_RDONLY | O_CLOEXEC); }
@@ -36,6 +39,15 @@ std::string numeric_address(const sockaddr_storage& address) {
     else ::inet_ntop(AF_INET6, &v6, text, sizeof text);
   }
   return text;
+}
+
+/// Without waiting: what the client sends later meets a closed connection, and it may lose the answer over that.
+void refuse_at_once(int descriptor) noexcept {
+  [[maybe_unused]] const auto sent = ::send(descriptor, no_room.data(), no_room.size(), MSG_NOSIGNAL);
+  ::shutdown(descriptor, SHUT_WR);
+  char discarded[4096];
+  for (int turn = 0; turn < discards_at_once && ::recv(descriptor, discarded, sizeof discarded, 0) > 0; ++turn) {}
+  ::close(descriptor);
 }
 
 }  // namespace
@@ -110,6 +122,7 @@ void Listener::accept_some() {
         ::accept4(acceptor_.native_handle(), reinterpret_cast<sockaddr*>(&address), &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (descriptor >= 0) {
       admit(descriptor, numeric_address(address));
+      if (loop_.readiness.is_over()) break;
       continue;
     }
     switch (errno) {
@@ -130,11 +143,8 @@ void Listener::admit(int descriptor, std::string peer) {
   const auto now = loop_.clock.now();
   const int on = 1;
   ::setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  const bool full = loop_.connections.size() - loop_.refused >= loop_.options.limits.connections;
-  if (full && loop_.refused >= refused_at_once) {
-    ::close(descriptor);
-    return;
-  }
+  const bool full = !has_room() && !make_room();
+  if (full && loop_.refused >= refused_at_once) return refuse_at_once(descriptor);
   Socket socket(loop_.io);
   boost::system::error_code error;
   if (socket.assign(protocol_, descriptor, error)) {
@@ -146,6 +156,29 @@ void Listener::admit(int descriptor, std::string peer) {
   else connection->open(now);
 }
 
+bool Listener::has_room() const noexcept {
+  return loop_.connections.size() - loop_.refused < loop_.options.limits.connections;
+}
+
+/// Closes the connection that has been idle longest. One whose next request has arrived unnoticed is not idle: it is served now, as
+/// it would have been soon.
+bool Listener::make_room() {
+  Connection* served = nullptr;
+  for (int look = 0; look < looks_for_room && !loop_.idle.empty(); ++look) {
+    auto& longest = static_cast<Connection&>(loop_.idle.front());
+    longest.on_ready(false);
+    if (has_room()) return true;  // it was gone
+    if (longest.is_idle() && &loop_.idle.front() == &longest) {
+      longest.close();
+      return true;
+    }
+    if (!served && longest.is_idle()) served = &longest;
+    if (loop_.readiness.is_over()) break;
+  }
+  if (served) served->close();
+  return served != nullptr;
+}
+
 /// Accepts one client with the descriptor that was kept for this, to tell it that there are no more.
 bool Listener::refuse_with_reserve() {
   if (reserve_ < 0) {
@@ -155,13 +188,7 @@ bool Listener::refuse_with_reserve() {
   ::close(reserve_);
   const int descriptor = ::accept4(acceptor_.native_handle(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
   const bool refused = descriptor >= 0;
-  if (refused) {
-    [[maybe_unused]] const auto sent = ::send(descriptor, out_of_descriptors.data(), out_of_descriptors.size(), MSG_NOSIGNAL);
-    ::shutdown(descriptor, SHUT_WR);
-    char discarded[4096];
-    while (::recv(descriptor, discarded, sizeof discarded, 0) > 0) {}
-    ::close(descriptor);
-  }
+  if (refused) refuse_at_once(descriptor);
   reserve_ = open_reserve();
   return refused;
 }

@@ -11,7 +11,7 @@
 
 namespace lrt::transport {
 
-/// Accepts connections. When descriptors run out it neither spins nor leaves clients without a word: a reserve descriptor serves
+/// Accepts connections, at the expense of idle ones when there are as many as the limit allows. When descriptors run out it neither spins nor leaves clients without a word: a reserve descriptor serves
 /// to accept and refuse them, and without that it pauses.
 class Listener {
  public:
@@ -34,6 +34,8 @@ class Listener {
   void wait();
   void accept_some();
   void admit(int descriptor, std::string peer);
+  bool has_room() const noexcept;
+  bool make_room();
   bool refuse_with_reserve();
   void pause(const char* reason);
 

@@ -5,6 +5,7 @@
 #include <boost/asio/basic_stream_socket.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/intrusive/list.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -26,6 +27,11 @@ class Connection;
 /// A socket whose executor is known at compile time: any_io_executor costs virtual calls per wait.
 using Socket = boost::asio::basic_stream_socket<boost::asio::ip::tcp, boost::asio::io_context::executor_type>;
 
+/// Base of what has a place in an IdleOrder; leaves it with the last breath.
+using IdleEntry = boost::intrusive::list_base_hook<boost::intrusive::link_mode<boost::intrusive::auto_unlink>>;
+/// Connections whose session is in Phase::idle, the one that has been there longest first.
+using IdleOrder = boost::intrusive::list<IdleEntry, boost::intrusive::constant_time_size<false>>;
+
 /// What the connections of one transport share. One thread.
 struct Loop {
   explicit Loop(Options given)
@@ -45,6 +51,7 @@ struct Loop {
   Readiness readiness;
   SessionContext context;
   Deadlines deadlines;
+  IdleOrder idle;
   std::vector<std::shared_ptr<Connection>> connections;
   std::unordered_map<std::uint64_t, Connection*> tickets;    ///< whose deferred answers are open
   std::size_t refused = 0;                                   ///< connections over the limit, while they get their 503

@@ -159,7 +159,8 @@ bool Session::take_head(TimePoint now) {
       rest_.remove_prefix(2);
     }
     if (rest_.empty()) return false;
-    enter(Phase::head);
+    if (requests_ == 0) phase_ = Phase::head;  // the time goes on: see timed_phase()
+    else enter(Phase::head);
     scanned_ = line_begin_ = 0;
     if (!may_begin_method(rest_.front())) {
       refuse(400, "the first byte does not begin a method: this is no HTTP/1.1 request", now);
@@ -175,8 +176,8 @@ bool Session::take_head(TimePoint now) {
     refuse(refusal->status, std::move(refusal->reason), now);
     return false;
   }
-  if (!parse_head(head, request_)) {
-    refuse(400, "the head cannot be parsed", now);
+  if (auto refusal = parse_head(head, request_)) {
+    refuse(refusal->status, std::move(refusal->reason), now);
     return false;
   }
   version_ = request_.version;

@@ -47,7 +47,7 @@ class Session {
  public:
   /// What the client or the handler has to do next.
   enum class Phase : unsigned char {
-    idle,       ///< the client may send a request; limits.idle_time
+    idle,       ///< the client may send a request; limits.idle_time, for the first one limits.head_time
     head,       ///< the client must complete a head; limits.head_time
     body,       ///< the client must complete a body; limits.body_time
     writing,    ///< the client must take output(); limits.write_time
@@ -79,7 +79,9 @@ class Session {
 
   bool wants_input() const noexcept;
   Phase phase() const noexcept { return phase_; }
-  /// Changes whenever the time of phase() begins anew.
+  /// The phase whose limit applies: the head of the first request must be complete within limits.head_time from the beginning.
+  Phase timed_phase() const noexcept { return phase_ == Phase::idle && requests_ == 0 ? Phase::head : phase_; }
+  /// Changes whenever the time of timed_phase() begins anew.
   std::uint32_t epoch() const noexcept { return epoch_; }
   /// Of the deferred answer that is open.
   std::optional<engine::Ticket> ticket() const noexcept { return ticket_; }

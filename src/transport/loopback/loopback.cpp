@@ -1,6 +1,7 @@
 #include <lrt/transport/loopback.hpp>
 
 #include <cstdint>
+#include <optional>
 #include <unordered_map>
 #include <utility>
 #include <variant>
@@ -29,19 +30,28 @@ http::Response problem(int status, std::string detail) {
 struct Loopback::Impl {
   explicit Impl(Options given) : options(std::move(given)), clock(options.clock ? *options.clock : system_clock()) {}
 
-  void deliver(TimePoint now) {
-    while (handler) {
+  void deliver(TimePoint now, std::chrono::microseconds budget) {
+    std::optional<std::chrono::steady_clock::time_point> end;
+    for (left = false; handler;) {
       auto reply = handler->next_reply(now);
       if (!reply) return;
       const auto found = open.find(static_cast<std::uint64_t>(reply->ticket));
-      if (found == open.end()) continue;
-      const auto done = std::move(found->second);
-      open.erase(found);
-      done(std::move(reply->response));
+      if (found != open.end()) {
+        const auto done = std::move(found->second);
+        open.erase(found);
+        done(std::move(reply->response));
+      }
+      const auto at = std::chrono::steady_clock::now();
+      if (!end) end = at + budget;
+      if (at >= *end) {
+        left = true;
+        return;
+      }
     }
   }
 
   milliseconds next_due(TimePoint now) const {
+    if (left) return milliseconds(0);
     const auto due = handler->next_deadline();
     if (!due) return milliseconds::max();
     return *due <= now.steady ? milliseconds(0) : std::chrono::ceil<milliseconds>(*due - now.steady);
@@ -58,6 +68,7 @@ struct Loopback::Impl {
   const Options options;
   const Clock& clock;
   engine::Handler* handler = nullptr;
+  bool left = false;  ///< the budget ended before the handler's replies
   std::shared_ptr<EventWaker> waker = std::make_shared<EventWaker>();
   std::unordered_map<std::uint64_t, std::function<void(http::Response)>> open;
 };
@@ -74,11 +85,11 @@ Result<void> Loopback::start(engine::Handler& handler) {
   return {};
 }
 
-milliseconds Loopback::poll(std::chrono::microseconds, milliseconds wait) {
+milliseconds Loopback::poll(std::chrono::microseconds budget, milliseconds wait) {
   if (!impl_->handler) return milliseconds::max();
   impl_->waker->wait(std::min(wait, impl_->next_due(impl_->clock.now())));
   const auto now = impl_->clock.now();
-  impl_->deliver(now);
+  impl_->deliver(now, budget);
   return impl_->handler ? impl_->next_due(now) : milliseconds::max();
 }
 

@@ -1,0 +1,257 @@
+#include "examples/baxter/linked_arm.hpp"
+
+#include <cmath>
+#include <deque>
+#include <optional>
+
+#include <lrt/transport/loopback.hpp>
+
+#include "tests/support/catch.hpp"
+#include "tests/support/fakes.hpp"
+#include "tests/support/message.hpp"
+
+using namespace lrt::test;
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+/// The example's program without its port and its sleep.
+class Robot {
+ public:
+  Robot() {
+    lrt::Options options;
+    options.io = lrt::Io::in_poll;
+    options.engine.clock = &clock;
+    options.engine.ids = std::make_shared<FixedIds>();
+    options.engine.public_base = "http://example.org";
+    options.transport = [this](lrt::transport::Options t) {
+      auto made = std::make_unique<lrt::transport::Loopback>(std::move(t));
+      loopback_ = made.get();
+      return made;
+    };
+    server_.emplace(lrt::Server::create(std::move(options)).value());
+    linked.add_to(*server_).value();
+  }
+
+  /// One period of the control loop.
+  void step() {
+    clock.advance(std::chrono::milliseconds(1));
+    arm.step();
+    linked.publish();
+    server_->poll();
+  }
+  Answer ask(const std::string& text) {
+    RequestText request(text);
+    std::optional<Answer> answer;
+    loopback_->submit(request.get(), [&](lrt::http::Response r) { answer = Answer(r); });
+    for (int i = 0; i < 100 && !answer; ++i) step();
+    if (!answer) throw std::runtime_error("no answer to " + text);
+    return *answer;
+  }
+  Answer get(const std::string& path) { return ask("GET " + path); }
+  /// The request of Figure 5b.
+  Answer rotate(const std::string& joint, const std::string& value, const std::string& unit = "vom:unit maths:Degree") {
+    return ask("POST /baxter/" + joint + "/actions/rotate\nContent-Type: text/turtle\n\n"
+               "@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> . @prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> .\n"
+               "@prefix xsd: <http://www.w3.org/2001/XMLSchema#> .\n<> a maths:Scalar ; vom:numericalValue " + value +
+               (unit.empty() ? "" : " ; " + unit) + " .");
+  }
+  std::string status(const std::string& location) {
+    const lrt::rdf::Graph graph = get(location.substr(18)).graph();
+    return std::string(graph.object(lrt::rdf::iri(location), lrt::vocab::lrt::status).value().text.substr(24));
+  }
+
+  FakeClock clock;
+  baxter::RightArm arm;
+  baxter::LinkedArm linked{arm};
+
+ private:
+  lrt::transport::Loopback* loopback_ = nullptr;
+  std::optional<lrt::Server> server_;
+};
+
+constexpr const char* base = "http://example.org/baxter/";
+
+}  // namespace
+
+TEST_CASE("Figure 2b, corrected: right_s1 is what the paper shows", "[examples][R1.3][R1.8][R1.9][R1.10][R1.11]") {
+  Robot robot;
+  const Answer a = robot.get("/baxter/right_s1");
+  REQUIRE(a.status == 200);
+  CHECK(missing(a,
+                "<right_s1> a hybrit:RoboticThing , ros:RevoluteJoint ;"
+                "  hybrit:blueprint <right_s1/blueprint> ; hybrit:subscriptions <right_s1/subscriptions> ; hybrit:action <right_s1/actions/rotate> ;"
+                "  hybrit:property <right_s1/friction> , <right_s1/rotation> , <right_s1/jointReferenceFrame> ;"
+                "  rdfs:seeAlso <http://example.org/baxter> ; dcterms:title \"right_s1\" ;"
+                "  ros:friction <right_s1/friction> ; ros:jointReferenceFrame <right_s1/jointReferenceFrame> ; ros:rotation <right_s1/rotation> ;"
+                "  xhv:prev <right_upper_shoulder> ; xhv:next <right_lower_shoulder> ;"
+                "  ros:preceedingLink <right_upper_shoulder> ; ros:succeedingLink <right_lower_shoulder> ."
+                "<right_upper_shoulder> a hybrit:RoboticThing , ros:Link . <right_lower_shoulder> a ros:Link .",
+                base) == "");
+}
+
+TEST_CASE("Figure 3, corrected: the rotation of right_s1", "[examples][R1.5][R1.9]") {
+  Robot robot;
+  const Answer a = robot.get("/baxter/right_s1/rotation");
+  REQUIRE(a.status == 200);
+  CHECK(missing(a,
+                "<right_s1/rotation> a spatial:AxisAngle , spatial:Rotation3D , hybrit:Property ; rdfs:seeAlso <right_s1> ;"
+                "  spatial:rotationAngle [ a maths:Scalar ; vom:numericalValue \"0\"^^xsd:float ; vom:unit maths:Radian ] ;"
+                "  spatial:rotationAxis [ a maths:Vector3D ; maths:x \"0\"^^xsd:float ; maths:y \"0\"^^xsd:float ; maths:z \"1\"^^xsd:float ] .",
+                base) == "");
+}
+
+TEST_CASE("Figure 5a, corrected: what rotate takes and how it is invoked", "[examples][R1.10]") {
+  Robot robot;
+  const Answer a = robot.get("/baxter/right_s1/actions/rotate");
+  CHECK(missing(a,
+                "<right_s1/actions/rotate> a hybrit:Action , hybrit:AsynchronousAction ; hybrit:binding [ a http-core:Request ;"
+                "  http-core:mthd http-methods:POST ; http-core:requestURI <right_s1/actions/rotate> ] .",
+                base) == "");
+}
+
+TEST_CASE("Figure 5b: 43.6 degrees move the joint", "[examples][R0.7][R0.8]") {
+  Robot robot;
+  const Answer a = robot.rotate("right_s1", "\"43.6\"^^xsd:float");
+  CHECK(a.status == 204);
+  const std::string location = a.field("Location");
+  REQUIRE(location.find("http://example.org/baxter/right_s1/actions/rotate/") == 0);
+  robot.step();
+  CHECK(robot.status(location) == "running");
+  for (int i = 0; i < 300; ++i) robot.step();
+  const lrt::rdf::Graph graph = robot.get(location.substr(18)).graph();
+  const double progress = std::stod(std::string(graph.object(lrt::rdf::iri(location), lrt::vocab::lrt::progress).value().text));
+  CHECK(progress > 0);
+  CHECK(progress < 1);
+  for (int i = 0; i < 60'000 && robot.arm.moving(baxter::right_s1); ++i) robot.step();
+  robot.step();
+  CHECK(robot.status(location) == "succeeded");
+  CHECK(robot.arm.position(baxter::right_s1) == Approx(43.6 * pi / 180));
+  const lrt::rdf::Graph rotation = robot.get("/baxter/right_s1/rotation").graph();
+  const auto angle = rotation.object(lrt::rdf::iri("http://example.org/baxter/right_s1/rotation"), lrt::vocab::spatial::rotationAngle).value();
+  CHECK(std::stof(std::string(rotation.object(angle, lrt::vocab::vom::numericalValue).value().text)) == Approx(0.76096F));
+}
+
+TEST_CASE("the target angle is meant modulo 360 degrees", "[examples][R0.8]") {
+  Robot robot;
+  const Answer a = robot.rotate("right_s1", "350");
+  CHECK(a.status == 204);
+  for (int i = 0; i < 60'000 && (i < 10 || robot.arm.moving(baxter::right_s1)); ++i) robot.step();
+  robot.step();
+  CHECK(robot.status(a.field("Location")) == "succeeded");
+  CHECK(robot.arm.position(baxter::right_s1) == Approx(-10 * pi / 180));
+}
+
+TEST_CASE("what rotate does not take is 422 and the arm does not move", "[examples][R0.6]") {
+  Robot robot;
+  const auto refused = [&](const std::string& value, const std::string& unit = "vom:unit maths:Degree") {
+    const Answer a = robot.rotate("right_s1", value, unit);
+    CAPTURE(value, unit, a.body);
+    CHECK(a.status == 422);
+    CHECK(a.links_to("http://example.org/baxter/right_s1/blueprint", "http://www.w3.org/ns/ldp#constrainedBy"));
+    for (int i = 0; i < 100; ++i) robot.step();
+    CHECK(robot.arm.position(baxter::right_s1) == 0);
+    CHECK_FALSE(robot.get("/baxter/right_s1/actions/rotate").says("lrt:invocation"));
+  };
+  refused("360");
+  refused("-1");
+  refused("\"fast\"");
+  refused("\"NaN\"^^xsd:float");
+  refused("43.6", "");
+  refused("43.6", "vom:unit maths:Radian");
+  refused("43.6", "vom:unit vom:Degree");  // the misprint of Figure 5b
+  refused("43.6 , 50");
+}
+
+TEST_CASE("a target that the joint's limits exclude fails, and the error names the limit", "[examples][R0.6]") {
+  Robot robot;
+  const Answer a = robot.rotate("right_s1", "180");
+  CHECK(a.status == 204);
+  for (int i = 0; i < 10; ++i) robot.step();
+  const std::string location = a.field("Location");
+  CHECK(robot.status(location) == "failed");
+  const lrt::rdf::Graph graph = robot.get(location.substr(18)).graph();
+  const std::string error(graph.object(lrt::rdf::iri(location), lrt::vocab::lrt::error).value().text);
+  CHECK(error.find("180 degrees") != std::string::npos);
+  CHECK(error.find("right_s1") != std::string::npos);
+  CHECK(error.find("-123.0") != std::string::npos);
+  CHECK(error.find("60.0") != std::string::npos);
+  CHECK(robot.arm.position(baxter::right_s1) == 0);
+}
+
+TEST_CASE("cancelling an invocation stops the arm, a newer one takes over", "[examples][R0.5]") {
+  Robot robot;
+  const std::string first = robot.rotate("right_s1", "43.6").field("Location");
+  for (int i = 0; i < 300; ++i) robot.step();
+  CHECK(robot.arm.moving(baxter::right_s1));
+  CHECK(robot.ask("DELETE " + first.substr(18)).status == 204);
+  for (int i = 0; i < 5'000; ++i) robot.step();
+  CHECK_FALSE(robot.arm.moving(baxter::right_s1));
+  CHECK(robot.arm.position(baxter::right_s1) > 0);
+  CHECK(robot.arm.position(baxter::right_s1) < 43 * pi / 180);
+  CHECK(robot.status(first) == "cancelled");
+
+  const std::string second = robot.rotate("right_s1", "50").field("Location");
+  for (int i = 0; i < 100; ++i) robot.step();
+  const std::string third = robot.rotate("right_s1", "20").field("Location");
+  for (int i = 0; i < 20'000 && (i < 10 || robot.arm.moving(baxter::right_s1)); ++i) robot.step();
+  robot.step();
+  CHECK(robot.status(second) == "cancelled");
+  CHECK(robot.status(third) == "succeeded");
+  CHECK(robot.arm.position(baxter::right_s1) == Approx(20 * pi / 180));
+}
+
+TEST_CASE("friction is read and written, within its bounds", "[examples][R0.5]") {
+  Robot robot;
+  CHECK(missing(robot.get("/baxter/right_s1/friction"), "<right_s1/friction> a hybrit:Property ; vom:numericalValue \"0.7\"^^xsd:double .", base) == "");
+  const auto put = [&](const std::string& value) {
+    return robot.ask("PUT /baxter/right_s1/friction\nContent-Type: text/turtle\n\n<> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> " + value +
+                     " ; <http://qudt.org/schema/qudt/unit> <http://qudt.org/vocab/unit/N-M-SEC-PER-RAD> .").status;
+  };
+  CHECK(put("0.9") == 204);
+  CHECK(robot.arm.friction(baxter::right_s1) == 0.9);
+  CHECK(put("-0.1") == 422);
+  CHECK(put("1e9") == 422);
+  CHECK(robot.arm.friction(baxter::right_s1) == 0.9);
+}
+
+TEST_CASE("seven joints and the links around them are reached from the root by links and triples alone", "[examples][R0.3][R0.4][R0.9][R1.7]") {
+  Robot robot;
+  std::set<std::string> by_links = {"http://example.org/"}, by_triples = {"http://example.org/"};
+  const auto walk = [&](std::set<std::string>& seen, auto next) {
+    std::vector<std::string> open(seen.begin(), seen.end());
+    while (!open.empty()) {
+      const std::string at = open.back();
+      open.pop_back();
+      const Answer a = robot.get(at.substr(18));
+      CAPTURE(at);
+      REQUIRE(a.status == 200);
+      for (std::string target : next(a)) {
+        target = target.substr(0, target.find('#'));
+        if (target.find("http://example.org/") == 0 && seen.insert(target).second) open.push_back(target);
+      }
+    }
+  };
+  walk(by_links, [](const Answer& a) { return a.linked("related"); });
+  walk(by_triples, [](const Answer& a) {
+    std::vector<std::string> all;
+    const lrt::rdf::Graph graph = a.graph();
+    for (const lrt::rdf::Triple& t : graph.triples())
+      if (graph.term(t.object).is_iri()) all.emplace_back(graph.term(t.object).text);
+    return all;
+  });
+  for (std::size_t i = 0; i < baxter::joint_count; ++i) {
+    const std::string joint = base + std::string(baxter::RightArm::description(i).name);
+    for (const char* part : {"", "/state", "/rotation", "/friction", "/jointReferenceFrame", "/actions/rotate", "/blueprint", "/subscriptions"}) {
+      CAPTURE(joint, part);
+      CHECK(by_links.count(joint + part) == 1);
+      CHECK(by_triples.count(joint + part) == 1);
+    }
+    CHECK(by_links.count(base + std::string(baxter::RightArm::description(i).child_link)) == 1);
+  }
+  for (const std::string& target : by_links) {
+    CAPTURE(target);
+    CHECK(by_triples.count(target) == 1);
+  }
+}

@@ -1,0 +1,144 @@
+#include <lrt/model/detail/slot.hpp>
+
+#include <array>
+#include <atomic>
+#include <cstdlib>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/support/allocations.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/fakes.hpp"
+
+using namespace lrt;
+using test::allocations;
+using model::Slot;
+
+namespace {
+using Utc = std::chrono::system_clock::time_point;
+using Vector = std::array<double, 8>;
+}  // namespace
+
+TEST_CASE("a slot gives the newest value once, with the time since when it holds", "[model][R0.11]") {
+  test::FakeClock clock;
+  Slot<double> slot;
+  slot.set_clock(clock);
+  rdf::Value value;
+  Utc since;
+  CHECK_FALSE(slot.has_news());
+  CHECK_FALSE(slot.take(value, since));
+  slot.publish(1);
+  clock.advance(std::chrono::seconds(1));
+  slot.publish(2);
+  const Utc then = clock.now().utc;
+  clock.advance(std::chrono::seconds(1));
+  slot.publish(2);  // bit-identical: nothing new
+  CHECK(slot.has_news());
+  REQUIRE(slot.take(value, since));
+  CHECK(*value.real() == 2);
+  CHECK(since == then);
+  CHECK_FALSE(slot.take(value, since));
+  slot.publish(2);
+  CHECK_FALSE(slot.has_news());
+  slot.publish(-0.0);
+  CHECK(slot.take(value, since));
+  slot.publish(0.0);
+  CHECK(slot.take(value, since));
+}
+
+TEST_CASE("after forget a repeated value is news once; every sample is with every_sample", "[model][R0.11]") {
+  Slot<double> slot;
+  Slot<std::string> text;
+  rdf::Value value;
+  Utc since;
+  const auto check = [&](auto& s, const auto& v) {
+    s.publish(v);
+    REQUIRE(s.take(value, since));
+    s.forget();
+    s.publish(v);
+    CHECK(s.take(value, since));
+    s.publish(v);
+    CHECK_FALSE(s.take(value, since));
+    s.set_every_sample();
+    s.publish(v);
+    CHECK(s.take(value, since));
+    s.publish(v);
+    CHECK(s.take(value, since));
+  };
+  check(slot, 1.5);
+  check(text, std::string("x"));
+}
+
+TEST_CASE("publish of a trivially copyable value does not allocate", "[model]") {
+  Slot<double> number;
+  Slot<Vector> vector;
+  Vector v{};
+  const std::size_t before = allocations;
+  for (int i = 0; i < 1000; ++i) {
+    v[i % 8] = i;
+    number.publish(i);
+    vector.publish(v);
+  }
+  CHECK(allocations == before);
+}
+
+TEST_CASE("publishing an unchanged text does not allocate either", "[model]") {
+  Slot<std::string> slot;
+  const std::string text(100, 'x');
+  slot.publish(text);
+  const std::size_t before = allocations;
+  slot.publish(text);
+  CHECK(allocations == before);
+}
+
+TEST_CASE("what one thread publishes another takes whole and in order", "[model]") {
+  Slot<Vector> slot;
+  std::atomic<bool> stop{false};
+  std::thread writer([&] {
+    for (int i = 1; !stop; ++i) {
+      Vector v;
+      v.fill(i);
+      slot.publish(v);
+    }
+  });
+  double last = 0;
+  for (int taken = 0; taken < 20'000;) {
+    rdf::Value value;
+    Utc since;
+    if (!slot.take(value, since)) continue;
+    ++taken;
+    const auto& members = *value.sequence();
+    const double first = *members[0].real();
+    if (first <= last) FAIL("out of order");
+    last = first;
+    for (const rdf::Value& m : members)
+      if (*m.real() != first) FAIL("torn");
+  }
+  stop = true;
+  writer.join();
+}
+
+TEST_CASE("the last value published is the one that is taken in the end", "[model]") {
+  for (int round = 0; round < 200; ++round) {
+    Slot<double> number;
+    Slot<std::string> text;
+    std::thread writer([&] {
+      for (int i = 1; i <= 50; ++i) {
+        number.publish(i);
+        text.publish(std::to_string(i));
+      }
+    });
+    rdf::Value n, t;
+    Utc since;
+    for (int i = 0; i < 20; ++i) {
+      (void)number.take(n, since);
+      (void)text.take(t, since);
+    }
+    writer.join();
+    (void)number.take(n, since);
+    (void)text.take(t, since);
+    CHECK(*n.real() == 50);
+    CHECK(*t.text() == "50");
+  }
+}

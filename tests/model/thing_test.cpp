@@ -1,0 +1,99 @@
+#include <lrt/thing.hpp>
+
+#include "tests/support/catch.hpp"
+
+using namespace lrt;
+using model::ActionShape;
+
+namespace {
+struct Callable {
+  int operator()(std::string) const noexcept { return 0; }
+};
+int free_function(double) { return 0; }
+}  // namespace
+
+TEST_CASE("the shape of an action is read off its callable", "[model]") {
+  const auto plain = [] {};
+  const auto in = [](double) {};
+  const auto by_reference = [](const std::string&) { return 1; };
+  const auto result = []() -> Result<double> { return 1.0; };
+  const auto async = [](Responder) {};
+  const auto async_in_out = [](int, ResponderOf<std::string>) {};
+  const auto changes = [n = 0]() mutable { return ++n; };
+  STATIC_REQUIRE(std::is_void_v<ActionShape<decltype(plain)>::Input>);
+  STATIC_REQUIRE_FALSE(ActionShape<decltype(plain)>::asynchronous);
+  STATIC_REQUIRE(std::is_same_v<ActionShape<decltype(in)>::Input, double>);
+  STATIC_REQUIRE(std::is_same_v<ActionShape<decltype(by_reference)>::Input, std::string>);
+  STATIC_REQUIRE(std::is_same_v<ActionShape<decltype(by_reference)>::Return, int>);
+  STATIC_REQUIRE(std::is_same_v<model::Unwrapped<ActionShape<decltype(result)>::Return>::type, double>);
+  STATIC_REQUIRE(ActionShape<decltype(async)>::asynchronous);
+  STATIC_REQUIRE(std::is_void_v<ActionShape<decltype(async)>::Input>);
+  STATIC_REQUIRE(ActionShape<decltype(async_in_out)>::asynchronous);
+  STATIC_REQUIRE(std::is_same_v<ActionShape<decltype(async_in_out)>::Input, int>);
+  STATIC_REQUIRE(std::is_same_v<model::ResponderTraits<ActionShape<decltype(async_in_out)>::Last>::Output, std::string>);
+  STATIC_REQUIRE(std::is_same_v<ActionShape<decltype(changes)>::Return, int>);
+  STATIC_REQUIRE(std::is_same_v<ActionShape<Callable>::Input, std::string>);
+  STATIC_REQUIRE(std::is_same_v<ActionShape<decltype(&free_function)>::Input, double>);
+  STATIC_REQUIRE_FALSE(std::is_copy_constructible_v<Responder>);
+  STATIC_REQUIRE(std::is_nothrow_move_constructible_v<Responder>);
+}
+
+TEST_CASE("a thing remembers what it was told", "[model]") {
+  Thing thing{"caf\u00e9/arm 1"};
+  CHECK(thing.path() == "caf%C3%A9/arm%201");
+  thing.property("deep/p", [] { return 1; }, unit::metre).between(-1, 1);
+  thing.property("text", [] { return "literal"; });
+  thing.property<float>("pushed");
+  thing.action("go", [](double) { return std::string(); });
+  thing.action("later", [](ResponderOf<int>) {});
+  thing.collection<double>("c").most(5);
+  const auto spec = std::move(thing).release();
+  REQUIRE(spec);
+  CHECK_FALSE(spec->first_error);
+  CHECK(spec->title == "arm 1");
+  REQUIRE(spec->properties.size() == 3);
+  CHECK(spec->properties[0]->path == "deep/p");
+  CHECK(spec->properties[0]->facets.unit() == unit::metre);
+  CHECK(spec->properties[0]->facets.min() == -1.0);
+  CHECK(spec->properties[0]->read);
+  CHECK_FALSE(spec->properties[0]->slot);
+  CHECK(*spec->properties[1]->read().text() == "literal");
+  CHECK(spec->properties[2]->slot);
+  CHECK_FALSE(spec->properties[2]->write);
+  REQUIRE(spec->actions.size() == 2);
+  CHECK(spec->actions[0]->input == &rdf::traits<double>::type());
+  CHECK(spec->actions[0]->output == &rdf::traits<std::string>::type());
+  CHECK_FALSE(spec->actions[0]->asynchronous);
+  CHECK(spec->actions[1]->input == nullptr);
+  CHECK(spec->actions[1]->output == &rdf::traits<int>::type());
+  CHECK(spec->actions[1]->asynchronous);
+  CHECK(spec->collections[0]->most == 5);
+}
+
+TEST_CASE("the first error of a thing is kept with the path it is about", "[model]") {
+  Thing thing{"a//b"};
+  thing.property<int>("x//y");
+  const auto spec = std::move(thing).release();
+  REQUIRE(spec->first_error);
+  CHECK(spec->first_error->code == Errc::expected_iri);
+  CHECK(spec->first_error->message.find("a//b") != std::string::npos);
+}
+
+TEST_CASE("paths are encoded segment by segment", "[model]") {
+  CHECK(model::encode_path("a/b").value() == "a/b");
+  CHECK(model::encode_path("a b/\u00e9/100%/?#").value() == "a%20b/%C3%A9/100%25/%3F%23");
+  for (const char* bad : {"", "/", "/a", "a/", "a//b", ".", "..", "a/../b", "a\xff"}) {
+    CAPTURE(bad);
+    CHECK_FALSE(model::encode_path(bad));
+  }
+}
+
+TEST_CASE("a responder without an invocation does nothing", "[model]") {
+  Responder empty;
+  empty.progress(0.5);
+  CHECK_FALSE(empty.cancelled());
+  empty.on_cancel([] { FAIL("called"); });
+  Responder moved = std::move(empty);
+  std::move(moved).succeed();
+  std::move(moved).fail("twice");
+}

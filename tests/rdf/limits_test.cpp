@@ -1,0 +1,213 @@
+#include <lrt/rdf/codec.hpp>
+
+#include <string>
+
+#include <lrt/base/iri.hpp>
+
+#include "src/rdf/rdf_xml_scan.hpp"
+#include "src/rdf/turtle_scan.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace lrt::rdf;
+using lrt::Errc;
+
+namespace {
+
+std::string repeated(std::size_t n, const std::string& text) {
+  std::string out;
+  for (std::size_t i = 0; i < n; ++i) out += text;
+  return out;
+}
+
+ReadOptions limits(std::size_t triples = 10'000, std::size_t bytes = 64 * 1024 * 1024) {
+  ReadOptions options;
+  options.base = "http://h/a/b";
+  options.max_triples = triples;
+  options.max_bytes = bytes;
+  return options;
+}
+
+/// The error of a document beyond a limit: it has a place.
+lrt::Error beyond(const std::string& text, Syntax syntax = Syntax::turtle, const ReadOptions& options = limits()) {
+  const auto graph = read(text, syntax, options);
+  INFO(text.substr(0, 200));
+  if (graph) FAIL("accepted " << graph->size() << " triples");
+  CHECK(graph.error().code == Errc::limit_exceeded);
+  CHECK(graph.error().line > 0);
+  CHECK(graph.error().message.substr(0, 5) == "line ");
+  CHECK(graph.error().message.size() < 200);
+  return graph.error();
+}
+
+Graph accepted(const std::string& text, Syntax syntax = Syntax::turtle, const ReadOptions& options = limits()) {
+  auto graph = read(text, syntax, options);
+  INFO(text.substr(0, 200));
+  if (!graph) FAIL(graph.error().message);
+  return *graph;
+}
+
+std::string rdf_xml(const std::string& content, const std::string& namespaces = {}) {
+  return "<rdf:RDF xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\" xmlns:v=\"http://v/\"" + namespaces + ">\n" +
+         content + "</rdf:RDF>";
+}
+
+bool says(const lrt::Error& error, const std::string& words) {
+  INFO(error.message);
+  return error.message.find(words) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("an IRI of more than 8 KiB is refused however it is written", "[rdf][limits]") {
+  const std::string most(max_iri - 9, 'a');  // behind "http://x/"
+  CHECK(accepted("<http://x/" + most + "> a <c>.").size() == 1);
+  CHECK(says(beyond("\n<http://x/" + most + "a> a <c>."), "line 2, column 1: IRI of more than 8192 bytes"));
+  CHECK(accepted("@prefix p: <http://x/>. p:" + most + " a <c>.").size() == 1);
+  CHECK(says(beyond("@prefix p: <http://x/>. p:" + most + "a a <c>."), "line 1, column 25: IRI of more than 8192"));
+  CHECK(accepted("@prefix p: <http://x/" + most.substr(1) + ">. p:\\- a <c>.", Syntax::turtle).size() == 1);
+  beyond("@prefix p: <http://x/" + most.substr(1) + ">. p:ab a <c>.");
+  beyond("@prefix p: <http://x/" + most + "ab>.");
+  CHECK(accepted("BASE <http://x/" + most.substr(1) + "> <#> a <c>.").size() == 1);
+  beyond("BASE <http://x/" + most.substr(1) + "> <#f> a <c>.");
+  beyond("<http://x/" + repeated(max_iri, "\\u0061") + "> a <c>.");
+  CHECK(accepted("<http://x/" + repeated(1365, "\\u0061") + "> a <c>.").size() == 1);
+  beyond("<http://x/> <http://x/> \"\"^^<http://x/" + most + "a> .\n", Syntax::n_triples);
+  beyond("<http://x/" + most + "a> <http://x/> _:b .\n", Syntax::n_triples);
+
+  for (const std::string name : {"rdf:about", "rdf:resource", "xml:base", "xmlns:w", "xmlns"}) {
+    const std::string resource = name == "rdf:resource" ? "<rdf:Description><v:a " : "<rdf:Description ";
+    const std::string end = name == "rdf:resource" ? "/></rdf:Description>" : "/>";
+    accepted(rdf_xml(resource + name + "='http://x/" + most + "'" + end), Syntax::rdf_xml);
+    CHECK(says(beyond(rdf_xml(resource + name + "='http://x/" + most + "a'" + end), Syntax::rdf_xml), "IRI of more than 8192"));
+  }
+  const std::string based = "<rdf:Description xml:base='http://x/" + most.substr(8) + "/' rdf:about='";
+  accepted(rdf_xml(based + "short'><v:a/></rdf:Description>"), Syntax::rdf_xml);
+  CHECK(says(beyond(rdf_xml(based + "too-long'><v:a/></rdf:Description>"), Syntax::rdf_xml), "IRI of more than 8192"));
+}
+
+TEST_CASE("a Turtle document has at most 1000 prefix and base directives", "[rdf][limits]") {
+  for (const std::string directive : {"@prefix p: <x:>.\n", "PREFIX p: <x:>\n", "@base <a:/>.\n", "BASE <b/>\n"}) {
+    if (directive != "BASE <b/>\n") accepted(repeated(max_directives, directive));
+    CHECK(says(beyond(repeated(max_directives + 1, directive)),
+               directive == "BASE <b/>\n" ? "more than" : "more than 1000 prefix"));
+  }
+}
+
+TEST_CASE("triples are counted as they are written", "[rdf][limits]") {
+  const std::string once = "<a:a> <a:b> <a:c> .\n";
+  CHECK(accepted(repeated(10, once), Syntax::turtle, limits(10)).size() == 1);
+  CHECK(says(beyond(repeated(11, once), Syntax::turtle, limits(10)), "line 11, column 13: more than 10 triples"));
+  CHECK(says(beyond(repeated(11, once), Syntax::n_triples, limits(10)), "line 11, column 13: more than 10 triples"));
+  const std::string list = "<a:a> <a:b> (1 () [ <a:b> 2 ] (3)).";  // 1 + 4 * 2 + 1 + 2
+  CHECK(accepted(list, Syntax::turtle, limits(12)).size() == 12);
+  beyond(list, Syntax::turtle, limits(11));
+  const std::string xml = repeated(10, "<rdf:Description rdf:about='a:a'><v:a>1</v:a></rdf:Description>\n");
+  CHECK(accepted(rdf_xml(xml), Syntax::rdf_xml, limits(10)).size() == 1);
+  CHECK(says(beyond(rdf_xml(xml), Syntax::rdf_xml, limits(9)), "line 11: more than 9 triples"));
+}
+
+TEST_CASE("terms are counted as they are when written out, each time they occur", "[rdf][limits]") {
+  const std::string head = "@prefix p: <http://x/" + std::string(991, 'a') + ">.\n";  // 1000 bytes, counted once itself
+  CHECK(accepted(head + repeated(33, "p: p: p: .\n"), Syntax::turtle, limits(100, 100'000)).size() == 1);
+  CHECK(says(beyond(head + repeated(34, "p: p: p: .\n"), Syntax::turtle, limits(100, 100'000)),
+             "line 35, column 1: IRIs and literals of more than 100000 bytes"));
+  beyond(head + repeated(100, "<a:a> <a:b> \"\"^^p: .\n"), Syntax::turtle, limits(100, 100'000));
+  beyond("BASE <http://x/" + std::string(990, 'a') + "/> " + repeated(34, "<a> <b> <c> .\n"), Syntax::turtle,
+         limits(100, 100'000));
+  const std::string base = "BASE <http://x/" + std::string(990, 'a') + "/>\n";
+  accepted(base + repeated(6, "<a> <b> <c> .\n"), Syntax::turtle, limits(100, 100'000));  // 18 times 5000 bytes
+  beyond(base + repeated(7, "<a> <b> <c> .\n"), Syntax::turtle, limits(100, 100'000));
+  accepted("<a:a> <a:b> \"" + std::string(94, 'x') + "\" .", Syntax::n_triples, limits(100, 100));
+  beyond("<a:a> <a:b> \"" + std::string(95, 'x') + "\" .", Syntax::n_triples, limits(100, 100));
+
+  const std::string name = " xmlns:w='http://x/" + std::string(991, 'w') + "'";
+  const std::string nodes = repeated(20, "<rdf:Description><w:a>1</w:a></rdf:Description>");
+  accepted(rdf_xml(nodes, name), Syntax::rdf_xml, limits(100, 100'000));
+  beyond(rdf_xml(repeated(4, nodes), name), Syntax::rdf_xml, limits(100, 100'000));
+  const std::string about = "<rdf:Description xml:base='http://x/" + std::string(991, 'b') + "/' rdf:about='a'>";
+  beyond(rdf_xml(about + repeated(80, "<v:a rdf:resource='b'/>") + "</rdf:Description>"), Syntax::rdf_xml,
+         limits(100, 100'000));
+}
+
+TEST_CASE("RDF/XML elements, attributes and namespaces are limited in number", "[rdf][limits]") {
+  const auto nested = [](std::size_t n) {
+    return rdf_xml("<rdf:Description><v:a rdf:parseType='Literal'>" + repeated(n, "<b>") + repeated(n, "</b>") +
+                   "</v:a></rdf:Description>");
+  };
+  accepted(nested(max_elements_deep - 3), Syntax::rdf_xml);
+  CHECK(says(beyond(nested(max_elements_deep - 2), Syntax::rdf_xml), "line 2, column 806: elements nested more than 256 deep"));
+  beyond(rdf_xml(repeated(200, "<rdf:Description><v:a>") + repeated(200, "</v:a></rdf:Description>")), Syntax::rdf_xml);
+
+  const auto numbered = [](std::size_t n, const std::string& before, const std::string& behind) {
+    std::string out;
+    for (std::size_t i = 0; i < n; ++i) out += before + std::to_string(i) + behind;
+    return out;
+  };
+  CHECK(accepted(rdf_xml("<rdf:Description" + numbered(max_attributes, " v:a", "=''") + "/>"), Syntax::rdf_xml).size() == 256);
+  CHECK(says(beyond(rdf_xml("<rdf:Description" + numbered(max_attributes + 1, " v:a", "=''") + "/>"), Syntax::rdf_xml),
+             "more than 256 attributes"));
+  beyond(rdf_xml("", numbered(max_attributes, " xmlns:a", "='a:'")), Syntax::rdf_xml);
+  CHECK(says(beyond(rdf_xml(numbered(max_namespaces, "<rdf:Description xmlns:a", "='a:'/>")), Syntax::rdf_xml),
+             "more than 1000 namespace declarations"));
+  accepted(rdf_xml(numbered(max_namespaces - 2, "<rdf:Description xmlns:a", "='a:'/>")), Syntax::rdf_xml);
+
+  accepted(rdf_xml(repeated(29, "<rdf:Description/>")), Syntax::rdf_xml, limits(10));
+  CHECK(says(beyond(rdf_xml(repeated(30, "<rdf:Description/>")), Syntax::rdf_xml, limits(10)), "more than 30 elements"));
+  CHECK(says(beyond(rdf_xml("<rdf:Description xml:base='" + repeated(33, "../") + "'/>"), Syntax::rdf_xml), "32 dot segments"));
+}
+
+TEST_CASE("tags that would lead the scanner and libxml2 apart are refused", "[rdf][limits]") {
+  for (const std::string tag : {"<a b=c>", "<a b>", "<a b='<'/>", "<a b='", "<a", "<a <b>", "<a / b=''>", "<a =''>"}) {
+    INFO(tag);
+    const auto graph = read(rdf_xml(tag), Syntax::rdf_xml, limits());
+    REQUIRE_FALSE(graph);
+    CHECK(graph.error().code == Errc::expected_rdf);
+    CHECK(graph.error().column > 0);
+  }
+  accepted(
+      rdf_xml(
+          "<!-- <a b=c> --><?a <b c>?><rdf:Description v:a = \"a>b'/>\"\n><v:a><![CDATA[<a b=c>]]></v:a></rdf:Description>"),
+      Syntax::rdf_xml);
+}
+
+TEST_CASE("escapes and quotes of a string mean the same when they are rewritten for Raptor", "[rdf][limits]") {
+  const auto object = [](const std::string& text, Syntax syntax = Syntax::turtle) {
+    const Graph g = accepted("<a:a> <a:b> " + text + " .", syntax);
+    for (std::uint32_t i = 0; i < g.term_count(); ++i) {
+      if (g.term(TermId{i}).is_literal()) return std::string(g.term(TermId{i}).text);
+    }
+    return std::string("none");
+  };
+  CHECK(object(R"("a\u0022\u005C\u000A\u000D\u0009\u0008\u000C\u0027\u0001\u007F\u00E9\U0001F600z")") ==
+        "a\"\\\n\r\t\b\f'\x01\x7F\xC3\xA9\xF0\x9F\x98\x80z");
+  CHECK(object(R"('\u0027\u005C\u0022"')") == "'\\\"\"");
+  CHECK(object(R"("\u005C\u0022\\\"\t" )", Syntax::n_triples) == "\\\"\\\"\t");
+  CHECK(object("\"\"\"\"a\"\"b\\\"\n''' \\u0022\\\\\"\"\"") == "\"a\"\"b\"\n''' \"\\");
+  CHECK(object("'''''a'\"\"\"'''") == "''a'\"\"\"");
+  CHECK(object("\"\"\"\"\"\"") == "");
+  CHECK(object("\"\\u0041\"@en") == "A");
+  CHECK(object("\"" + repeated(100'000, "\\u0041") + "\"") == std::string(100'000, 'A'));
+}
+
+TEST_CASE("relative IRIs are resolved as iri::resolve does", "[rdf]") {
+  for (const std::string from :
+       {"http://h", "http://h/", "http://h?q", "http://h#f", "http://h/a/b/c?q/r#f/g", "http://h/a/../b/./c", "http://h//a//b",
+        "http://h/a/..", "http://h/..?/../x", "file:///a/b", "urn:a:b", "urn:a/b/c", "a:/b/c"}) {
+    for (const std::string to :
+         {"",      "x",        "x/",       ".",    "./",    "..", "../",     "../..",  "../../../x", "./x",
+          "x/./y", "x/../y",   "x/..",     "x/.",  "/",     "/x", "/x/../y", "/..",    "/../",       "//",
+          "//x",   "//x/../y", "?",        "?q",   "?../x", "#",  "#g",      "x?../y", "x#../y",     "...",
+          ".x",    "..x",      "a//..//b", ".//x", "..//x", "/.", "//h/.",   "x:y",    "/a//../b"}) {
+      INFO(from << " and " << to);
+      const auto expected = lrt::iri::resolve(from, to);
+      REQUIRE(expected);
+      if (!lrt::iri::is_absolute(*expected)) continue;
+      ReadOptions options;
+      options.base = from;
+      const auto graph = read("<" + to + "> a <a:a> .", Syntax::turtle, options);
+      REQUIRE(graph);
+      CHECK(graph->contains(lrt::rdf::iri(*expected), lrt::rdf::iri("http://www.w3.org/1999/02/22-rdf-syntax-ns#type"),
+                            lrt::rdf::iri("a:a")));
+    }
+  }
+}

@@ -1,0 +1,32 @@
+#pragma once
+
+// Counts the allocations of a program, thread by thread. Include it in one source file of the program and no more. Under a sanitizer
+// nothing is counted: its own operators find more.
+
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+
+namespace lrt::test {
+inline thread_local std::size_t allocations = 0;
+}
+
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define LRT_TEST_SANITIZED 1
+#endif
+#endif
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && !defined(LRT_TEST_SANITIZED)
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  ++lrt::test::allocations;
+  if (void* p = std::malloc(size ? size : 1)) return p;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  ++lrt::test::allocations;
+  return std::malloc(size ? size : 1);
+}
+[[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
+[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+[[gnu::noinline]] void operator delete(void* p, const std::nothrow_t&) noexcept { std::free(p); }
+#endif
