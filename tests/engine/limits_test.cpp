@@ -185,6 +185,26 @@ TEST_CASE("reads that come while one runs share the next one", "[engine][R0.5]")
   CHECK(c.reads <= 2);
 }
 
+TEST_CASE("a value is never older than the request that it answers", "[engine][R0.5]") {
+  Bench bench;
+  int value = 1;
+  std::optional<Bench::Sent> second;
+  Thing thing{"arm"};
+  thing.property("p", [&] {
+    const int read = value;
+    if (!second) {
+      second = bench.send("GET /arm/p");  // arrives while this read is under way
+      value = 2;
+    }
+    return read;
+  });
+  bench.add(std::move(thing));
+  const auto first = bench.send("GET /arm/p");
+  bench.run();
+  CHECK(missing(*bench.answer(first), "<arm/p> vom:numericalValue \"1\"^^xsd:int .") == "");
+  CHECK(missing(*bench.answer(*second), "<arm/p> vom:numericalValue \"2\"^^xsd:int .") == "");
+}
+
 TEST_CASE("stop answers what waits with 503 and closes; later requests get the same", "[engine][R0.6]") {
   Counting c;
   const auto read = c.bench.send("GET /arm/p");

@@ -4,6 +4,7 @@
 #include <deque>
 #include <optional>
 
+#include <lrt/shacl/validator.hpp>
 #include <lrt/transport/loopback.hpp>
 
 #include "tests/support/catch.hpp"
@@ -253,5 +254,23 @@ TEST_CASE("seven joints and the links around them are reached from the root by l
   for (const std::string& target : by_links) {
     CAPTURE(target);
     CHECK(by_triples.count(target) == 1);
+  }
+}
+
+TEST_CASE("every Thing of Baxter conforms to its blueprint", "[examples][R1.11]") {
+  Robot robot;
+  std::vector<std::string> things = {"/baxter", "/baxter/right_upper_shoulder"};
+  for (std::size_t i = 0; i < baxter::joint_count; ++i) {
+    things.push_back("/baxter/" + std::string(baxter::RightArm::description(i).name));
+    things.push_back("/baxter/" + std::string(baxter::RightArm::description(i).child_link));
+  }
+  for (const std::string& thing : things) {
+    CAPTURE(thing);
+    const auto shapes = lrt::shacl::Shapes::compile(robot.get(thing + "/blueprint").graph());
+    REQUIRE(shapes);
+    const auto report = lrt::shacl::validate(*shapes, robot.get(thing + "/state").graph());
+    REQUIRE(report);
+    INFO(report->to_text());
+    CHECK(report->conforms());
   }
 }
