@@ -46,7 +46,8 @@ class ResponderBase {
   }
   /// True once the invocation was cancelled or preempted: stop, and drop the responder.
   bool cancelled() const noexcept { return link_ && link_->cancelled(); }
-  /// Runs `hook` once when the invocation is cancelled or preempted, where the thing's Dispatch says; at once if it already was.
+  /// Runs `hook` once when the invocation is cancelled or preempted, or its thing removed, where the thing's Dispatch says and so
+  /// possibly after Server::remove has returned; at once if it already was.
   void on_cancel(UniqueFunction<void()> hook) {
     if (link_) link_->on_cancel(std::move(hook));
   }

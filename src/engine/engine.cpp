@@ -209,12 +209,14 @@ Context Engine::Impl::resumed(const http::Request& request, TimePoint now, Resou
   return context;
 }
 
+http::Response Engine::Impl::robot_is_busy(const Context& context) {
+  http::Response response = problem(context, 503, "too many requests wait for the robot");
+  response.fields.set("Retry-After", std::to_string(options_.retry_after.count()));
+  return response;
+}
+
 Outcome Engine::Impl::defer(const Context& context, std::chrono::milliseconds most, Ticket& ticket) {
-  if (waiting_.size() >= options_.waiting_requests) {
-    http::Response response = problem(context, 503, "too many requests wait for the robot");
-    response.fields.set("Retry-After", std::to_string(options_.retry_after.count()));
-    return response;
-  }
+  if (waiting_.size() >= options_.waiting_requests || too_many_jobs()) return robot_is_busy(context);
   ticket = Ticket{next_ticket_++};
   const auto [entry, inserted] = waiting_.emplace(static_cast<std::uint64_t>(ticket), OwnedRequest(context.request));
   entry->second.deadline = context.now.steady + most;
@@ -242,7 +244,7 @@ void Engine::Impl::resume(Ticket ticket, TimePoint now) {
   const http::Request request = waiting->request.view();
   Context context = resumed(request, now, nullptr);
   if (waiting->failure) {
-    return reply(ticket, problem(context, waiting->failure->code == Errc::closed ? 404 : 500, waiting->failure->message));
+    return reply(ticket, problem(context, waiting->failure->code == Errc::closed ? 404 : waiting->failure->code == Errc::timed_out ? 503 : 500, waiting->failure->message));
   }
   Outcome outcome = route(context, true);
   if (auto* response = std::get_if<http::Response>(&outcome)) reply(ticket, std::move(*response));

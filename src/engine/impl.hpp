@@ -251,7 +251,14 @@ class Engine::Impl {
   Dispatch where(const ThingNode& thing) const noexcept {
     return thing.spec->dispatch == Dispatch::as_server ? options_.dispatch : thing.spec->dispatch;
   }
-  void add_job(Dispatch where, UniqueFunction<void()> run) { jobs_.push_back({where, std::move(run)}); }
+  /// A job counts until it has run or been destroyed: what a host that does not poll leaves lying is bounded by that.
+  void add_job(Dispatch where, UniqueFunction<void()> run) {
+    std::shared_ptr<void> counted(nullptr, [open = open_jobs_](void*) { --*open; });
+    ++*open_jobs_;
+    jobs_.push_back({where, [run = std::move(run), counted = std::move(counted)]() mutable { run(); }});
+  }
+  bool too_many_jobs() const noexcept { return *open_jobs_ >= 2 * options_.waiting_requests; }
+  http::Response robot_is_busy(const Context& context);
   void log(LogLevel level, const std::string& message) const;
 
   Options options_;
@@ -270,6 +277,7 @@ class Engine::Impl {
   std::size_t rendered_bytes_ = 0;
 
   std::vector<Job> jobs_;
+  std::shared_ptr<std::atomic<std::size_t>> open_jobs_ = std::make_shared<std::atomic<std::size_t>>(0);
   std::uint64_t next_ticket_ = 1;
   std::unordered_map<std::uint64_t, Waiting> waiting_;
   std::multimap<std::chrono::steady_clock::time_point, Ticket> timers_;

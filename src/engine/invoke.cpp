@@ -74,6 +74,7 @@ Outcome Engine::Impl::post_action(Context& context) {
   }
   if (auto answer = precondition(context)) return *std::move(answer);
 
+  if (too_many_jobs()) return robot_is_busy(context);
   const bool busy = action.active > 0 || !action.queue.empty();
   bool wait_in_queue = false;
   const auto too_many = [&](const char* what) {

@@ -248,6 +248,12 @@ std::optional<http::Response> Engine::Impl::precondition(Context& context) {
 }
 
 void Engine::Impl::read(PropertyResource& property, Continuation done) {
+  // Of so many readers most have been answered 503 already: the host does not poll. They are let go.
+  if (property.readers.size() + property.next_readers.size() >= 2 * options_.waiting_requests) {
+    std::vector<Continuation> readers = std::exchange(property.readers, {});
+    for (Continuation& c : std::exchange(property.next_readers, {})) readers.push_back(std::move(c));
+    for (Continuation& c : readers) c(unexpected(Errc::timed_out, "the robot's program did not take the request in time"));
+  }
   if (property.reading) {
     property.next_readers.push_back(std::move(done));
     return;

@@ -120,6 +120,10 @@ Outcome Engine::Impl::put(Context& context) {
   Ticket ticket{};
   Outcome outcome = defer(context, options_.host_time, ticket);
   if (!find_waiting(ticket)) return outcome;
+  if (property.writes.size() > 64) {  // those whose clients were answered 503 meanwhile; the first is under way
+    const auto gone = [this](const PropertyResource::Write& w) { return find_waiting(w.ticket) == nullptr; };
+    property.writes.erase(std::remove_if(property.writes.begin() + 1, property.writes.end(), gone), property.writes.end());
+  }
   property.writes.push_back({ticket, std::move(std::get<rdf::Value>(read))});
   if (!property.writing) next_write(property, context.now);
   return outcome;

@@ -302,3 +302,25 @@ TEST_CASE("values published by another thread are read whole and in order", "[en
   stop = true;
   loop.join();
 }
+
+TEST_CASE("what a host that does not poll leaves lying is bounded, and all is well when it polls again", "[engine][R0.6]") {
+  engine::Options options;
+  options.waiting_requests = 10;
+  Counting c(options);
+  std::size_t busy = 0;
+  for (int round = 0; round < 20; ++round) {
+    for (int i = 0; i < 10; ++i) {
+      for (const char* request : {"POST /arm/actions/async", "POST /arm/actions/sync", "GET /arm/p"}) {
+        const auto sent = c.bench.send(request);
+        if (!sent.ticket && sent.answer.status == 503) ++busy;
+      }
+    }
+    c.bench.clock.advance(seconds(3));
+    c.bench.collect();
+  }
+  CHECK(busy > 300);
+  CHECK(c.bench.run() <= 2 * 10 + 2 * 17);  // and what waited in the queues of the two actions
+  CHECK(c.commands == 0);
+  CHECK(c.bench.get("/arm/p").status == 200);
+  CHECK(c.bench.ask("POST /arm/actions/sync").status == 204);
+}

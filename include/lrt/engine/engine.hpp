@@ -39,7 +39,7 @@ struct Options {
   std::chrono::milliseconds host_time{2'000};    ///< a request waits so long for the host to run a lambda; then 503
   std::chrono::seconds retry_after{1};           ///< said with that 503
   std::chrono::seconds longest_wait{60};         ///< of `Prefer: wait`; more is taken as this
-  std::size_t waiting_requests = 1'000;          ///< more at once: 503
+  std::size_t waiting_requests = 1'000;          ///< more at once, or twice as many lambdas that the host has not run yet: 503
   std::size_t finished_invocations = 32;         ///< kept per action, the newest
   std::size_t page_members = 500;                ///< members of a container in one page
   std::size_t cache_bytes = 32 * 1024 * 1024;    ///< rendered representations kept, least recently used go first
