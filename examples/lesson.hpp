@@ -28,7 +28,9 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/rdf/codec.hpp>
 #include <lrt/server.hpp>
+#include <lrt/shacl/validator.hpp>
 
 namespace lesson {
 
@@ -92,6 +94,27 @@ class Client {
 
   /// From now on only those lines of a representation are printed that have one of these words.
   void only(std::vector<std::string> words) { only_ = std::move(words); }
+
+  /// Every thing's state must conform to its Blueprint: says so where it does not, and nothing where it does.
+  void check_blueprints() const {
+    const auto graph_of = [this](const std::string& iri) {
+      const std::string body = ask("GET", iri, {}, {}).body;
+      return lrt::rdf::read(body, lrt::rdf::Syntax::turtle, {iri}).value();
+    };
+    std::vector<std::string> open = {"http://127.0.0.1:" + std::to_string(port_) + "/"};
+    while (!open.empty()) {
+      const std::string at = open.back();
+      open.pop_back();
+      const lrt::rdf::Graph graph = graph_of(at);
+      for (const lrt::Iri part : {lrt::vocab::ldp::contains, lrt::vocab::dcterms::hasPart})
+        for (const auto& child : graph.objects(lrt::rdf::iri(at), part)) open.emplace_back(child.text);
+      const auto state = graph.object(lrt::rdf::iri(at), lrt::vocab::lrt::state);
+      if (!state) continue;
+      const auto shapes = lrt::shacl::Shapes::compile(graph_of(at + "/blueprint")).value();
+      const auto report = lrt::shacl::validate(shapes, graph_of(std::string(state->text))).value();
+      if (!report.conforms()) std::printf("%s does not conform to its blueprint:\n%s", at.c_str(), report.to_text().c_str());
+    }
+  }
 
   Answer ask(const std::string& method, const std::string& path, const std::string& turtle, const std::string& fields) const {
     const std::string host = "127.0.0.1:" + std::to_string(port_);
@@ -218,6 +241,7 @@ class Visitor {
     thread_ = std::thread([this, &server, visit = std::move(visit)] {
       Client client(server.port());
       visit(client);
+      client.check_blueprints();
       here_ = false;
       server.stop();
     });
