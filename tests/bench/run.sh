@@ -37,7 +37,8 @@ start quiet "$build/pushed_server"
 start moving "$build/pushed_server" --publish
 start few "$build/pushed_server" --things 10
 start many "$build/pushed_server" --things 10000
-size=$(curl -s -i "http://127.0.0.1:$port_quiet/arm/joint/angle" | wc -c)
+port=port_quiet
+size=$(curl -s -i "http://127.0.0.1:${!port}/arm/joint/angle" | wc -c)
 start constant "$build/epoll_constant" --total "$size"
 for name in few many; do port=port_$name pid=pid_$name; load "${!port}" "${!pid}" 8 "$name" > "$output/warm"; done  # render each once
 echo "answers of $size bytes, $requests requests a run, CPU of the server per GET in us"
