@@ -206,7 +206,6 @@ class Engine::Impl {
 
   // describe.cpp: graphs
   void describe(rdf::Graph& graph, Resource& resource, const std::string& base, std::size_t page);
-  void describe_root(rdf::Graph& graph, const std::string& base, std::size_t page);
   void describe_thing(rdf::Graph& graph, ThingNode& thing, const std::string& base);
   void describe_property(rdf::Graph& graph, PropertyResource& property, const std::string& base);
   void describe_action(rdf::Graph& graph, ActionResource& action, const std::string& base);

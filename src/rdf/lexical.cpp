@@ -8,6 +8,8 @@
 
 #include <lrt/base/utf8.hpp>
 
+#include "src/base/civil.hpp"
+
 namespace lrt::rdf::lexical {
 namespace {
 
@@ -73,7 +75,7 @@ std::string fraction_text(std::int64_t ns) {
   return text;
 }
 
-/// Days from 1970-01-01 of a proleptic Gregorian date, and back (Hinnant's era arithmetic: 400 years have 146,097 days).
+/// Days from 1970-01-01 of a proleptic Gregorian date (Hinnant's era arithmetic: 400 years have 146,097 days).
 std::int64_t days_from_civil(std::int64_t year, unsigned month, unsigned day) noexcept {
   year -= month <= 2;
   const std::int64_t era = (year >= 0 ? year : year - 399) / 400;
@@ -81,18 +83,6 @@ std::int64_t days_from_civil(std::int64_t year, unsigned month, unsigned day) no
   const unsigned day_of_year = (153 * (month > 2 ? month - 3 : month + 9) + 2) / 5 + day - 1;
   const unsigned day_of_era = year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year;
   return era * 146'097 + static_cast<std::int64_t>(day_of_era) - 719'468;
-}
-
-void civil_from_days(std::int64_t days, std::int64_t& year, unsigned& month, unsigned& day) noexcept {
-  days += 719'468;
-  const std::int64_t era = (days >= 0 ? days : days - 146'096) / 146'097;
-  const auto day_of_era = static_cast<unsigned>(days - era * 146'097);
-  const unsigned year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36'524 - day_of_era / 146'096) / 365;
-  const unsigned day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-  const unsigned shifted = (5 * day_of_year + 2) / 153;
-  day = day_of_year - (153 * shifted + 2) / 5 + 1;
-  month = shifted < 10 ? shifted + 3 : shifted - 9;
-  year = static_cast<std::int64_t>(year_of_era) + era * 400 + (month <= 2);
 }
 
 bool two_digits(std::string_view text, std::size_t at, unsigned& out) noexcept {
@@ -281,15 +271,11 @@ std::string format(std::chrono::nanoseconds duration) {
 
 std::string format_instant(std::chrono::nanoseconds since_epoch) {
   const std::int64_t ns = since_epoch.count();
-  const std::int64_t days = ns >= 0 ? ns / day_ns : -((-(ns + 1)) / day_ns) - 1;
-  const std::int64_t of_day = ns % day_ns + (ns % day_ns < 0 ? day_ns : 0);
-  std::int64_t year = 0;
-  unsigned month = 0, day = 0;
-  civil_from_days(days, year, month, day);
+  const lrt::detail::Civil c = lrt::detail::to_civil(std::chrono::system_clock::time_point(since_epoch));
   char text[64];
-  std::snprintf(text, sizeof text, "%04lld-%02u-%02uT%02d:%02d:%02d", static_cast<long long>(year), month, day,
-                static_cast<int>(of_day / hour_ns), static_cast<int>(of_day / minute_ns % 60), static_cast<int>(of_day / second_ns % 60));
-  return text + fraction_text(of_day % second_ns) + "Z";
+  std::snprintf(text, sizeof text, "%04lld-%02u-%02uT%02u:%02u:%02u", static_cast<long long>(c.year), c.month, c.day, c.hour, c.minute,
+                c.second);
+  return text + fraction_text(ns % second_ns + (ns % second_ns < 0 ? second_ns : 0)) + "Z";
 }
 
 namespace {

@@ -12,10 +12,6 @@ namespace {
 
 using Kind = Type::Kind;
 
-std::string predicate_iri(const std::string& predicate, std::string_view names_base) {
-  return predicate.empty() || predicate.front() != '#' ? predicate : std::string(names_base) + predicate;
-}
-
 std::string well_formed(const std::string& text) {
   auto bad = utf8::find_invalid(text);
   if (!bad) return text;
@@ -81,7 +77,7 @@ class Writer {
     for (std::size_t i = 0; i < type.fields.size() && i < members->size(); ++i) {
       if ((*members)[i].is_null()) continue;
       const FieldType& field = type.fields[i];
-      const TermId predicate = graph_.intern(iri(predicate_iri(field.predicate, names_base_)));
+      const TermId predicate = graph_.intern(iri(predicate_iri(field, names_base_)));
       graph_.add(node, predicate, object(*field.type, field.facets, (*members)[i]));
     }
     unit(node, facets.unit());
@@ -329,7 +325,7 @@ class Reader {
     Value::Sequence members;
     members.reserve(type.fields.size());
     for (const FieldType& field : type.fields)
-      members.push_back(only(node, predicate_iri(field.predicate, names_base_), *field.type, field.facets));
+      members.push_back(only(node, predicate_iri(field, names_base_), *field.type, field.facets));
     check_unit(node, facets.unit());
     return Value(std::move(members));
   }
@@ -429,6 +425,11 @@ class Reader {
 };
 
 }  // namespace
+
+std::string predicate_iri(const FieldType& field, std::string_view names_base) {
+  const std::string& predicate = field.predicate;
+  return predicate.empty() || predicate.front() != '#' ? predicate : std::string(names_base) + predicate;
+}
 
 void write_value(Graph& graph, TermId focus, const Type& type, const Facets& facets, const Value& value, std::string_view names_base) {
   Writer(graph, names_base).at(focus, type, facets, value);

@@ -127,8 +127,7 @@ class Deriver {
 
   void record(TermId shape, const Type& type, const Facets& facets) {
     for (const rdf::FieldType& field : type.fields) {
-      const std::string predicate =
-          field.predicate.empty() || field.predicate.front() != '#' ? field.predicate : names_base_ + field.predicate;
+      const std::string predicate = rdf::predicate_iri(field, names_base_);
       const TermId p = property(shape, Iri(std::string_view(predicate)));
       if (!field.name.empty()) add(p, sh::name, rdf::literal(field.name));
       value(p, *field.type, field.facets, true);

@@ -22,6 +22,9 @@ namespace lrt::rdf {
 /// @pre `value` is of that type
 void write_value(Graph& graph, TermId focus, const Type& type, const Facets& facets, const Value& value, std::string_view names_base);
 
+/// The predicate of a field: its own, or "#name" resolved against the Blueprint that documents it.
+std::string predicate_iri(const FieldType& field, std::string_view names_base);
+
 /// One way in which a graph is not what a type asks for.
 struct Mismatch {
   std::string path;     ///< the property path from the focus node in Turtle, "vom:numericalValue"
