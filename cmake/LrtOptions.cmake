@@ -5,6 +5,7 @@ option(LRT_BUILD_BENCH "Build the timings in tests/bench" OFF)
 option(LRT_BUILD_FUZZERS "Build the fuzzers in tests/fuzz (needs clang)" OFF)
 option(LRT_INSTALL "Add install rules for the library, its headers and its CMake package" ${PROJECT_IS_TOP_LEVEL})
 option(LRT_TRANSPORT_ASIO "Boost.Beast on Boost.Asio" ON)
+option(LRT_CALLBACKS "Web callbacks by cpp-httplib" ON)
 set(LRT_SANITIZE "" CACHE STRING "Sanitizers for lrt's own targets: address, undefined, thread, a list of them, or nothing")
 
 # Warnings and sanitizers go on our targets only; global flags belong to the host.

@@ -1,22 +1,25 @@
 #!/bin/sh
 # Installs what lrt needs and this machine lacks, from the distribution's own packages. Does nothing when all is there.
 #
-#   vendor/install.sh       what the library, the examples and the tests need
-#   vendor/install.sh ci    that, and what .ci/run needs besides
+#   vendor/install.sh          what the library, the examples and most tests need
+#   vendor/install.sh tests    that, and the clients of others that some tests use
+#   vendor/install.sh ci       all of that, and what .ci/run needs besides
 #
 # vendor/README.md names each package with its version and licence.
 set -eu
 
-build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost-dev catch2"
-ci="clang libclang-rt-14-dev shellcheck python3 curl"
+build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost-dev libcpp-httplib-dev libssl-dev catch2"
+tests="python3 python3-websockets curl openssl"
+ci="clang libclang-rt-14-dev shellcheck"
 
 wanted=$build
 for group in "$@"; do
   case $group in
     build) ;;
-    ci) wanted="$wanted $ci" ;;
+    tests) wanted="$wanted $tests" ;;
+    ci) wanted="$wanted $tests $ci" ;;
     *)
-      echo "usage: $0 [build] [ci]" >&2
+      echo "usage: $0 [build] [tests] [ci]" >&2
       exit 2
       ;;
   esac

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include <lrt/subscription/allowed_hosts.hpp>
+#include <lrt/subscription/notice.hpp>
+
+#include "src/delivery/httplib/wire.hpp"
+
+namespace lrt::delivery {
+
+/// What came back for a notice.
+struct Answer {
+  int status = 0;        ///< 0: no complete answer
+  std::string error{};   ///< then: why, a sentence
+  bool silent = false;   ///< then: the receiver hung up before the first byte of an answer
+  bool keep = false;     ///< the connection can be used again
+};
+
+/// Sends a notice and reads the answer, once, by cpp-httplib. No redirects, no decompression, nothing of the environment.
+/// @param answer_bytes  of the answer's body that are read; a longer one is no answer
+Answer post(Wire& wire, const subscription::CallbackUrl& url, const subscription::Notice& notice, std::size_t answer_bytes,
+            Patience patience);
+
+}  // namespace lrt::delivery

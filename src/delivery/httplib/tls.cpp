@@ -1,0 +1,85 @@
+#include "src/delivery/httplib/tls.hpp"
+
+#include <openssl/err.h>
+#include <openssl/hmac.h>
+#include <openssl/ssl.h>
+#include <openssl/x509v3.h>
+
+#include <arpa/inet.h>
+
+#include <array>
+#include <stdexcept>
+
+namespace lrt::delivery {
+namespace {
+
+std::string last_error(const std::string& fallback) {
+  const unsigned long code = ERR_peek_last_error();
+  const char* const words = code != 0 ? ERR_reason_error_string(code) : nullptr;
+  ERR_clear_error();
+  return words != nullptr ? words : fallback;
+}
+
+}  // namespace
+
+void TlsSessionEnd::operator()(ssl_st* session) const noexcept { SSL_free(session); }
+void Tls::ContextEnd::operator()(ssl_ctx_st* context) const noexcept { SSL_CTX_free(context); }
+
+Result<std::shared_ptr<const Tls>> Tls::make(const std::string& ca_file) {
+  auto result = std::make_shared<Tls>();
+  ERR_clear_error();
+  result->context_.reset(SSL_CTX_new(TLS_client_method()));
+  SSL_CTX* const context = result->context_.get();
+  if (context == nullptr) return unexpected(Errc::io_error, "TLS: " + last_error("no context"));
+  SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION);
+  SSL_CTX_set_verify(context, SSL_VERIFY_PEER, nullptr);
+  SSL_CTX_set_mode(context, SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER | SSL_MODE_RELEASE_BUFFERS);
+  const bool loaded = ca_file.empty() ? SSL_CTX_set_default_verify_paths(context) == 1
+                                      : SSL_CTX_load_verify_locations(context, ca_file.c_str(), nullptr) == 1;
+  if (!loaded) {
+    return unexpected(Errc::invalid_option, "certificate authorities of callbacks" + (ca_file.empty() ? "" : ", \"" + ca_file + "\"") +
+                                                ": " + last_error("not readable"));
+  }
+  return std::shared_ptr<const Tls>(std::move(result));
+}
+
+TlsSession Tls::session(int descriptor, const std::string& host) const {
+  TlsSession result(SSL_new(context_.get()));
+  SSL* const ssl = result.get();
+  if (ssl == nullptr || SSL_set_fd(ssl, descriptor) != 1) return nullptr;
+  std::string name = host;
+  if (!name.empty() && name.front() == '[') name = name.substr(1, name.size() - 2);
+  if (!name.empty() && name.back() == '.') name.pop_back();
+  SSL_set_hostflags(ssl, X509_CHECK_FLAG_NO_PARTIAL_WILDCARDS);
+  std::array<unsigned char, 16> ignored{};
+  const bool is_address =
+      ::inet_pton(AF_INET, name.c_str(), ignored.data()) == 1 || ::inet_pton(AF_INET6, name.c_str(), ignored.data()) == 1;
+  const bool set = is_address ? X509_VERIFY_PARAM_set1_ip_asc(SSL_get0_param(ssl), name.c_str()) == 1
+                              : SSL_set1_host(ssl, name.c_str()) == 1 && SSL_set_tlsext_host_name(ssl, name.c_str()) == 1;
+  if (!set) return nullptr;  // without it any host's certificate would do
+  SSL_set_connect_state(ssl);
+  return result;
+}
+
+std::string tls_reason(const ssl_st* session, const std::string& fallback) {
+  if (const long verdict = SSL_get_verify_result(session); verdict != X509_V_OK) {
+    ERR_clear_error();
+    return std::string("its certificate is not accepted: ") + X509_verify_cert_error_string(verdict);
+  }
+  return last_error(fallback);
+}
+
+std::string sign(std::string_view secret, std::string_view body) {
+  static constexpr char digits[] = "0123456789abcdef";
+  std::array<unsigned char, EVP_MAX_MD_SIZE> mac{};
+  unsigned size = 0;
+  if (HMAC(EVP_sha256(), secret.data(), static_cast<int>(secret.size()), reinterpret_cast<const unsigned char*>(body.data()), body.size(),
+           mac.data(), &size) == nullptr) {
+    throw std::runtime_error("HMAC-SHA256 failed");
+  }
+  std::string result = "sha256=";
+  for (unsigned i = 0; i < size; ++i) result += {digits[mac[i] >> 4], digits[mac[i] & 0x0FU]};
+  return result;
+}
+
+}  // namespace lrt::delivery

@@ -1,0 +1,10 @@
+#include <lrt/delivery/deliverer.hpp>
+
+namespace lrt::delivery {
+
+Result<std::unique_ptr<Deliverer>> make_deliverer(Source& /*source*/, const subscription::CallbackOptions& /*options*/,
+                                                  LogCallback /*log*/) {
+  return unexpected(Errc::invalid_option, "web callbacks: lrt was built without LRT_CALLBACKS");
+}
+
+}  // namespace lrt::delivery

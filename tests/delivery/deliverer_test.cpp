@@ -1,0 +1,922 @@
+#include <lrt/delivery/deliverer.hpp>
+
+#include <pthread.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <deque>
+#include <filesystem>
+#include <future>
+#include <iostream>
+#include <map>
+#include <set>
+
+#include "src/delivery/httplib/deliverer.hpp"
+#include "tests/delivery/certificates.hpp"
+#include "tests/delivery/receiver.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace lrt;
+using namespace lrt::test;
+using namespace std::chrono_literals;
+using delivery::Deliverer;
+using subscription::CallbackOptions;
+using subscription::Channel;
+using subscription::Notice;
+using subscription::Receipt;
+
+namespace {
+
+constexpr auto patience = 60s;  // what never comes fails the test then
+
+Notice notice(std::string url, std::string body = "<a> <b> <c>.\n", bool failed_before = false) {
+  Notice result;
+  result.url = std::move(url);
+  result.fields.add("Content-Type", "text/turtle");
+  result.body = std::make_shared<const std::string>(std::move(body));
+  result.failed_before = failed_before;
+  return result;
+}
+
+/// Notices by channel, and what became of them, in the order in which it was told.
+class TestSource final : public delivery::Source {
+ public:
+  std::optional<Notice> next_notice(Channel channel) override {
+    const std::lock_guard lock(mutex_);
+    ++asked_;
+    note_if_late();
+    if (throws_) throw std::runtime_error("the robot is out of words");
+    auto& line = lines_[channel];
+    if (line.empty()) return std::nullopt;
+    if (!at_work_.insert(channel).second) twice_ = true;
+    most_ = std::max(most_, at_work_.size());
+    Notice result = std::move(line.front());
+    line.pop_front();
+    return result;
+  }
+  void delivered(Channel channel, Receipt receipt) noexcept override {
+    Deliverer* again = nullptr;
+    {
+      const std::lock_guard lock(mutex_);
+      note_if_late();
+      at_work_.erase(channel);
+      receipts_.emplace_back(channel, std::move(receipt));
+      if (!lines_[channel].empty()) again = deliverer;
+      changed_.notify_all();
+    }
+    if (again != nullptr) again->notify(channel);
+  }
+
+  void add(Channel channel, Notice n) {
+    const std::lock_guard lock(mutex_);
+    lines_[channel].push_back(std::move(n));
+  }
+  std::vector<std::pair<Channel, Receipt>> wait_for(std::size_t n) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, patience, [&] { return receipts_.size() >= n; });
+    return receipts_;
+  }
+  template <class Condition>
+  bool wait_until(Condition condition) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, patience, [&] { return condition(receipts_); });
+  }
+  std::size_t asked() const {
+    const std::lock_guard lock(mutex_);
+    return asked_;
+  }
+  std::size_t at_work() const {
+    const std::lock_guard lock(mutex_);
+    return at_work_.size();
+  }
+  std::size_t most_at_work() const {
+    const std::lock_guard lock(mutex_);
+    return most_;
+  }
+  bool one_at_a_time() const {
+    const std::lock_guard lock(mutex_);
+    return !twice_;
+  }
+  void throw_from_now_on(bool on) {
+    const std::lock_guard lock(mutex_);
+    throws_ = on;
+  }
+  void has_stopped() {
+    const std::lock_guard lock(mutex_);
+    stopped_ = true;
+  }
+  bool called_after_stop() const {
+    const std::lock_guard lock(mutex_);
+    return late_;
+  }
+  Deliverer* deliverer = nullptr;  ///< names a channel anew when it has more
+
+ private:
+  void note_if_late() { late_ = late_ || stopped_; }
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::map<Channel, std::deque<Notice>> lines_;
+  std::vector<std::pair<Channel, Receipt>> receipts_;
+  std::set<Channel> at_work_;
+  std::size_t asked_ = 0, most_ = 0;
+  bool throws_ = false, stopped_ = false, late_ = false, twice_ = false;
+};
+
+CallbackOptions loopback() {
+  CallbackOptions options;
+  options.allow = {"127.0.0.0/8", "::1"};
+  options.connect_time = 20s;
+  options.answer_time = 40s;  // nothing here should last so long
+  return options;
+}
+
+struct Rig {
+  explicit Rig(CallbackOptions options = loopback(), delivery::Details details = {}) {
+    deliverer = delivery::make_httplib_deliverer(source, options, [this](LogLevel, std::string_view text) {
+                  const std::lock_guard lock(mutex);
+                  log.emplace_back(text);
+                }, std::move(details)).value();
+    source.deliverer = deliverer.get();
+  }
+  ~Rig() { stop(); }
+  void stop() {
+    deliverer->stop();
+    source.has_stopped();
+  }
+  void post(Channel channel, Notice n) {
+    source.add(channel, std::move(n));
+    deliverer->notify(channel);
+  }
+  Receipt deliver(Notice n) {
+    static std::uint64_t next = 1'000'000;
+    const Channel channel{next++};
+    post(channel, std::move(n));
+    Receipt result;
+    const bool came = source.wait_until([&](const auto& receipts) {
+      const auto found = std::find_if(receipts.begin(), receipts.end(), [&](const auto& r) { return r.first == channel; });
+      if (found != receipts.end()) result = found->second;
+      return found != receipts.end();
+    });
+    if (!came) throw std::runtime_error("no receipt");
+    return result;
+  }
+
+  TestSource source;
+  std::mutex mutex;
+  std::vector<std::string> log;
+  std::unique_ptr<Deliverer> deliverer;
+};
+
+bool says(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
+
+std::size_t threads_of_this_process() {
+  const std::filesystem::directory_iterator all("/proc/self/task");
+  return static_cast<std::size_t>(std::distance(begin(all), end(all)));
+}
+
+template <class Condition>
+bool comes_true(Condition condition) {
+  const auto until = std::chrono::steady_clock::now() + patience;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > until) return false;
+    std::this_thread::sleep_for(1ms);
+  }
+  return true;
+}
+
+/// A resolver by which the names below "example" are there.
+delivery::Resolve resolves_to(std::vector<std::string> addresses) {
+  return [addresses](const std::string& host, std::uint16_t port) -> Result<std::vector<delivery::Address>> {
+    if (host.find(".example") == std::string::npos) return delivery::resolve(host, port);
+    std::vector<delivery::Address> result;
+    for (const std::string& a : addresses) result.push_back(delivery::address_of(a, port));
+    return result;
+  };
+}
+
+}  // namespace
+
+TEST_CASE("a notification is posted as it was given", "[delivery][R0.13]") {
+  Recorder recorder(answer(200, "thank you"));
+  const Receiver receiver(std::ref(recorder));
+  Rig rig;
+  Notice n = notice(receiver.url("127.0.0.1", "/a%20b/c?d=%2F&e"), "body \x01 of bytes");
+  n.fields.add("ETag", "\"x\"");
+  n.fields.add("Link", "<http://localhost/arm>; rel=\"about\"");
+  n.fields.add("Link", "<http://localhost/arm/subscriptions/1>; rel=\"via\"");
+  const Receipt receipt = rig.deliver(std::move(n));
+  CHECK(receipt.status == 200);
+  CHECK(receipt.error.empty());
+  CHECK_FALSE(receipt.refused);
+  REQUIRE(recorder.requests().size() == 1);
+  const std::string request = recorder.requests()[0];
+  INFO(request);
+  CHECK(request.rfind("POST /a%20b/c?d=%2F&e HTTP/1.1\r\n", 0) == 0);
+  CHECK(says(request, "\r\nHost: 127.0.0.1:" + std::to_string(receiver.port()) + "\r\n"));
+  CHECK(says(request, "\r\nContent-Type: text/turtle\r\n"));
+  CHECK(says(request, "\r\nContent-Length: 15\r\n"));
+  CHECK(says(request, "\r\nETag: \"x\"\r\n"));
+  CHECK(says(request, "\r\nLink: <http://localhost/arm>; rel=\"about\"\r\nLink: <http://localhost/arm/subscriptions/1>; rel=\"via\"\r\n"));
+  CHECK(says(request, "\r\n\r\nbody \x01 of bytes"));
+  for (const char* unwanted : {"Accept-Encoding", "Transfer-Encoding", "Connection", "X-Hub-Signature", "Authorization", "Expect"}) {
+    CHECK_FALSE(says(request, unwanted));
+  }
+}
+
+TEST_CASE("a secret signs the body and is nowhere to be read", "[delivery][R0.13]") {
+  Recorder recorder;
+  const Receiver receiver(std::ref(recorder));
+  Rig rig;
+  Notice n = notice(receiver.url(), "what do ya want for nothing?");  // RFC 4231 4.3
+  n.secret = "Jefe";
+  CHECK(rig.deliver(std::move(n)).status == 204);
+  CHECK(says(recorder.requests().at(0),
+             "\r\nX-Hub-Signature: sha256=5bdcc146bf60754e6a042426089575c75a003f089d2739839dec58b964ec3843\r\n"));
+  CHECK_FALSE(says(recorder.requests().at(0), "Jefe"));
+  n = notice("http://127.0.0.1:1/");
+  n.secret = "Jefe";
+  CHECK_FALSE(says(rig.deliver(std::move(n)).error, "Jefe"));
+}
+
+TEST_CASE("an answer's status is told, whatever it is, and a redirect is not followed", "[delivery][R0.13][R0.16]") {
+  Recorder elsewhere;
+  const Receiver target(std::ref(elsewhere));
+  Rig rig;
+  for (const int status : {200, 201, 204, 301, 302, 307, 308, 401, 404, 407, 410, 429, 500, 503}) {
+    INFO(status);
+    Recorder recorder(answer(status, status == 204 ? "" : "words", "Location: " + target.url() + "\r\nWWW-Authenticate: Digest realm=\"a\"\r\n"));
+    const Receiver receiver(std::ref(recorder));
+    const Receipt receipt = rig.deliver(notice(receiver.url()));
+    CHECK(receipt.status == status);
+    CHECK(receipt.error.empty());
+    CHECK(recorder.requests().size() == 1);
+  }
+  CHECK(target.connections() == 0);
+}
+
+TEST_CASE("the ways to frame an answer", "[delivery]") {
+  struct Case {
+    std::string name, bytes;
+    bool keeps;
+  };
+  const std::vector<Case> cases{
+      {"chunked", "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nhello\r\n0\r\n\r\n", true},
+      {"to the end", "HTTP/1.1 200 OK\r\n\r\nhello", false},
+      {"close", "HTTP/1.1 200 OK\r\nContent-Length: 5\r\nConnection: close\r\n\r\nhello", false},
+      {"close in capitals among others", "HTTP/1.1 200 OK\r\nContent-Length: 5\r\nConnection: x , Close\r\n\r\nhello", false},
+      {"HTTP/1.0", "HTTP/1.0 200 OK\r\nContent-Length: 5\r\n\r\nhello", false},
+      {"interim", "HTTP/1.1 100 Continue\r\n\r\nHTTP/1.1 204 No Content\r\n\r\n", true},
+      {"without a reason", "HTTP/1.1 200\r\nContent-Length: 0\r\n\r\n", true},
+      {"more than was announced", "HTTP/1.1 200 OK\r\nContent-Length: 5\r\n\r\nhelloHTTP/1.1 500 Later\r\n\r\n", false},
+      {"compressed, which is nobody's business", "HTTP/1.1 200 OK\r\nContent-Encoding: gzip\r\nContent-Length: 5\r\n\r\nhello", true},
+  };
+  for (const Case& item : cases) {
+    INFO(item.name);
+    const Receiver receiver([&](Peer& peer) {
+      while (!peer.read_request().empty()) {
+        peer.send(item.bytes);
+        if (item.name == "to the end") return;
+      }
+    });
+    Rig rig;
+    CHECK(rig.deliver(notice(receiver.url())).status / 100 == 2);
+    CHECK(rig.deliver(notice(receiver.url())).status / 100 == 2);
+    CHECK(receiver.connections() == (item.keeps ? 1 : 2));
+  }
+}
+
+TEST_CASE("an answer may be as long as stated, and no longer", "[delivery]") {
+  CallbackOptions options = loopback();
+  options.answer_bytes = 1000;
+  Rig rig(options);
+  Recorder longest(answer(200, std::string(1000, 'x'))), too_long(answer(200, std::string(1001, 'x')));
+  const Receiver first(std::ref(longest)), second(std::ref(too_long));
+  CHECK(rig.deliver(notice(first.url())).status == 200);
+  const Receipt receipt = rig.deliver(notice(second.url()));
+  CHECK(receipt.status == 0);
+  CHECK(says(receipt.error, "longer than 1000 bytes"));
+}
+
+TEST_CASE("many notices go one after the other, in order, over one connection", "[delivery][R0.13]") {
+  Recorder recorder;
+  const Receiver receiver(std::ref(recorder));
+  Rig rig;
+  constexpr int count = 200;
+  for (int i = 0; i < count; ++i) rig.source.add(Channel{1}, notice(receiver.url(), "number " + std::to_string(i)));
+  rig.deliverer->notify(Channel{1});
+  CHECK(rig.source.wait_for(count).size() == count);
+  const auto requests = recorder.requests();
+  REQUIRE(requests.size() == count);
+  for (std::size_t i = 0; i < count; ++i) CHECK(says(requests[i], "\r\n\r\nnumber " + std::to_string(i)));
+  CHECK(receiver.connections() == 1);
+  CHECK(rig.source.one_at_a_time());
+}
+
+TEST_CASE("a connection that the receiver has closed meanwhile is replaced", "[delivery]") {
+  const Receiver receiver([&](Peer& peer) {
+    peer.read_request();
+    peer.send(answer(204));
+  });
+  Rig rig;
+  for (int i = 0; i < 5; ++i) CHECK(rig.deliver(notice(receiver.url())).status == 204);
+}
+
+TEST_CASE("a kept connection that breaks without an answer is tried once more on another", "[delivery]") {
+  std::atomic<int> requests{0};
+  const Receiver receiver([&](Peer& peer) {
+    peer.read_request();
+    ++requests;
+    peer.send(answer(204));
+    if (!peer.read_request().empty()) ++requests;  // and gone, without a word
+  });
+  Rig rig;
+  CHECK(rig.deliver(notice(receiver.url())).status == 204);
+  CHECK(rig.deliver(notice(receiver.url())).status == 204);
+  CHECK(requests == 3);
+  CHECK(receiver.connections() == 2);
+}
+
+TEST_CASE("half an answer on a kept connection, or none on a new one, is a failure and not repeated", "[delivery]") {
+  std::atomic<int> requests{0};
+  const Receiver half([&](Peer& peer) {
+    peer.read_request();
+    peer.send(answer(204));
+    if (peer.read_request().empty()) return;
+    ++requests;
+    peer.send("HTTP/1.1 2");
+  });
+  Rig rig;
+  CHECK(rig.deliver(notice(half.url())).status == 204);
+  const Receipt cut = rig.deliver(notice(half.url()));
+  CHECK(cut.status == 0);
+  CHECK(says(cut.error, "in the middle"));
+  CHECK(requests == 1);
+  CHECK(half.connections() == 1);
+
+  const Receiver none([&](Peer& peer) { peer.read_request(); });
+  const Receipt nothing = rig.deliver(notice(none.url()));
+  CHECK(nothing.status == 0);
+  CHECK(says(nothing.error, "without an answer"));
+  CHECK(none.connections() == 1);
+}
+
+TEST_CASE("a receiver that refuses connections is a failure with words", "[delivery]") {
+  std::string url;
+  { url = Receiver([](Peer&) {}).url(); }
+  Rig rig;
+  const Receipt receipt = rig.deliver(notice(url));
+  CHECK(receipt.status == 0);
+  CHECK_FALSE(receipt.refused);
+  CHECK(says(receipt.error, "127.0.0.1"));
+  CHECK(says(receipt.error, "refused"));
+}
+
+TEST_CASE("hostile receivers are left, in time and without much being read", "[delivery][R0.16]") {
+  struct Case {
+    std::string name;
+    Receiver::Serve serve;
+    std::string error;
+    bool lasts = false;  ///< until its time is over
+  };
+  const auto endless = [](std::string start, std::string rest) {
+    return [start, rest](Peer& peer) {
+      peer.read_request();
+      std::string block;
+      while (block.size() < 64 * 1024) block += rest;
+      peer.send(start);
+      while (peer.send(block)) {
+      }
+    };
+  };
+  const auto dripping = [](std::string start, std::string rest) {
+    return [start, rest](Peer& peer) {
+      peer.read_request();
+      peer.send(start);
+      peer.drip(rest);
+    };
+  };
+  const auto saying = [](std::string text) {
+    return [text](Peer& peer) {
+      peer.read_request();
+      peer.send(text);
+    };
+  };
+  const std::string ok = "HTTP/1.1 200 OK\r\n";
+  const std::vector<Case> cases{
+      {"never reads", [](Peer& peer) { peer.hang_deaf(); }, "in time", true},
+      {"never answers", [](Peer& peer) { peer.hang(); }, "did not answer in time", true},
+      {"drips its head", dripping("", ok + "X: y\r\n"), "complete in time", true},
+      {"drips a line", dripping(ok + "X: ", "yyyyyyyy"), "complete in time", true},
+      {"drips its body", dripping(ok + "Content-Length: 1000000\r\n\r\n", "x"), "complete in time", true},
+      {"drips chunks", dripping(ok + "Transfer-Encoding: chunked\r\n\r\n", "1\r\nx\r\n"), "complete in time", true},
+      {"drips until it closes", dripping(ok + "\r\n", "x"), "complete in time", true},
+      {"body without end", endless(ok + "\r\n", "x"), "longer than 65536"},
+      {"body too long", endless(ok + "Content-Length: 99999999999\r\n\r\n", "x"), "longer than 65536"},
+      {"chunks without end", endless(ok + "Transfer-Encoding: chunked\r\n\r\n", "1\r\nx\r\n"), "longer than 65536"},
+      {"a chunk's size without end", endless(ok + "Transfer-Encoding: chunked\r\n\r\n", "0"), "too long"},
+      {"fields without end", endless(ok, "X: y\r\n"), "head"},
+      {"a field without end", endless(ok + "X: ", "y"), "head"},
+      {"a status line without end", endless("HTTP/1.1 200 ", "y"), "status line"},
+      {"status lines without end", endless("", "HTTP/1.1 100 Continue\r\n\r\n"), "head"},
+      {"a long status line after an interim one", endless("HTTP/1.1 100 Continue\r\n\r\nHTTP/1.1 200 ", "y"), "status line"},
+      {"noise without end", endless("", "y"), "head"},
+      {"noise with lines", endless("", "y\r\n"), "not HTTP"},
+      {"zeros", endless(std::string(1, '\0'), std::string(1, '\0')), "head"},
+      {"closes at once", [](Peer&) {}, "hung up"},
+      {"closes in its head", saying(ok + "X: "), "in the middle"},
+      {"closes in its body", saying(ok + "Content-Length: 10\r\n\r\nhalf"), "in the middle"},
+      {"closes in a chunk", saying(ok + "Transfer-Encoding: chunked\r\n\r\n5\r\nhe"), "in the middle"},
+      {"HTTP/2", saying("HTTP/2 200\r\n\r\n"), "not HTTP"},
+      {"SSH", saying("SSH-2.0-OpenSSH_9.2\r\n"), "hung up|not HTTP"},
+      {"early hints only", saying("HTTP/1.1 103 Early Hints\r\n\r\n"), "103"},
+      {"a status of two digits", saying("HTTP/1.1 20 OK\r\n\r\n"), "not HTTP"},
+      {"a bad chunk", saying(ok + "Transfer-Encoding: chunked\r\n\r\nzz\r\n"), "hung up|not HTTP"},
+  };
+  for (const Case& item : cases) {
+    INFO(item.name);
+    CallbackOptions options = loopback();
+    if (item.lasts) options.answer_time = 300ms;
+    Rig rig(options);
+    const Receiver receiver(item.serve);
+    const Receipt receipt = rig.deliver(notice(receiver.url(), std::string(item.name == "never reads" ? 20'000'000 : 100, 'b')));
+    INFO(receipt.error);
+    CHECK(receipt.status == 0);
+    CHECK_FALSE(receipt.refused);
+    const std::size_t bar = item.error.find('|');
+    CHECK((says(receipt.error, item.error.substr(0, bar)) || (bar != std::string::npos && says(receipt.error, item.error.substr(bar + 1)))));
+  }
+}
+
+TEST_CASE("a receiver that does not take connections is left after connect_time", "[delivery]") {
+  // A listener whose queue is full answers no SYN.
+  const int listener = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  REQUIRE(::bind(listener, reinterpret_cast<sockaddr*>(&address), size) == 0);
+  REQUIRE(::listen(listener, 0) == 0);
+  ::getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size);
+  std::vector<int> fill;
+  for (int i = 0; i < 4; ++i) {
+    fill.push_back(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    (void)::connect(fill.back(), reinterpret_cast<sockaddr*>(&address), size);
+  }
+  CallbackOptions options = loopback();
+  options.connect_time = 100ms;
+  Rig rig(options);
+  const Receipt receipt = rig.deliver(notice("http://127.0.0.1:" + std::to_string(ntohs(address.sin_port)) + "/"));
+  CHECK(receipt.status == 0);
+  CHECK(says(receipt.error, "no connection in time"));
+  for (const int descriptor : fill) ::close(descriptor);
+  ::close(listener);
+}
+
+TEST_CASE("localhost is resolved, and Host says what the URL said", "[delivery][R0.13]") {
+  Recorder recorder;
+  const Receiver receiver(std::ref(recorder));
+  Rig rig;
+  CHECK(rig.deliver(notice(receiver.url("LocalHost"))).status == 204);
+  CHECK(says(recorder.requests().at(0), "\r\nHost: localhost:" + std::to_string(receiver.port()) + "\r\n"));
+}
+
+TEST_CASE("an IPv6 address is connected to, and Host has its brackets", "[delivery][R0.13]") {
+  Recorder recorder;
+  std::unique_ptr<Receiver> receiver;
+  try {
+    receiver = std::make_unique<Receiver>(std::ref(recorder), nullptr, AF_INET6);
+  } catch (const std::runtime_error&) {
+    WARN("left out: this machine has no IPv6 loopback");
+    return;
+  }
+  Rig rig;
+  CHECK(rig.deliver(notice(receiver->url("[::1]"))).status == 204);
+  CHECK(says(recorder.requests().at(0), "\r\nHost: [::1]:" + std::to_string(receiver->port()) + "\r\n"));
+}
+
+TEST_CASE("of a name's addresses only allowed ones are connected to", "[delivery][R0.13][R0.16]") {
+  Recorder recorder;
+  const Receiver receiver(std::ref(recorder));
+  CallbackOptions options = loopback();
+  delivery::Details details;
+  SECTION("the first that is allowed") {
+    options.allow = {"receiver.example", "127.0.0.1"};
+    details.look_up = resolves_to({"169.254.169.254", "127.0.0.2", "::1", "127.0.0.1"});
+    Rig rig(options, details);
+    CHECK(rig.deliver(notice(receiver.url("receiver.example"))).status == 204);
+    CHECK(says(recorder.requests().at(0), "\r\nHost: receiver.example:"));
+  }
+  SECTION("the next, if nobody is there") {
+    options.allow = {"receiver.example", "127.0.0.0/8"};
+    details.look_up = resolves_to({"127.0.0.2", "127.0.0.1"});
+    Rig rig(options, details);
+    CHECK(rig.deliver(notice(receiver.url("receiver.example"))).status == 204);
+  }
+  SECTION("none") {
+    options.allow = {"receiver.example"};
+    details.look_up = resolves_to({"127.0.0.1", "::ffff:127.0.0.1"});
+    Rig rig(options, details);
+    const Receipt receipt = rig.deliver(notice(receiver.url("receiver.example")));
+    CHECK(receipt.status == 0);
+    CHECK(receipt.refused);
+    CHECK(says(receipt.error, "127.0.0.1"));
+    CHECK(receiver.connections() == 0);
+  }
+  SECTION("a name that was taken off the list") {
+    options.allow = {"127.0.0.1"};
+    details.look_up = resolves_to({"127.0.0.1"});
+    Rig rig(options, details);
+    CHECK(rig.deliver(notice(receiver.url("receiver.example"))).refused);
+    CHECK(rig.deliver(notice("ftp://127.0.0.1/")).refused);
+    CHECK(receiver.connections() == 0);
+  }
+  SECTION("no address at all") {
+    options.allow = {"receiver.example"};
+    details.look_up = [](const std::string&, std::uint16_t) -> Result<std::vector<delivery::Address>> {
+      return unexpected(Errc::io_error, "no address of \"receiver.example\": try again");
+    };
+    Rig rig(options, details);
+    const Receipt receipt = rig.deliver(notice(receiver.url("receiver.example")));
+    CHECK_FALSE(receipt.refused);
+    CHECK(says(receipt.error, "try again"));
+  }
+  SECTION("a name is looked up for each connection") {
+    options.allow = {"receiver.example", "127.0.0.1"};
+    auto times = std::make_shared<std::atomic<int>>(0);
+    details.look_up = [times](const std::string&, std::uint16_t port) -> Result<std::vector<delivery::Address>> {
+      return std::vector<delivery::Address>{delivery::address_of((*times)++ == 0 ? "127.0.0.1" : "127.0.0.9", port)};
+    };
+    const Receiver closing([](Peer& peer) {
+      peer.read_request();
+      peer.send(answer(204, "", "Connection: close\r\n"));
+    });
+    Rig rig(options, details);
+    CHECK(rig.deliver(notice(closing.url("receiver.example"))).status == 204);
+    CHECK(rig.deliver(notice(closing.url("receiver.example"))).refused);  // rebound in between
+    CHECK(closing.connections() == 1);
+  }
+}
+
+namespace {
+
+struct Https {
+  Certificate authority = make_certificate({"Test authority", "", -3600, 3600, true});
+  PemFile trusted{authority};
+  CallbackOptions options = loopback();
+  delivery::Details details;
+  Recorder recorder;
+
+  Https() {
+    options.allow = {"127.0.0.1", "receiver.example", ".robots.example"};
+    options.ca_file = trusted.path();
+    details.look_up = resolves_to({"127.0.0.1"});
+  }
+};
+
+}  // namespace
+
+TEST_CASE("https takes a certificate for the host, from an authority that is trusted", "[delivery][R0.13][R0.16]") {
+  const Https https;
+  const Certificate& authority = https.authority;
+  const Certificate stranger = make_certificate({"Other authority", "", -3600, 3600, true});
+  struct Case {
+    std::string name;
+    CertificateText text;
+    const Certificate* issuer;
+    std::string host, error;
+  };
+  const std::vector<Case> cases{
+      {"a name", {"x", "DNS:receiver.example"}, &authority, "receiver.example", ""},
+      {"a name, dot at the end", {"x", "DNS:receiver.example"}, &authority, "receiver.example.", ""},
+      {"localhost", {"x", "DNS:localhost"}, &authority, "localhost", ""},
+      {"a wildcard", {"x", "DNS:*.robots.example"}, &authority, "a.robots.example", ""},
+      {"an address", {"x", "IP:127.0.0.1"}, &authority, "127.0.0.1", ""},
+      {"another name", {"receiver.example", "DNS:other.example"}, &authority, "receiver.example", "hostname mismatch"},
+      {"a name for an address", {"x", "DNS:127.0.0.1"}, &authority, "127.0.0.1", "IP address mismatch"},
+      {"another address", {"127.0.0.1", "IP:127.0.0.2"}, &authority, "127.0.0.1", "IP address mismatch"},
+      {"a wildcard for too much", {"x", "DNS:*.example"}, &authority, "receiver.example", "hostname mismatch"},
+      {"a wildcard for two labels", {"x", "DNS:*.robots.example"}, &authority, "a.b.robots.example", "hostname mismatch"},
+      {"a wildcard within a label", {"x", "DNS:a*.robots.example"}, &authority, "ab.robots.example", "hostname mismatch"},
+      {"expired", {"x", "DNS:localhost", -7200, -3600}, &authority, "localhost", "expired"},
+      {"not yet valid", {"x", "DNS:localhost", 3600, 7200}, &authority, "localhost", "not yet valid"},
+      {"of a stranger", {"x", "DNS:localhost"}, &stranger, "localhost", "certificate is not accepted"},
+      {"self-signed", {"x", "DNS:localhost"}, nullptr, "localhost", "self-signed"},
+  };
+  for (const Case& item : cases) {
+    INFO(item.name);
+    const TlsContext context = tls_server(make_certificate(item.text, item.issuer));
+    Recorder recorder;
+    const Receiver receiver(std::ref(recorder), context.get());
+    Rig rig(https.options, https.details);
+    const Receipt receipt = rig.deliver(notice(receiver.url(item.host)));
+    INFO(receipt.error);
+    CHECK(receipt.status == (item.error.empty() ? 204 : 0));
+    CHECK(says(receipt.error, item.error));
+    if (item.error.empty()) {
+      CHECK(rig.deliver(notice(receiver.url(item.host), std::string(300'000, 'x'))).status == 204);
+      CHECK(receiver.connections() == 1);
+      CHECK(says(recorder.requests().at(1), std::string(300'000, 'x')));
+    } else {
+      CHECK(recorder.requests().empty());
+    }
+  }
+}
+
+TEST_CASE("https without ca_file trusts the system's authorities only", "[delivery][R0.16]") {
+  Https https;
+  https.options.ca_file.clear();
+  const TlsContext context = tls_server(make_certificate({"x", "DNS:localhost"}, &https.authority));
+  const Receiver receiver(std::ref(https.recorder), context.get());
+  Rig rig(https.options, https.details);
+  CHECK(says(rig.deliver(notice(receiver.url("localhost"))).error, "certificate is not accepted"));
+  CHECK(https.recorder.requests().empty());
+}
+
+TEST_CASE("SNI says a name, and never an address", "[delivery]") {
+  struct Names {
+    std::mutex mutex;
+    std::vector<std::string> list;
+  } names;
+  Https https;
+  const TlsContext context = tls_server(make_certificate({"x", "DNS:receiver.example,IP:127.0.0.1"}, &https.authority));
+  SSL_CTX_set_tlsext_servername_arg(context.get(), &names);
+  SSL_CTX_set_tlsext_servername_callback(context.get(), +[](SSL* ssl, int*, void* to) {
+    auto& found = *static_cast<Names*>(to);
+    const char* const name = SSL_get_servername(ssl, TLSEXT_NAMETYPE_host_name);
+    const std::lock_guard lock(found.mutex);
+    found.list.emplace_back(name != nullptr ? name : "(none)");
+    return SSL_TLSEXT_ERR_OK;
+  });
+  const Receiver receiver(std::ref(https.recorder), context.get());
+  Rig rig(https.options, https.details);
+  CHECK(rig.deliver(notice(receiver.url("receiver.example"))).status == 204);
+  CHECK(rig.deliver(notice(receiver.url("127.0.0.1"))).status == 204);
+  const std::lock_guard lock(names.mutex);
+  CHECK(names.list == std::vector<std::string>{"receiver.example", "(none)"});
+}
+
+TEST_CASE("TLS 1.1 is too old", "[delivery]") {
+  Https https;
+  const TlsContext context = tls_server(make_certificate({"x", "DNS:localhost"}, &https.authority), TLS1_1_VERSION);
+  const Receiver receiver(std::ref(https.recorder), context.get());
+  Rig rig(https.options, https.details);
+  const Receipt receipt = rig.deliver(notice(receiver.url("localhost")));
+  INFO(receipt.error);
+  CHECK(receipt.status == 0);
+  CHECK(says(receipt.error, "TLS: "));
+  CHECK(says(receipt.error, "version"));
+}
+
+TEST_CASE("receivers that fail in TLS", "[delivery][R0.16]") {
+  CallbackOptions options = loopback();
+  options.connect_time = 500ms;
+  Rig rig(options);
+  const auto tried = [&](const Receiver& receiver) {
+    const Receipt receipt = rig.deliver(notice("https://127.0.0.1:" + std::to_string(receiver.port()) + "/"));
+    CHECK(receipt.status == 0);
+    return receipt.error;
+  };
+  CHECK(says(tried(Receiver([](Peer& peer) { peer.hang(); })), "in time"));
+  CHECK(says(tried(Receiver([](Peer& peer) { peer.drip(std::string("\x16\x03\x03\x3f\xff\x02\x00\x3f\xf0", 9) + std::string(10'000, 'x')); })), "in time"));
+  CHECK(says(tried(Receiver([](Peer&) {})), "TLS: "));
+  CHECK(says(tried(Receiver([](Peer& peer) { peer.send("HTTP/1.1 400 Bad Request\r\n\r\n"); peer.hang(); })), "TLS: "));
+}
+
+TEST_CASE("a broken TLS connection raises no signal in this program", "[delivery]") {
+  // SIGPIPE has its default here, which ends the program.
+  Https https;
+  const TlsContext context = tls_server(make_certificate({"x", "IP:127.0.0.1"}, &https.authority));
+  const Receiver receiver([](Peer& peer) {  // gone in the middle of a long request, with a reset
+    const linger hard{1, 0};
+    ::setsockopt(peer.descriptor(), SOL_SOCKET, SO_LINGER, &hard, sizeof hard);
+  }, context.get());
+  Rig rig(https.options);
+  for (int i = 0; i < 5; ++i) {
+    const Receipt receipt = rig.deliver(notice(receiver.url(), std::string(16'000'000, 'x')));
+    CHECK(receipt.status == 0);
+    CHECK_FALSE(receipt.error.empty());
+  }
+}
+
+TEST_CASE("receivers that failed before delay nobody else, however many hang", "[delivery][R0.16]") {
+  const Receiver hanging([](Peer& peer) { peer.hang(); });
+  Recorder recorder;
+  const Receiver good(std::ref(recorder));
+  CallbackOptions options = loopback();
+  options.threads = 4;
+  options.answer_time = 10min;  // they hang for longer than anything here waits
+  Rig rig(options);
+  for (std::uint64_t i = 1; i <= 40; ++i) rig.post(Channel{i}, notice(hanging.url(), "x", true));
+  for (std::uint64_t i = 101; i <= 200; ++i) rig.post(Channel{i}, notice(good.url()));
+  CHECK(rig.source.wait_for(100).size() == 100);
+  CHECK(recorder.requests().size() == 100);
+  CHECK(comes_true([&] { return hanging.connections() == 2; }));  // half of four
+}
+
+TEST_CASE("a receiver that just failed waits in the line of those that failed, and is served there", "[delivery]") {
+  std::atomic<bool> works{false};
+  const Receiver sick([&](Peer& peer) {
+    while (!peer.read_request().empty()) peer.send(works ? answer(204) : answer(500));
+  });
+  const Receiver hanging([](Peer& peer) { peer.hang(); });
+  CallbackOptions options = loopback();
+  options.threads = 2;
+  options.answer_time = 300ms;
+  Rig rig(options);
+  rig.post(Channel{1}, notice(sick.url()));
+  CHECK(rig.source.wait_for(1).at(0).second.status == 500);
+  rig.post(Channel{2}, notice(hanging.url(), "x", true));
+  rig.post(Channel{3}, notice(hanging.url(), "x", true));
+  works = true;
+  rig.post(Channel{1}, notice(sick.url()));
+  CHECK(rig.source.wait_until([](const auto& receipts) {
+    return std::any_of(receipts.begin(), receipts.end(), [](const auto& r) { return r.first == Channel{1} && r.second.status == 204; });
+  }));
+  CHECK(rig.source.wait_for(4).size() == 4);
+}
+
+TEST_CASE("no more than the stated number of exchanges at once, and one for each channel", "[delivery]") {
+  Recorder recorder;
+  const Receiver receiver(std::ref(recorder));
+  CallbackOptions options = loopback();
+  options.threads = 3;
+  Rig rig(options);
+  constexpr std::uint64_t channels = 30;
+  constexpr int each = 10;
+  for (std::uint64_t i = 1; i <= channels; ++i) {
+    for (int k = 0; k < each; ++k) rig.source.add(Channel{i}, notice(receiver.url()));
+  }
+  std::vector<std::thread> hosts;
+  for (int t = 0; t < 3; ++t) {
+    hosts.emplace_back([&] {
+      for (int k = 0; k < each; ++k) {
+        for (std::uint64_t i = 1; i <= channels; ++i) rig.deliverer->notify(Channel{i});
+      }
+    });
+  }
+  for (std::thread& host : hosts) host.join();
+  CHECK(rig.source.wait_for(channels * each).size() == channels * each);
+  CHECK(rig.source.one_at_a_time());
+  CHECK(rig.source.most_at_work() <= 3);
+  CHECK(receiver.connections() <= 3 + 1);
+}
+
+TEST_CASE("a channel that is notified while it is at work is asked again", "[delivery]") {
+  std::promise<void> arrived, go;
+  std::atomic<int> requests{0};
+  const Receiver receiver([&](Peer& peer) {
+    while (!peer.read_request().empty()) {
+      if (requests++ == 0) {
+        arrived.set_value();
+        go.get_future().wait();
+      }
+      peer.send(answer(204));
+    }
+  });
+  Rig rig;
+  rig.source.deliverer = nullptr;
+  rig.post(Channel{1}, notice(receiver.url()));
+  REQUIRE(arrived.get_future().wait_for(patience) == std::future_status::ready);
+  rig.post(Channel{1}, notice(receiver.url()));
+  go.set_value();
+  CHECK(rig.source.wait_for(2).size() == 2);
+  CHECK(rig.source.one_at_a_time());
+}
+
+TEST_CASE("threads come with work and go without, and connections go with them", "[delivery]") {
+  std::atomic<int> open{0};
+  const Receiver receiver([&](Peer& peer) {
+    ++open;
+    while (!peer.read_request().empty()) peer.send(answer(204));
+    --open;
+  });
+  delivery::Details details;
+  details.idle_time = 1ms;
+  details.kept_time = 5ms;
+  const std::size_t before = threads_of_this_process();
+  Rig rig(loopback(), details);
+  CHECK(threads_of_this_process() == before);
+  for (std::uint64_t i = 1; i <= 20; ++i) rig.post(Channel{i}, notice(receiver.url()));
+  CHECK(rig.source.wait_for(20).size() == 20);
+  CHECK(comes_true([&] { return open == 0; }));
+  // The receiver's own threads for its connections are finished, not joined: /proc does not list them.
+  CHECK(comes_true([&] { return threads_of_this_process() <= before; }));
+  CHECK(rig.deliver(notice(receiver.url())).status == 204);
+}
+
+TEST_CASE("signals stay with the host's threads", "[delivery]") {
+  sigset_t mine;
+  ::pthread_sigmask(SIG_SETMASK, nullptr, &mine);
+  std::atomic<bool> blocked{false};
+  delivery::Details details;
+  details.look_up = [&](const std::string& host, std::uint16_t port) {
+    sigset_t set;
+    ::pthread_sigmask(SIG_SETMASK, nullptr, &set);
+    blocked = sigismember(&set, SIGPIPE) == 1 && sigismember(&set, SIGTERM) == 1 && sigismember(&set, SIGINT) == 1 && sigismember(&set, SIGSEGV) == 0;
+    return delivery::resolve(host, port);
+  };
+  Recorder recorder;
+  const Receiver receiver(std::ref(recorder));
+  Rig rig(loopback(), details);
+  CHECK(rig.deliver(notice(receiver.url())).status == 204);
+  CHECK(blocked);
+  sigset_t after;
+  ::pthread_sigmask(SIG_SETMASK, nullptr, &after);
+  for (const int signal : {SIGPIPE, SIGTERM, SIGINT}) CHECK(sigismember(&mine, signal) == sigismember(&after, signal));
+}
+
+TEST_CASE("a source that throws or has nothing to say harms nobody", "[delivery]") {
+  Recorder recorder;
+  const Receiver receiver(std::ref(recorder));
+  Rig rig;
+  rig.deliverer->notify(Channel{1});  // nothing
+  CHECK(comes_true([&] { return rig.source.asked() == 1; }));
+  rig.source.throw_from_now_on(true);
+  rig.deliverer->notify(Channel{2});
+  CHECK(comes_true([&] { return rig.source.asked() == 2; }));
+  rig.source.throw_from_now_on(false);
+  CHECK(rig.deliver(notice(receiver.url())).status == 204);
+  rig.post(Channel{2}, notice(receiver.url()));
+  CHECK(rig.source.wait_for(2).size() == 2);
+  const std::lock_guard lock(rig.mutex);
+  REQUIRE(rig.log.size() == 1);
+  CHECK(says(rig.log[0], "out of words"));
+}
+
+TEST_CASE("stop ends everything that hangs, and the source hears nothing more", "[delivery]") {
+  const Receiver hanging([](Peer& peer) { peer.hang(); });
+  CallbackOptions options = loopback();
+  options.answer_time = options.connect_time = 10min;
+  SECTION("receivers") {
+    Rig rig(options);
+    for (std::uint64_t i = 1; i <= 40; ++i) rig.post(Channel{i}, notice(hanging.url()));
+    REQUIRE(comes_true([&] { return hanging.connections() == 32; }));
+    const auto start = std::chrono::steady_clock::now();
+    rig.stop();
+    std::cout << "stop with 32 receivers that hang: "
+              << std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - start).count() << " us\n";
+    rig.deliverer->notify(Channel{99});
+    rig.stop();
+    CHECK_FALSE(rig.source.called_after_stop());
+    CHECK(rig.source.wait_until([](const auto& receipts) { return receipts.empty(); }));
+  }
+  SECTION("a resolver") {
+    // It comes back after the deliverer and the source are gone.
+    auto release = std::make_shared<std::promise<void>>();
+    auto inside = std::make_shared<std::atomic<int>>(0);
+    auto back = std::make_shared<std::atomic<int>>(0);
+    {
+      delivery::Details details;
+      details.look_up = [inside, back, gate = release->get_future().share()](const std::string& host, std::uint16_t port) {
+        ++*inside;
+        gate.wait();
+        ++*back;
+        return delivery::resolve(host, port);
+      };
+      Rig rig(options, details);
+      for (std::uint64_t i = 1; i <= 8; ++i) rig.post(Channel{i}, notice(hanging.url()));
+      REQUIRE(comes_true([&] { return *inside == 8; }));
+      const auto start = std::chrono::steady_clock::now();
+      rig.stop();
+      std::cout << "stop with 8 look-ups that hang: "
+                << std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - start).count() << " us\n";
+      CHECK_FALSE(rig.source.called_after_stop());
+    }
+    CHECK(*back == 0);
+    release->set_value();
+    CHECK(comes_true([&] { return *back == 8; }));
+    CHECK(comes_true([&] { return inside.use_count() == 1; }));  // the last of them let go of what they shared
+    CHECK(hanging.connections() == 0);
+  }
+  SECTION("at any moment") {
+    Recorder recorder;
+    const Receiver good(std::ref(recorder));
+    for (int round = 0; round < 30; ++round) {
+      Rig rig(options);
+      for (std::uint64_t i = 1; i <= 8; ++i) rig.post(Channel{i}, notice(i % 2 == 0 ? good.url() : hanging.url()));
+      for (int k = 0; k < round; ++k) std::this_thread::yield();
+      std::thread host([&] {
+        for (std::uint64_t i = 9; i <= 40; ++i) rig.deliverer->notify(Channel{i});
+      });
+      rig.stop();
+      CHECK_FALSE(rig.source.called_after_stop());
+      host.join();
+    }
+  }
+}
+
+TEST_CASE("options that cannot be are refused", "[delivery]") {
+  TestSource source;
+  CallbackOptions options = loopback();
+  SECTION("a bad entry") { options.allow = {"127.1"}; }
+  SECTION("no threads") { options.threads = 0; }
+  SECTION("no time") { options.answer_time = 0ms; }
+  SECTION("no such file of authorities") { options.ca_file = "/nonexistent/ca.pem"; }
+  SECTION("a file of authorities without any") { options.ca_file = "/etc/hostname"; }
+  const auto made = delivery::make_deliverer(source, options, nullptr);
+  REQUIRE_FALSE(made);
+  CHECK(made.error().code == Errc::invalid_option);
+  CHECK_FALSE(made.error().message.empty());
+}
