@@ -82,7 +82,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       for (lrt::engine::Job& job : engine.take_jobs()) job.run(), moved = true;
       while (auto reply = engine.next_reply(now)) {
         moved = true;
-        if (session.ticket() == reply->ticket) session.reply(std::move(reply->response), now);
+        if (session.ticket() == reply->ticket && !reply->channel) session.reply(std::move(reply->response), now);
+        else if (session.ticket() == reply->ticket) session.upgrade(*reply->channel, std::move(reply->response), now);
+        else if (reply->channel) engine.closed(*reply->channel);
       }
       for (auto out = session.output(); !out.empty(); out = session.output()) {
         written.append(out.first).append(out.second);
@@ -93,7 +95,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       if (round == 500) now.steady += std::chrono::hours(48);  // what waits by the client's wish (Prefer: wait)
     }
   };
-  while (!bytes.empty() && session.phase() != Phase::closed && session.phase() != Phase::lingering) {
+  while (!bytes.empty() && session.phase() != Phase::closed && session.phase() != Phase::lingering && session.phase() != Phase::upgraded) {
     session.receive(bytes.substr(0, chunk), now);
     bytes.remove_prefix(std::min(bytes.size(), chunk));
     settle();
@@ -103,8 +105,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     REQUIRE_THAT(session.phase() != Phase::waiting);
   }
+  bool success = session.phase() == Phase::upgraded;  // the frames are not the session's business
+  if (success) engine.closed(session.take_upgrade().channel);
 
-  bool success = false;
   std::string_view rest = written;
   while (!rest.empty()) {
     const auto end = rest.find("\r\n\r\n");

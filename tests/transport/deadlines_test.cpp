@@ -6,7 +6,9 @@ using lrt::transport::Deadlines;
 using std::chrono::seconds;
 
 TEST_CASE("deadlines expire in order of time, whatever their kind, and only once", "[transport]") {
-  struct Item : Deadlines::Entry {};
+  struct Item final : Deadlines::Entry {
+    void expire(lrt::TimePoint) override {}
+  };
   Deadlines deadlines;
   const Deadlines::Instant start{};
   Item short_one;

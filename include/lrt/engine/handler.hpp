@@ -1,17 +1,22 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 
 #include <lrt/base/clock.hpp>
 #include <lrt/http/message.hpp>
+#include <lrt/subscription/channel.hpp>
 
 namespace lrt::engine {
 
 /// Names a request whose answer comes later. Never 0, never used twice by one handler.
 enum class Ticket : std::uint64_t {};
+using subscription::Channel;
 
 /// The answer is known.
 using Answered = http::Response;
@@ -19,18 +24,37 @@ using Answered = http::Response;
 struct Deferred {
   Ticket ticket;
 };
-/// What becomes of a request. (Accepted upgrades join with subscriptions.)
-using Outcome = std::variant<Answered, Deferred>;
+/// The request becomes a WebSocket (RFC 6455); its handshake passed http::check_websocket(). The transport answers 101 with the fields of
+/// `response` and those of RFC 6455 4.2.2, and from then on carries the messages of the channel. Only for requests with `can_upgrade`.
+struct Upgraded {
+  Channel channel;
+  http::Response response;
+};
+/// What becomes of a request.
+using Outcome = std::variant<Answered, Deferred, Upgraded>;
 
-/// A deferred answer that has become ready.
+/// A deferred answer that has become ready: a response, or Upgraded where `channel` is given.
 struct Reply {
   Ticket ticket;
   http::Response response;
+  std::optional<Channel> channel{};
 };
 
-/// What a transport serves: requests in, answers out, no I/O.
+/// What goes to a subscriber next: one message, or with `close` the end.
+struct Push {
+  std::shared_ptr<const std::string> message;  ///< shared by all who get the same; one frame
+  bool text = true;                            ///< RFC 6455 5.6: UTF-8; else binary
+  std::uint16_t close = 0;                     ///< RFC 6455 7.4.1: not 0: close with this code; no further push follows
+  std::string reason{};                        ///< of the close; UTF-8, at most 123 bytes
+};
+
+/// What a transport serves: requests in, answers out, messages to subscribers; no I/O.
 ///
-/// @par Threads  handle, next_reply, next_deadline and abandon are called by the transport, from one thread at a time.
+/// Messages are pulled: the handler says once that a channel has something (next_ready), the transport asks for it when it can write
+/// (next_push), again and again until there is nothing more; then the handler will say so anew. A client that does not read costs one
+/// message on its way and nothing else.
+///
+/// @par Threads  all functions are called by the transport, from one thread at a time.
 class Handler {
  public:
   virtual ~Handler() = default;
@@ -39,10 +63,27 @@ class Handler {
   virtual Outcome handle(const http::Request& request, TimePoint now) = 0;
   /// The next deferred answer that is ready or overdue by `now`; call until nullopt after wake() and after next_deadline().
   virtual std::optional<Reply> next_reply(TimePoint now) = 0;
-  /// When next_reply() should be called next even if nothing wakes the transport; nullopt: not before a wake.
+  /// When next_reply() and next_ready() should be called next even if nothing wakes the transport; nullopt: not before a wake.
   virtual std::optional<std::chrono::steady_clock::time_point> next_deadline() const = 0;
   /// The client of a deferred answer is gone; the ticket is forgotten.
   virtual void abandon(Ticket ticket) noexcept = 0;
+
+  /// The next channel that has a push by `now`; call until nullopt when next_reply() is called. Urgent ones come first.
+  virtual std::optional<Channel> next_ready(TimePoint now) {
+    (void)now;
+    return std::nullopt;
+  }
+  /// What to send on a channel now; nullopt: nothing, next_ready() will name it again. An unknown channel: a close with 1001.
+  virtual std::optional<Push> next_push(Channel channel, TimePoint now) {
+    (void)channel, (void)now;
+    return std::nullopt;
+  }
+  /// A complete message of the client. next_push() may have something afterwards.
+  virtual void received(Channel channel, std::string_view message, bool text, TimePoint now) {
+    (void)channel, (void)message, (void)text, (void)now;
+  }
+  /// The connection of a channel has ended, whoever ended it; called once for each Upgraded, the channel is forgotten.
+  virtual void closed(Channel channel) noexcept { (void)channel; }
 };
 
 }  // namespace lrt::engine

@@ -28,6 +28,7 @@ struct Request {
   std::string_view body;
   std::string_view peer;       ///< numeric address of the client, "127.0.0.1"
   bool secure = false;         ///< came over TLS
+  bool can_upgrade = false;    ///< the transport can turn this connection into a WebSocket
 
   /// The value of the first field of that name.
   std::optional<std::string_view> find(std::string_view name) const noexcept;

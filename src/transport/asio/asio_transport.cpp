@@ -9,9 +9,11 @@
 
 #include <lrt/transport/asio.hpp>
 
+#include "src/transport/asio/alarm.hpp"
 #include "src/transport/asio/connection.hpp"
 #include "src/transport/asio/listener.hpp"
 #include "src/transport/asio/loop.hpp"
+#include "src/transport/asio/websocket.hpp"
 #include "src/transport/event_waker.hpp"
 
 namespace lrt::transport {
@@ -21,6 +23,8 @@ using std::chrono::milliseconds;
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr milliseconds longest_wait = std::chrono::hours(1);
+/// Waits for the handler end to the microsecond up to here; beyond, the millisecond that rounding may cost does not matter.
+constexpr milliseconds precise_wait{100};
 /// How long stop() lets clients notice that their answered connection is over.
 constexpr milliseconds stop_linger_time{100};
 
@@ -32,28 +36,32 @@ milliseconds until(Deadlines::Instant due, Deadlines::Instant now) {
 class AsioTransport final : public Transport {
  public:
   explicit AsioTransport(Options options)
-      : loop_(std::move(options)), waker_(std::make_shared<EventWaker>()), wake_event_(loop_.io), listener_(loop_) {}
+      : loop_(std::move(options)), waker_(std::make_shared<EventWaker>()), wake_event_(loop_.io), alarm_(loop_.io), listener_(loop_) {}
 
   ~AsioTransport() override {
     close_all();
     boost::system::error_code ignored;
     wake_event_.close(ignored);
+    alarm_.close();
     loop_.readiness.close();
     loop_.io.restart();
-    loop_.io.poll();  // the cancelled waits own the connections
+    loop_.io.poll();  // the cancelled waits own the clients
   }
 
   Result<void> start(engine::Handler& handler) override;
   milliseconds poll(std::chrono::microseconds budget, milliseconds wait) override;
   std::shared_ptr<Waker> waker() const noexcept override { return waker_; }
   void stop() override;
-  Capabilities capabilities() const noexcept override { return {true, false, false}; }
+  Capabilities capabilities() const noexcept override { return {true, true, false}; }
   std::uint16_t port() const noexcept override { return listener_.port(); }
 
  private:
   bool started() const noexcept { return loop_.context.handler != nullptr; }
   void wait_for_wake();
+  milliseconds prepare_wait(milliseconds wait);
+  void deliver(TimePoint now);
   void deliver_replies(TimePoint now);
+  void deliver_pushes(TimePoint now);
   void expire(TimePoint now);
   milliseconds next_due(TimePoint now) const;
   void close_all();
@@ -61,9 +69,10 @@ class AsioTransport final : public Transport {
   Loop loop_;
   std::shared_ptr<EventWaker> waker_;
   boost::asio::posix::basic_stream_descriptor<boost::asio::io_context::executor_type> wake_event_;
+  Alarm alarm_;
   Listener listener_;
   bool woken_ = false;
-  bool replies_left_ = false;  ///< the budget ended before the handler's replies
+  bool left_ = false;  ///< the budget ended before what the handler has
 };
 
 Result<void> AsioTransport::start(engine::Handler& handler) {
@@ -77,11 +86,12 @@ Result<void> AsioTransport::start(engine::Handler& handler) {
     }
     wait_for_wake();
   }
+  if (!alarm_.open()) return unexpected(Errc::io_error, "no timer descriptor");
   if (!loop_.readiness.open()) return unexpected(Errc::io_error, "no epoll descriptor");
   if (auto opened = listener_.open(); !opened) return opened;
   loop_.context.handler = &handler;
   loop_.context.stopping = false;
-  replies_left_ = false;
+  left_ = false;
   return {};
 }
 
@@ -100,43 +110,81 @@ milliseconds AsioTransport::poll(std::chrono::microseconds budget, milliseconds 
   if (io.stopped()) io.restart();
   loop_.readiness.forget_buried();
 
-  if (replies_left_) wait = milliseconds(0);
-  if (wait > milliseconds(0)) wait = std::min({wait, next_due(loop_.clock.now()), longest_wait});
+  if (left_) wait = milliseconds(0);
+  if (wait > milliseconds(0)) wait = prepare_wait(wait);
   // With no time to wait this is one epoll_wait that returns at once.
   loop_.readiness.set_budget(budget);
   bool more = (wait > milliseconds(0) ? io.run_one_for(wait) : io.poll_one()) != 0;
   while (more && !loop_.readiness.is_over()) more = io.poll_one() != 0;
+  if (!more) loop_.has_later = false;
   const auto now = loop_.clock.now();
-  deliver_replies(now);
+  deliver(now);
   expire(now);
-  return more || replies_left_ ? milliseconds(0) : next_due(now);
+  return more || left_ || loop_.has_later ? milliseconds(0) : next_due(now);
+}
+
+/// How long asio may wait; what is due between two milliseconds ends the wait by the alarm.
+milliseconds AsioTransport::prepare_wait(milliseconds wait) {
+  const auto now = loop_.clock.now().steady;
+  wait = std::min({wait, next_due({now, {}}), longest_wait});
+  if (wait <= milliseconds(0) || wait > precise_wait) return wait;
+  const auto due = loop_.context.handler->next_deadline();
+  if (due && *due > now && *due < now + wait) alarm_.set(*due, now);
+  return wait;
+}
+
+/// What the handler has. While a client waits for an answer or listens to a channel it is asked each time, for what the requests and
+/// messages of others may have brought about; else when it wished so.
+void AsioTransport::deliver(TimePoint now) {
+  if (!woken_ && !left_ && loop_.tickets.empty() && loop_.channels.empty()) {
+    const auto due = loop_.context.handler->next_deadline();
+    if (!due || *due > now.steady) return;
+  }
+  woken_ = left_ = false;
+  deliver_replies(now);
+  deliver_pushes(now);
 }
 
 void AsioTransport::deliver_replies(TimePoint now) {
   auto& handler = *loop_.context.handler;
-  if (!woken_ && !replies_left_ && loop_.tickets.empty()) {
-    const auto due = handler.next_deadline();
-    if (!due || *due > now.steady) return;
-  }
-  woken_ = replies_left_ = false;
   while (auto reply = handler.next_reply(now)) {
     const auto found = loop_.tickets.find(static_cast<std::uint64_t>(reply->ticket));
     if (found != loop_.tickets.end()) {
       Connection& connection = *found->second;
       loop_.tickets.erase(found);
-      connection.reply(std::move(reply->response), now);
+      connection.reply(*std::move(reply), now);
+    } else if (reply->channel) {
+      handler.closed(*reply->channel);
     }
     if (loop_.readiness.is_over()) {
-      replies_left_ = true;
+      left_ = true;
       return;
     }
   }
 }
 
+/// One channel that is ready and one whose turn has come at least, whatever the replies have left of the budget.
+void AsioTransport::deliver_pushes(TimePoint now) {
+  auto& handler = *loop_.context.handler;
+  while (const auto channel = handler.next_ready(now)) {
+    const auto found = loop_.channels.find(static_cast<std::uint64_t>(*channel));
+    if (found != loop_.channels.end()) found->second->push(now);
+    if (loop_.readiness.is_over()) {
+      left_ = true;
+      break;
+    }
+  }
+  while (!loop_.turns.empty()) {
+    static_cast<WebSocket&>(loop_.turns.front()).push(now);
+    if (loop_.readiness.is_over()) break;
+  }
+  left_ = left_ || !loop_.turns.empty();
+}
+
 /// After reading, so that a client is not late only because the host did not poll.
 void AsioTransport::expire(TimePoint now) {
   while (auto* const entry = loop_.deadlines.expired(now.steady)) {
-    static_cast<Connection*>(entry)->expire(now);
+    entry->expire(now);
     if (loop_.readiness.is_over()) break;  // those that are left are due at once
   }
   listener_.resume(now);
@@ -157,29 +205,27 @@ void AsioTransport::stop() {
   if (!started()) return;
   listener_.close();
   loop_.context.stopping = true;
-  for (std::size_t i = loop_.connections.size(); i-- > 0;) {
-    auto& connection = *loop_.connections[i];
-    if (!connection.has_answer_open() && !connection.is_lingering()) connection.close();
-  }
+  const auto now_stopping = loop_.clock.now();
+  for (std::size_t i = loop_.clients.size(); i-- > 0;) loop_.clients[i]->begin_stop(now_stopping);
   // Bounded by the machine's time, whatever the clock of the options says.
   const auto begin = SteadyClock::now();
   auto end = begin + loop_.options.limits.stop_time;
-  while (!loop_.connections.empty()) {
-    const bool open = std::any_of(loop_.connections.begin(), loop_.connections.end(),
-                                  [](const auto& connection) { return connection->has_answer_open(); });
+  while (!loop_.clients.empty()) {
+    const bool busy = std::any_of(loop_.clients.begin(), loop_.clients.end(), [](const auto& client) { return client->is_busy(); });
     const auto now = SteadyClock::now();
-    if (!open) end = std::min<SteadyClock::time_point>(end, now + stop_linger_time);
+    if (!busy) end = std::min<SteadyClock::time_point>(end, now + stop_linger_time);
     if (now >= end) break;
     poll(std::chrono::milliseconds(10), until(end, now));
   }
-  for (std::size_t i = loop_.connections.size(); i-- > 0;) loop_.connections[i]->give_up(loop_.clock.now());
+  for (std::size_t i = loop_.clients.size(); i-- > 0;) loop_.clients[i]->give_up(loop_.clock.now());
   close_all();
+  loop_.readiness.forget_buried();
   loop_.context.handler = nullptr;
 }
 
 void AsioTransport::close_all() {
   listener_.close();
-  while (!loop_.connections.empty()) loop_.connections.back()->close();
+  while (!loop_.clients.empty()) loop_.clients.back()->close();
 }
 
 }  // namespace

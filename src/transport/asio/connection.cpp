@@ -3,9 +3,10 @@
 #include <sys/socket.h>
 #include <sys/uio.h>
 
-#include <boost/asio/post.hpp>
 #include <cerrno>
 #include <utility>
+
+#include "src/transport/asio/websocket.hpp"
 
 namespace lrt::transport {
 namespace {
@@ -25,23 +26,20 @@ std::chrono::milliseconds time_of(Session::Phase phase, const Limits& limits) no
     case Session::Phase::writing: return limits.write_time;
     case Session::Phase::lingering: return limits.linger_time;
     case Session::Phase::waiting:
+    case Session::Phase::upgraded:
     case Session::Phase::closed: break;
   }
   return {};
 }
 
-bool has_deadline(Session::Phase phase) noexcept { return deadline_kind(phase) < Deadlines::kinds; }
-static_assert(static_cast<std::size_t>(Session::Phase::waiting) == Deadlines::kinds);
+bool has_deadline(Session::Phase phase) noexcept { return deadline_kind(phase) < Deadlines::phases; }
+static_assert(static_cast<std::size_t>(Session::Phase::waiting) == Deadlines::phases);
+static_assert(static_cast<std::size_t>(Session::Phase::writing) == Deadlines::blocked);
 
 }  // namespace
 
 Connection::Connection(Loop& loop, Socket socket, std::string peer)
-    : loop_(loop), socket_(std::move(socket)), session_(loop.context, std::move(peer)), epoch_(session_.epoch() - 1) {}
-
-void Connection::join() {
-  index_ = loop_.connections.size();
-  loop_.connections.push_back(shared_from_this());
-}
+    : Client(loop), socket_(std::move(socket)), session_(loop.context, std::move(peer)), epoch_(session_.epoch() - 1) {}
 
 void Connection::open(TimePoint now) {
   join();
@@ -57,9 +55,10 @@ void Connection::open_refused(TimePoint now) {
   update(now);
 }
 
-void Connection::reply(http::Response response, TimePoint now) {
+void Connection::reply(engine::Reply reply, TimePoint now) {
   ticket_ = 0;  // the caller took it out of the loop's table
-  session_.reply(std::move(response), now);
+  if (reply.channel) session_.upgrade(*reply.channel, std::move(reply.response), now);
+  else session_.reply(std::move(reply.response), now);
   write(now);
   update(now);
 }
@@ -89,16 +88,26 @@ void Connection::close() {
     loop_.tickets.erase(ticket_);
     loop_.context.handler->abandon(*ticket);
   }
+  if (session_.phase() == Session::Phase::upgraded) loop_.context.handler->closed(session_.take_upgrade().channel);
   if (refused_) --loop_.refused;
   boost::system::error_code ignored;
   socket_.close(ignored);
-  auto self = std::move(loop_.connections[index_]);
-  if (index_ + 1 < loop_.connections.size()) {
-    loop_.connections[index_] = std::move(loop_.connections.back());
-    loop_.connections[index_]->index_ = index_;
-  }
-  loop_.connections.pop_back();
-  loop_.readiness.bury(std::move(self));
+  leave();
+}
+
+void Connection::begin_stop(TimePoint) {
+  if (!is_busy() && session_.phase() != Session::Phase::lingering) close();
+}
+
+/// The socket, and what came after the head, go to a WebSocket, which takes this one's place.
+void Connection::upgrade(TimePoint now) {
+  closed_ = true;
+  loop_.deadlines.clear(*this);
+  unlink_idle();
+  auto next = std::make_shared<WebSocket>(loop_, std::move(socket_), session_.take_upgrade(), watched_);
+  auto& websocket = *next;
+  make_way(std::move(next));
+  websocket.open(now);
 }
 
 // ------------------------------------------------------------------------------------------------------------- reading
@@ -157,7 +166,7 @@ void Connection::write(TimePoint now) {
 /// Lets the others have their turn.
 void Connection::continue_later() {
   waits_writable_ = true;
-  boost::asio::post(loop_.io, [self = shared_from_this()] {
+  loop_.later([self = self()] {
     self->waits_writable_ = false;
     if (self->closed_) return;
     const auto now = self->loop_.clock.now();
@@ -173,6 +182,7 @@ void Connection::update(TimePoint now) {
   if (closed_) return;
   const auto phase = session_.phase();
   if (phase == Session::Phase::closed) return close();
+  if (phase == Session::Phase::upgraded) return upgrade(now);
   if (phase == Session::Phase::waiting) keep_ticket();
   if (phase == Session::Phase::lingering && !half_closed_) {
     half_closed_ = true;
@@ -215,7 +225,7 @@ void Connection::watch() {
 void Connection::wait_writable() {
   if (waits_writable_) return;
   waits_writable_ = true;
-  socket_.async_wait(Socket::wait_write, [self = shared_from_this()](const boost::system::error_code& error) {
+  socket_.async_wait(Socket::wait_write, [self = self()](const boost::system::error_code& error) {
     self->waits_writable_ = false;
     if (error || self->closed_) return;
     const auto now = self->loop_.clock.now();

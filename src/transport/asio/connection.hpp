@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "src/transport/asio/client.hpp"
 #include "src/transport/asio/deadlines.hpp"
 #include "src/transport/asio/loop.hpp"
 #include "src/transport/asio/session.hpp"
@@ -14,7 +15,7 @@ namespace lrt::transport {
 ///
 /// Asio is used for its readiness waits only. Per request that is recv and send, and a share of the waits of the Readiness; a buffer
 /// is needed only while something is being read.
-class Connection final : public std::enable_shared_from_this<Connection>, public Deadlines::Entry, public IdleEntry {
+class Connection final : public Client, public Deadlines::Entry, public IdleEntry {
  public:
   Connection(Loop& loop, Socket socket, std::string peer);
 
@@ -22,20 +23,19 @@ class Connection final : public std::enable_shared_from_this<Connection>, public
   void open(TimePoint now);
   /// Enters the loop's list only to be told 503.
   void open_refused(TimePoint now);
-  void reply(http::Response response, TimePoint now);
-  void expire(TimePoint now);
-  /// There is input, or the connection is broken.
-  void on_ready(bool broken);
+  /// Of the ticket that loop.tickets had for this connection.
+  void reply(engine::Reply reply, TimePoint now);
+
+  void expire(TimePoint now) override;
+  void on_ready(bool broken) override;
+  void begin_stop(TimePoint now) override;
+  bool is_busy() const noexcept override { return session_.ticket().has_value() || !session_.output().empty(); }
   /// Answers 503 if the handler's answer is still open.
-  void give_up(TimePoint now);
-  /// Drops whatever is under way.
-  void close();
+  void give_up(TimePoint now) override;
+  void close() override;
 
   /// True between requests and before the first, as far as is known: input may have arrived that on_ready() has not seen.
   bool is_idle() const noexcept { return !closed_ && session_.phase() == Session::Phase::idle; }
-  /// True while something is owed to the client.
-  bool has_answer_open() const noexcept { return session_.ticket().has_value() || !session_.output().empty(); }
-  bool is_lingering() const noexcept { return session_.phase() == Session::Phase::lingering; }
 
  private:
   void write(TimePoint now);
@@ -45,12 +45,11 @@ class Connection final : public std::enable_shared_from_this<Connection>, public
   void continue_later();
   void keep_ticket();
   void wait_writable();
-  void join();
+  void upgrade(TimePoint now);
+  std::shared_ptr<Connection> self() { return std::static_pointer_cast<Connection>(shared_from_this()); }
 
-  Loop& loop_;
   Socket socket_;
   Session session_;
-  std::size_t index_ = 0;  ///< in loop_.connections
   std::uint32_t epoch_ = 0;
   std::uint64_t ticket_ = 0;  ///< that loop_.tickets has for this connection; 0: none
   bool watched_ = false;

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <optional>
 
+#include <lrt/base/clock.hpp>
+
 namespace lrt::transport {
 
 /// Who runs out of time next, for any number of connections without a timer each. Every kind of deadline has one length, so the
@@ -12,10 +14,19 @@ namespace lrt::transport {
 class Deadlines {
  public:
   using Instant = std::chrono::steady_clock::time_point;
-  static constexpr std::size_t kinds = 5;
+  static constexpr std::size_t phases = 5;  ///< the kinds below: the phases of a Session that have a time, see there
+  static constexpr std::size_t blocked = 3;     ///< as Session::Phase::writing: limits.write_time
+  static constexpr std::size_t silent = 5;      ///< limits.ping_time
+  static constexpr std::size_t unanswered = 6;  ///< limits.pong_time
+  static constexpr std::size_t closing = 7;     ///< limits.close_time
+  static constexpr std::size_t kinds = 8;
 
   /// Base of what has a deadline. At most one at a time; must be cleared before it is destroyed.
   class Entry {
+   public:
+    /// Its time has come.
+    virtual void expire(TimePoint now) = 0;
+
    protected:
     Entry() = default;
     ~Entry() = default;
@@ -71,7 +82,9 @@ class Deadlines {
   }
 
  private:
-  struct Head : Entry {};
+  struct Head final : Entry {
+    void expire(TimePoint) override {}
+  };
   std::array<Head, kinds> heads_;
 };
 

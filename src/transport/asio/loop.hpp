@@ -5,6 +5,7 @@
 #include <boost/asio/basic_stream_socket.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/intrusive/list.hpp>
 #include <cstddef>
 #include <cstdint>
@@ -22,7 +23,9 @@
 
 namespace lrt::transport {
 
+class Client;
 class Connection;
+class WebSocket;
 
 /// A socket whose executor is known at compile time: any_io_executor costs virtual calls per wait.
 using Socket = boost::asio::basic_stream_socket<boost::asio::ip::tcp, boost::asio::io_context::executor_type>;
@@ -32,7 +35,15 @@ using IdleEntry = boost::intrusive::list_base_hook<boost::intrusive::link_mode<b
 /// Connections whose session is in Phase::idle, the one that has been there longest first.
 using IdleOrder = boost::intrusive::list<IdleEntry, boost::intrusive::constant_time_size<false>>;
 
-/// What the connections of one transport share. One thread.
+/// Base of what has a place in a TurnOrder.
+struct TurnTag;
+using TurnEntry =
+    boost::intrusive::list_base_hook<boost::intrusive::tag<TurnTag>, boost::intrusive::link_mode<boost::intrusive::auto_unlink>>;
+/// WebSockets that may have more to send, and let the others go first.
+using TurnOrder =
+    boost::intrusive::list<TurnEntry, boost::intrusive::base_hook<TurnEntry>, boost::intrusive::constant_time_size<false>>;
+
+/// What the clients of one transport share. One thread.
 struct Loop {
   explicit Loop(Options given)
       : options(std::move(given)),
@@ -45,6 +56,13 @@ struct Loop {
     if (options.log) options.log(level, text);
   }
 
+  /// Runs `step` after what is ready now. The poll() under way, or the next one, which then does not wait.
+  template <class Step>
+  void later(Step step) {
+    has_later = true;
+    boost::asio::post(io, std::move(step));
+  }
+
   const Options options;
   const Clock& clock;
   boost::asio::io_context io;  ///< run inside poll() and stop() only, hence without locks
@@ -52,8 +70,11 @@ struct Loop {
   SessionContext context;
   Deadlines deadlines;
   IdleOrder idle;
-  std::vector<std::shared_ptr<Connection>> connections;
+  std::vector<std::shared_ptr<Client>> clients;
   std::unordered_map<std::uint64_t, Connection*> tickets;    ///< whose deferred answers are open
+  std::unordered_map<std::uint64_t, WebSocket*> channels;
+  TurnOrder turns;
+  bool has_later = false;  ///< later() was called since the last poll() that ran everything
   std::size_t refused = 0;                                   ///< connections over the limit, while they get their 503
   std::vector<char> scratch = std::vector<char>(64 * 1024);  ///< what is being received, by whichever connection is at work
 };

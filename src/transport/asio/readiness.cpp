@@ -3,7 +3,7 @@
 #include <sys/epoll.h>
 #include <unistd.h>
 
-#include "src/transport/asio/connection.hpp"
+#include "src/transport/asio/client.hpp"
 
 namespace lrt::transport {
 
@@ -25,15 +25,15 @@ void Readiness::close() {
   buried_.clear();
 }
 
-void Readiness::watch(Connection& connection, int descriptor, bool wanted, bool& added) {
+void Readiness::watch(Client& client, int descriptor, bool wanted, bool& added) {
   epoll_event event{};
   event.events = wanted ? EPOLLIN : 0u;  // errors are always told
-  event.data.ptr = &connection;
+  event.data.ptr = &client;
   ::epoll_ctl(watched_.native_handle(), added ? EPOLL_CTL_MOD : EPOLL_CTL_ADD, descriptor, &event);
   added = true;
 }
 
-void Readiness::bury(std::shared_ptr<Connection> connection) { buried_.push_back(std::move(connection)); }
+void Readiness::bury(std::shared_ptr<Client> client) { buried_.push_back(std::move(client)); }
 
 void Readiness::forget_buried() {
   if (!serving_) buried_.clear();
@@ -61,7 +61,7 @@ void Readiness::serve() {
     const int ready = ::epoll_wait(watched_.native_handle(), events, batch, 0);
     // What the budget leaves over is told again: the set is level-triggered.
     for (int i = 0; i < ready && !over; ++i) {
-      static_cast<Connection*>(events[i].data.ptr)->on_ready((events[i].events & (EPOLLERR | EPOLLHUP)) != 0);
+      static_cast<Client*>(events[i].data.ptr)->on_ready((events[i].events & (EPOLLERR | EPOLLHUP)) != 0);
       over = is_over();
     }
     buried_.clear();

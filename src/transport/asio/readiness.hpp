@@ -11,7 +11,7 @@
 
 namespace lrt::transport {
 
-class Connection;
+class Client;
 
 /// The connections that wait for input, as one epoll set that asio watches as one descriptor.
 ///
@@ -24,10 +24,10 @@ class Readiness {
   bool open();
   void close();
 
-  /// Connection::on_ready() follows whenever there is input (while `wanted`) or the connection breaks. `added` is the caller's memory.
-  void watch(Connection& connection, int descriptor, bool wanted, bool& added);
+  /// Client::on_ready() follows whenever there is input (while `wanted`) or the connection breaks. `added` is the caller's memory.
+  void watch(Client& client, int descriptor, bool wanted, bool& added);
   /// Keeps what was closed until no event can point to it and none of its functions is under way.
-  void bury(std::shared_ptr<Connection> connection);
+  void bury(std::shared_ptr<Client> client);
   /// None is under way.
   void forget_buried();
 
@@ -46,7 +46,7 @@ class Readiness {
   boost::asio::posix::basic_stream_descriptor<boost::asio::io_context::executor_type> watched_;
   std::chrono::microseconds budget_{0};
   std::optional<std::chrono::steady_clock::time_point> end_;
-  std::vector<std::shared_ptr<Connection>> buried_;
+  std::vector<std::shared_ptr<Client>> buried_;
   bool serving_ = false;
 };
 

@@ -7,6 +7,7 @@
 
 #include <lrt/http/date.hpp>
 #include <lrt/http/problem.hpp>
+#include <lrt/http/websocket.hpp>
 
 #include "src/transport/asio/head_parser.hpp"
 
@@ -59,6 +60,7 @@ bool Session::wants_input() const noexcept {
     // Over the limit nothing is read, so that TCP holds the client back until the time is over, too.
     case Phase::lingering: return discarded_ < context_.limits().linger_bytes;
     case Phase::writing:
+    case Phase::upgraded:
     case Phase::closed: return false;
   }
   return false;
@@ -69,6 +71,7 @@ void Session::receive(std::string_view bytes, TimePoint now) {
     case Phase::closed: return;
     case Phase::lingering: discarded_ += bytes.size(); return;
     case Phase::writing:
+    case Phase::upgraded:
     case Phase::waiting: in_.append(bytes); return;
     case Phase::idle:
     case Phase::head:
@@ -266,10 +269,15 @@ bool Session::take_body(TimePoint now) {
 void Session::dispatch(TimePoint now) {
   ++requests_;
   keep_alive_ = framing_.keep_alive && requests_ < context_.limits().requests_per_connection;
+  request_.can_upgrade = version_ == 11 && !context_.stopping;
   auto outcome = context_.handler->handle(request_, now);
   if (auto* const deferred = std::get_if<engine::Deferred>(&outcome)) {
+    keep_handshake();
     ticket_ = deferred->ticket;
     enter(Phase::waiting);
+  } else if (auto* const upgraded = std::get_if<engine::Upgraded>(&outcome)) {
+    keep_handshake();
+    accept_upgrade(upgraded->channel, std::move(upgraded->response), now);
   } else {
     answer(std::get<engine::Answered>(std::move(outcome)), now);
   }
@@ -278,12 +286,47 @@ void Session::dispatch(TimePoint now) {
 void Session::reply(http::Response response, TimePoint now) {
   if (phase_ != Phase::waiting) return;
   ticket_.reset();
+  upgrade_.reset();
   answer(std::move(response), now);
+}
+
+/// Of the request, whose bytes are about to go.
+void Session::keep_handshake() {
+  if (!request_.can_upgrade || !http::asks_for_upgrade(request_, "websocket") || http::check_websocket(request_)) return;
+  upgrade_ = std::make_unique<Upgrade>();
+  upgrade_->key = std::string(request_.find("Sec-WebSocket-Key").value_or(""));
+}
+
+void Session::upgrade(engine::Channel channel, http::Response response, TimePoint now) {
+  if (phase_ != Phase::waiting) return context_.handler->closed(channel);
+  ticket_.reset();
+  accept_upgrade(channel, std::move(response), now);
+}
+
+void Session::accept_upgrade(engine::Channel channel, http::Response response, TimePoint now) {
+  if (!upgrade_ || context_.stopping) {
+    context_.handler->closed(channel);
+    if (upgrade_) refuse(503, "the server stops", now);
+    else refuse(500, "what is no WebSocket handshake was to become a WebSocket", now);
+    return;
+  }
+  upgrade_->channel = channel;
+  upgrade_->response = std::move(response);
+  enter(Phase::upgraded);
+}
+
+Session::Upgrade Session::take_upgrade() {
+  auto upgrade = std::move(*upgrade_);
+  upgrade_.reset();
+  upgrade.early = in_.substr(in_used_);
+  phase_ = Phase::closed;
+  return upgrade;
 }
 
 void Session::refuse(int status, std::string reason, TimePoint now) {
   keep_alive_ = false;
   ticket_.reset();
+  upgrade_.reset();
   rest_ = {};
   http::Response response;
   response.status = status;
@@ -358,6 +401,7 @@ void Session::expire(TimePoint now) {
     case Phase::writing:
     case Phase::lingering: enter(Phase::closed); break;
     case Phase::waiting:
+    case Phase::upgraded:
     case Phase::closed: break;
   }
 }

@@ -53,7 +53,16 @@ class Session {
     writing,    ///< the client must take output(); limits.write_time
     lingering,  ///< the client should notice that the connection is over (RFC 9112 9.6); limits.linger_time
     waiting,    ///< the handler must answer ticket(); no limit here
+    upgraded,   ///< the owner must go on with take_upgrade(); the session is over
     closed,
+  };
+
+  /// What a WebSocket begins with.
+  struct Upgrade {
+    engine::Channel channel{};
+    http::Response response;  ///< the handler's fields for the 101
+    std::string key;          ///< Sec-WebSocket-Key
+    std::string early;        ///< what the client sent after the request
   };
 
   Session(SessionContext& context, std::string peer);
@@ -63,6 +72,10 @@ class Session {
   void end_of_input(TimePoint now);
   /// The deferred answer of ticket().
   void reply(http::Response response, TimePoint now);
+  /// The deferred answer of ticket(): phase() becomes `upgraded`, if the request allows.
+  void upgrade(engine::Channel channel, http::Response response, TimePoint now);
+  /// Once, in the phase `upgraded`. Whoever takes it owes the handler closed().
+  Upgrade take_upgrade();
   /// Refuses whatever the client wants, with this status, and closes.
   void refuse(int status, std::string reason, TimePoint now);
   /// The time of the present phase is over.
@@ -98,6 +111,8 @@ class Session {
   void dispatch(TimePoint now);
   void answer(http::Response response, TimePoint now);
   void finish_answer(TimePoint now);
+  void keep_handshake();
+  void accept_upgrade(engine::Channel channel, http::Response response, TimePoint now);
   void check_end(TimePoint now);
   void enter(Phase phase) noexcept;
 
@@ -129,6 +144,7 @@ class Session {
   int version_ = 11;
   std::size_t requests_ = 0;
   std::optional<engine::Ticket> ticket_;
+  std::unique_ptr<Upgrade> upgrade_;  ///< while the open request is an opening handshake
   std::string out_;
   std::shared_ptr<const std::string> out_body_;
   std::size_t out_sent_ = 0;

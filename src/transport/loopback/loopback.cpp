@@ -39,7 +39,10 @@ struct Loopback::Impl {
       if (found != open.end()) {
         const auto done = std::move(found->second);
         open.erase(found);
-        done(std::move(reply->response));
+        if (reply->channel) done(refuse_upgrade(*reply->channel));
+        else done(std::move(reply->response));
+      } else if (reply->channel) {
+        handler->closed(*reply->channel);
       }
       const auto at = std::chrono::steady_clock::now();
       if (!end) end = at + budget;
@@ -48,6 +51,12 @@ struct Loopback::Impl {
         return;
       }
     }
+  }
+
+  /// No request here can be upgraded; a handler that did not look is told that its channel is over.
+  http::Response refuse_upgrade(engine::Channel channel) {
+    handler->closed(channel);
+    return problem(500, "there are no WebSockets here");
   }
 
   milliseconds next_due(TimePoint now) const {
@@ -116,6 +125,8 @@ void Loopback::submit(const http::Request& request, std::function<void(http::Res
   auto outcome = impl_->handler->handle(request, impl_->clock.now());
   if (auto* const deferred = std::get_if<engine::Deferred>(&outcome)) {
     impl_->open.emplace(static_cast<std::uint64_t>(deferred->ticket), std::move(done));
+  } else if (auto* const upgraded = std::get_if<engine::Upgraded>(&outcome)) {
+    done(impl_->refuse_upgrade(upgraded->channel));
   } else {
     done(std::get<engine::Answered>(std::move(outcome)));
   }

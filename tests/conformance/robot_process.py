@@ -1,0 +1,251 @@
+"""What the system tests share: the baxter example as a process, a plain HTTP client, a receiver of web callbacks."""
+
+import collections
+import http.client
+import http.server
+import os
+import re
+import select
+import signal
+import ssl
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import urllib.parse
+
+PATIENCE = 15  # seconds, for whatever must come; nothing is slept for
+
+HYBRIT = "https://hybr-it-projekt.de/ns/hybr-it#"
+LRT = "https://w3id.org/lrt/ns#"
+LDP = "http://www.w3.org/ns/ldp#"
+RDF_TYPE = "http://www.w3.org/1999/02/22-rdf-syntax-ns#type"
+
+
+def until(condition, what, patience=PATIENCE):
+    """Asks again and again: for what is seen from outside only by asking."""
+    end = time.monotonic() + patience
+    while True:
+        found = condition()
+        if found:
+            return found
+        assert time.monotonic() < end, f"not within {patience} s: {what}"
+        time.sleep(0.01)
+
+
+class Answer:
+    def __init__(self, status, headers, body):
+        self.status, self.headers, self.body = status, headers, body
+
+    def __repr__(self):
+        return f"{self.status} {dict(self.headers)} {self.body[:300]!r}"
+
+    def field(self, name):
+        return self.headers.get(name, "")
+
+    def expect(self, status):
+        assert self.status == status, f"expected {status}: {self}"
+        return self
+
+
+def http_request(method, url, body=None, headers=None):
+    parts = urllib.parse.urlsplit(url)
+    connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=PATIENCE)
+    try:
+        target = parts.path + ("?" + parts.query if parts.query else "")
+        connection.request(method, target, body.encode() if isinstance(body, str) else body, headers or {})
+        response = connection.getresponse()
+        return Answer(response.status, response.headers, response.read().decode())
+    finally:
+        connection.close()
+
+
+def triples(n_triples):
+    found = set()
+    for line in n_triples.splitlines():
+        match = re.match(r"(\S+) (\S+) (.*) \.$", line)
+        if match:
+            found.add(match.groups())
+    return found
+
+
+def objects(n_triples, predicate, subject=None):
+    return [o for s, p, o in triples(n_triples) if p == f"<{predicate}>" and (subject is None or s == f"<{subject}>")]
+
+
+def plain(literal):
+    """A literal's text, an IRI's."""
+    return literal[1:-1] if literal.startswith("<") else re.match(r'"(.*)"', literal).group(1)
+
+
+class Robot:
+    """baxter on a port of its own."""
+
+    program = None
+
+    def __init__(self, *arguments, port=0):
+        self.log = tempfile.TemporaryFile("w+")
+        self.process = subprocess.Popen([Robot.program, "--port", str(port), *arguments], stdout=subprocess.PIPE, stderr=self.log, text=True)
+        ready, _, _ = select.select([self.process.stdout], [], [], PATIENCE)
+        line = self.process.stdout.readline() if ready else ""
+        match = re.search(r"(http://\S+/) ", line)
+        assert match, f"baxter did not start: {line!r} {self.said()}"
+        self.url = match.group(1)
+        self.port = urllib.parse.urlsplit(self.url).port
+
+    def said(self):
+        self.log.seek(0)
+        return self.log.read()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.stop()
+
+    def stop(self):
+        """SIGTERM; it must end well."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGTERM)
+        code = self.process.wait(PATIENCE)
+        self.process.stdout.close()
+        assert code in (0, -signal.SIGKILL), f"baxter ended with {code}: {self.said()}"
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait(PATIENCE)
+
+    def at(self, path):
+        return self.url + path
+
+    def ws(self, path):
+        return "ws" + self.url[4:] + path
+
+    def get(self, path, **headers):
+        return http_request("GET", path if path.startswith("http") else self.at(path), headers={k.replace("_", "-"): v for k, v in headers.items()})
+
+    def n_triples(self, path):
+        return self.get(path, Accept="application/n-triples").expect(200).body
+
+    def members(self, thing):
+        return [plain(o) for o in objects(self.n_triples(thing + "/subscriptions"), LDP + "contains")]
+
+    def counter(self, subscription, name):
+        found = objects(self.n_triples(subscription), LRT + name)
+        return int(plain(found[0])) if found else None
+
+    def last_error(self, subscription):
+        answer = self.get(subscription, Accept="application/n-triples")
+        found = objects(answer.body, LRT + "lastError") if answer.status == 200 else []
+        return plain(found[0]) if found else None
+
+    def resident_kib(self):
+        with open(f"/proc/{self.process.pid}/status") as status:
+            return int(re.search(r"VmRSS:\s+(\d+)", status.read()).group(1))
+
+    def rotate(self, joint, degrees, **headers):
+        body = ("@prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> . @prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> . "
+                f"<> a maths:Scalar ; vom:numericalValue {degrees} ; vom:unit maths:Degree .")
+        return http_request("POST", self.at(f"baxter/{joint}/actions/rotate"), body, {"Content-Type": "text/turtle", **headers})
+
+    def call_back(self, path, url, upgrade="callback", **headers):
+        """Subscribes by the Upgrade form."""
+        return self.get(path, Upgrade=upgrade, Callback=url, **headers)
+
+    def post_subscription(self, path, url, more="", container=None):
+        body = (f"@prefix hybrit: <{HYBRIT}> . @prefix lrt: <{LRT}> . @prefix xsd: <http://www.w3.org/2001/XMLSchema#> . "
+                f"<> a hybrit:Subscription, hybrit:WebCallback ; hybrit:onResource <{self.at(path)}> ; hybrit:callbackURL \"{url}\"^^xsd:anyURI {more} .")
+        container = container or "/".join(path.split("/")[:2]) + "/subscriptions"
+        return http_request("POST", self.at(container), body, {"Content-Type": "text/turtle"})
+
+
+class Request:
+    def __init__(self, handler):
+        self.path, self.headers = handler.path, handler.headers
+        self.body = handler.rfile.read(int(handler.headers.get("Content-Length", 0)))
+        self.text = self.body.decode()
+
+    def links(self):
+        return {rel: target for target, rel in re.findall(r'<([^>]*)>; rel="([^"]*)"', ", ".join(self.headers.get_all("Link", [])))}
+
+
+class Receiver:
+    """A stranger's HTTP server on loopback. `answer(handler, request)` says what it does; without one it answers 204."""
+
+    def __init__(self, answer=None, tls=None):
+        receiver = self
+
+        class Handler(http.server.BaseHTTPRequestHandler):
+            protocol_version = "HTTP/1.1"
+
+            def do_POST(self):
+                request = Request(self)
+                receiver.came(request)
+                if answer:
+                    answer(self, request)
+                else:
+                    self.status(204)
+
+            def do_GET(self):
+                receiver.came(Request(self))
+                self.status(204)
+
+            def status(self, code, **fields):
+                self.send_response(code)
+                for name, value in fields.items():
+                    self.send_header(name, value)
+                if code != 204:
+                    self.send_header("Content-Length", "0")
+                self.end_headers()
+
+            def log_message(self, *_):
+                pass
+
+        class Server(http.server.ThreadingHTTPServer):
+            daemon_threads = True
+            request_queue_size = 256
+
+            def handle_error(self, *_):
+                receiver.broken += 1  # the other end has gone, or did not like the certificate
+
+        self.requests = []
+        self.broken = 0
+        self.news = threading.Condition()
+        self.server = Server(("127.0.0.1", 0), Handler)
+        if tls:
+            self.server.socket = tls.wrap_socket(self.server.socket, server_side=True)
+        self.url = f"http{'s' if tls else ''}://127.0.0.1:{self.server.server_port}/"
+        self.thread = threading.Thread(target=self.server.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True)
+        self.thread.start()
+
+    def came(self, request):
+        with self.news:
+            self.requests.append(request)
+            self.news.notify_all()
+
+    def wait(self, condition=lambda requests: requests, what="a notification", patience=PATIENCE):
+        with self.news:
+            assert self.news.wait_for(lambda: condition(self.requests), patience), \
+                f"not within {patience} s: {what}; {len(self.requests)} came, the last {self.requests[-1].text[:600] if self.requests else ''}"
+            return list(self.requests)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.server.shutdown()
+        self.server.server_close()
+
+
+def self_signed(folder):
+    """A certificate that nobody has signed but itself, as a server's context."""
+    key, certificate = os.path.join(folder, "key.pem"), os.path.join(folder, "certificate.pem")
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-keyout", key, "-out", certificate,
+                    "-days", "2", "-subj", "/CN=127.0.0.1", "-addext", "subjectAltName=IP:127.0.0.1"], check=True, stderr=subprocess.DEVNULL)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(certificate, key)
+    return context
+
+
+Case = collections.namedtuple("Case", "name run")

@@ -1,0 +1,101 @@
+#include <lrt/http/websocket.hpp>
+
+#include <string>
+#include <vector>
+
+#include "tests/support/catch.hpp"
+
+using namespace lrt::http;
+
+namespace {
+
+const std::vector<Field> good = {{"Host", "robot"},
+                                 {"Upgrade", "websocket"},
+                                 {"Connection", "Upgrade"},
+                                 {"Sec-WebSocket-Version", "13"},
+                                 {"Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="}};
+
+Request request(std::vector<Field> fields) {
+  Request made;
+  made.method = "GET";
+  made.target = "/arm";
+  made.fields = std::move(fields);
+  return made;
+}
+
+/// The good one with a field replaced, or removed where the value is empty.
+Request with(std::string_view name, std::string_view value) {
+  auto made = request({});
+  for (const auto& field : good)
+    if (field.name != name) made.fields.push_back(field);
+  if (!value.empty()) made.fields.push_back({name, value});
+  return made;
+}
+
+/// 0 where nothing is refused.
+int status_of(const Request& asked) {
+  const auto refusal = check_websocket(asked);
+  return refusal ? refusal->status : 0;
+}
+
+}  // namespace
+
+TEST_CASE("a protocol is asked for by any member of any Upgrade field, whatever its case and version", "[http][R0.12][R0.13]") {
+  CHECK(asks_for_upgrade(request({{"Upgrade", "websocket"}}), "websocket"));
+  CHECK(asks_for_upgrade(request({{"upgrade", "WebSocket"}}), "websocket"));
+  CHECK(asks_for_upgrade(request({{"Upgrade", "h2c,  websocket/13 , callback"}}), "websocket"));
+  CHECK(asks_for_upgrade(request({{"Upgrade", "h2c"}, {"Host", "a"}, {"UPGRADE", ",, callback"}}), "callback"));
+  CHECK_FALSE(asks_for_upgrade(request({}), "websocket"));
+  CHECK_FALSE(asks_for_upgrade(request({{"Upgrade", ""}}), "websocket"));
+  CHECK_FALSE(asks_for_upgrade(request({{"Upgrade", "websocket2, web socket, x/websocket"}}), "websocket"));
+  CHECK_FALSE(asks_for_upgrade(request({{"X-Upgrade", "websocket"}}), "websocket"));
+}
+
+TEST_CASE("an opening handshake is one as RFC 6455 4.2.1 has it", "[http][R0.12]") {
+  CHECK(status_of(request(good)) == 0);
+  CHECK(status_of(with("Connection", "keep-alive, UPGRADE")) == 0);
+  CHECK(status_of(with("Upgrade", "h2c, WebSocket")) == 0);
+  CHECK(status_of(with("Sec-WebSocket-Key", "////+++AAAAAAAAAAAAAAA==")) == 0);
+  auto lines = with("Connection", "keep-alive");
+  lines.fields.push_back({"connection", "upgrade"});
+  CHECK(status_of(lines) == 0);
+}
+
+TEST_CASE("a handshake without a Connection option, of another method, version or with a body is refused", "[http][R0.12]") {
+  CHECK(status_of(with("Connection", "")) == 400);
+  CHECK(status_of(with("Connection", "keep-alive, upgraded")) == 400);
+  CHECK(status_of(with("Upgrade", "callback")) == 400);
+  auto post = request(good);
+  post.method = "POST";
+  CHECK(status_of(post) == 400);
+  auto head = request(good);
+  head.method = "HEAD";
+  CHECK(status_of(head) == 400);
+  auto old = request(good);
+  old.version = 10;
+  CHECK(status_of(old) == 400);
+  auto body = request(good);
+  body.body = "x";
+  CHECK(status_of(body) == 400);
+}
+
+TEST_CASE("only version 13 is spoken: 426 for all else", "[http][R0.1][R0.12]") {
+  for (const auto* const version : {"", "12", "14", "8", "13, 8", "013", "13.0", "x"}) {
+    INFO(version);
+    CHECK(status_of(with("Sec-WebSocket-Version", version)) == 426);
+  }
+  auto twice = request(good);
+  twice.fields.push_back({"Sec-WebSocket-Version", "13"});
+  CHECK(status_of(twice) == 426);
+}
+
+TEST_CASE("the key is 16 bytes in base64, once", "[http][R0.12]") {
+  for (const auto* const key : {"", "dGhlIHNhbXBsZSBub25jZQ", "dGhlIHNhbXBsZSBub25jZQ=", "dGhlIHNhbXBsZSBub25jZWE=", "dGhlIHNhbXBsZSBub25jZ!==",
+                                "dGhlIHNhbXBsZSBub25jZQ==, dGhlIHNhbXBsZSBub25jZQ==", "AAAAAAAAAAAAAAAAAAAAAAAAAAAA", "dGhlIHNhbXBsZSBub25j-_=="}) {
+    INFO(key);
+    CHECK(status_of(with("Sec-WebSocket-Key", key)) == 400);
+  }
+  auto twice = request(good);
+  twice.fields.push_back({"Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="});
+  CHECK(status_of(twice) == 400);
+}
