@@ -1,5 +1,7 @@
 #pragma once
 
+#include <chrono>
+#include <cstddef>
 #include <memory>
 #include <type_traits>
 #include <utility>
@@ -17,10 +19,18 @@ template <class T>
 class Property {
  public:
   /// Hands the present value over (pushed properties). A bit-identical value changes nothing (SPEC 3.8).
-  /// @par Time  No lock, no system call; for trivially copyable T no allocation: some 40 ns.
-  /// @par Implements  R0.11
+  /// @par Time  No lock; for trivially copyable T no allocation: some 40 ns, whatever the number of subscribers. A system call only when
+  ///            the network side sleeps although somebody observes the property; see subscription::Options::push_period and tick.
+  /// @par Implements  R0.11, R0.12
   void publish(const T& value) noexcept {
     if (slot_) slot_->publish(value);
+  }
+
+  /// Says that `read` would give something else now (pulled properties): while somebody observes the property it is read soon.
+  /// @par Threads  Any.
+  /// @par Time     No lock, no allocation; a system call as with publish().
+  void changed() noexcept {
+    if (spec_->changes) spec_->changes->changed();
   }
 
   /// Makes the property writable: PUT calls `write(T)`, which returns void or Result<void>; an error answers 409. A GET that follows
@@ -62,6 +72,18 @@ class Property {
   /// Any further triple about the property (R1.12).
   Property& add(Iri predicate, Object object) {
     return edit([&](auto& s) { s.statements.push_back({std::string(predicate.text), std::move(object)}); });
+  }
+  /// How often `read` is called while somebody observes the property (pulled properties); zero: only on changed(). Default:
+  /// subscription::Options::sample_period.
+  Property& sample(std::chrono::milliseconds period) {
+    return edit([&](auto& s) { s.sample_period = period; });
+  }
+  /// Keeps up to so many published values between two looks of the network side, so that subscribers with a queue get each of them, not
+  /// only the newest (pushed properties). What does not fit counts as dropped.
+  Property& keep(std::size_t samples) {
+    return edit([&](auto& s) {
+      if (s.slot && samples > 0) s.slot->keep(samples);
+    });
   }
   /// Counts a repeated value as a change too (pushed properties).
   Property& every_sample() {

@@ -7,7 +7,9 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
+#include <lrt/delivery/deliverer.hpp>
 #include <lrt/engine/engine.hpp>
 #include <lrt/thing.hpp>
 #include <lrt/transport/transport.hpp>
@@ -25,7 +27,7 @@ struct Options {
   std::string address = "127.0.0.1";         ///< numeric address to listen on
   std::uint16_t port = 8080;                 ///< 0: any free one, see Server::port
   Io io = Io::own_thread;
-  engine::Options engine;                    ///< base, hosts, time-outs and limits of requests, authorizer, Dispatch, clock, ids, log
+  engine::Options engine;                    ///< base, hosts, time-outs and limits of requests, subscriptions, authorizer, Dispatch, clock, ids, log
   transport::Limits limits;                  ///< of connections and messages
   /// Runs the lambdas of things with Dispatch::executor. Must run each once, some time.
   std::function<void(std::function<void()>)> executor;
@@ -34,6 +36,11 @@ struct Options {
   /// Listening on an address that is not of this machine, without TLS and without an authorizer, is refused unless this says so:
   /// whoever reaches the port moves the robot (R0.2).
   bool allow_unprotected_network = false;
+  /// Where web callbacks are kept, so that they survive a restart; empty: they do not. Written soon after they change, atomically. A file that
+  /// cannot be understood is set aside, and the log says so. It has the callbacks' secrets: only its owner may read it.
+  std::string subscriptions_file;
+  /// Makes what posts to web callbacks; empty: delivery::make_deliverer. Not called if engine.subscriptions.callbacks allows no receiver.
+  std::function<Result<std::unique_ptr<delivery::Deliverer>>(delivery::Source&, const subscription::CallbackOptions&, LogCallback)> deliverer;
 };
 
 /// Serves Things. Owns them, the transport and, with Io::own_thread, one thread.

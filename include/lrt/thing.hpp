@@ -64,6 +64,7 @@ class Thing {
   auto property(std::string_view path, Read read, const Unit& unit = unit::none) {
     using T = rdf::detail::stored_t<std::invoke_result_t<Read&>>;
     auto spec = new_property(path, rdf::traits<T>::type(), unit);
+    spec->changes = std::make_shared<model::ChangeSignal>();
     spec->read = [read = std::move(read)]() mutable { return rdf::traits<T>::encode(T(read())); };
     return Property<T>(std::move(spec), nullptr);
   }

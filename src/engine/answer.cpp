@@ -23,8 +23,10 @@ std::string Engine::Impl::allow(const Resource& resource) const {
     case Kind::property:
       if (static_cast<const PropertyResource&>(resource).spec->write) methods += ", PUT";
       break;
-    case Kind::action: methods += ", POST"; break;
-    case Kind::invocation: methods += ", DELETE"; break;
+    case Kind::action:
+    case Kind::subscriptions: methods += ", POST"; break;
+    case Kind::invocation:
+    case Kind::subscription: methods += ", DELETE"; break;
     case Kind::collection:
       if (static_cast<const CollectionResource&>(resource).spec->create) methods += ", POST";
       break;
@@ -52,9 +54,10 @@ void Engine::Impl::add_types(http::Fields& fields, const Resource& resource) con
 
 /// LDP 4.2.1.6: what constrains a refused PUT or POST.
 void Engine::Impl::add_constrained_by(http::Fields& fields, const Context& context) {
-  if (!context.resource || !context.resource->thing) return;
+  if (!context.resource) return;
+  const std::string& base = bases_[context.base];
   http::LinkWriter links;
-  links.add(names_base(*context.resource->thing, bases_[context.base]), vocab::ldp::constrainedBy.text);
+  links.add(context.resource->thing ? names_base(*context.resource->thing, base) : base + terms_.path, vocab::ldp::constrainedBy.text);
   links.finish(fields, {});
 }
 

@@ -106,7 +106,39 @@ void Engine::Impl::describe_blueprint(Graph& graph, ThingNode& thing, const std:
     part("actions/" + a->spec->path + "/output", a->spec->output, a->spec->output_facets);
   }
   for (const auto& c : thing.collections) part(c->spec->path, c->spec->type, c->spec->facets);
+  // Where nobody may be called there is nothing to ask for.
+  if (allowed_ && !allowed_->empty() && !user_shape(thing, std::string(subscriptions_shape)))
+    describe_subscription_shape(graph, self + "#" + std::string(subscriptions_shape));
   add_placed(graph, thing.user_shapes, base);
+}
+
+/// What a POST to the container of subscriptions must say (SPEC 3.5).
+void Engine::Impl::describe_subscription_shape(Graph& graph, const std::string& iri) {
+  const TermId shape = graph.intern(rdf::iri(iri));
+  About(graph, shape).a(vocab::sh::NodeShape).add(vocab::sh::name, rdf::literal("subscriptions"));
+  const auto integer = [](std::uint64_t n) { return std::to_string(n); };
+  const auto property = [&](Iri path, bool required) {
+    const TermId p = graph.fresh_blank();
+    About(graph, shape).add(vocab::sh::property, p);
+    About about(graph, p);
+    about.add(vocab::sh::path, rdf::TermView(path));
+    if (required) about.add(vocab::sh::minCount, rdf::literal("1", vocab::xsd::integer));
+    about.add(vocab::sh::maxCount, rdf::literal("1", vocab::xsd::integer));
+    return about;
+  };
+  property(vocab::hybrit::onResource, true).add(vocab::sh::nodeKind, rdf::TermView(vocab::sh::IRI));
+  property(vocab::hybrit::callbackURL, true);
+  property(vocab::hybrit::mediaType, false).add(vocab::sh::datatype, rdf::TermView(vocab::xsd::string));
+  property(vocab::lrt::minimumInterval, false)
+      .add(vocab::sh::minInclusive, rdf::literal("0", vocab::xsd::integer))
+      .add(vocab::sh::maxInclusive, rdf::literal(integer(longest_interval.count()), vocab::xsd::integer));
+  property(vocab::lrt::queueLength, false)
+      .add(vocab::sh::datatype, rdf::TermView(vocab::xsd::integer))
+      .add(vocab::sh::minInclusive, rdf::literal("0", vocab::xsd::integer))
+      .add(vocab::sh::maxInclusive, rdf::literal(integer(options_.subscriptions.longest_queue), vocab::xsd::integer));
+  property(vocab::lrt::secret, false)
+      .add(vocab::sh::datatype, rdf::TermView(vocab::xsd::string))
+      .add(vocab::sh::maxLength, rdf::literal(integer(longest_secret), vocab::xsd::integer));
 }
 
 /// What bodies are judged by. Compiled when the first body comes, or at registration when the user gave shapes, which may be ill-formed.

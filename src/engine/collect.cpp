@@ -4,9 +4,7 @@
 
 namespace lrt::engine {
 
-namespace {
-
-/// Whether a Link field (RFC 8288 3) has a link of relation type to an LDP model other than ldp:Resource and ldp:RDFSource.
+/// Looks for a link of relation type to an LDP model other than ldp:Resource and ldp:RDFSource.
 bool asks_for_other_model(std::string_view field) {
   constexpr std::string_view ldp = "http://www.w3.org/ns/ldp#";
   while (true) {
@@ -46,8 +44,6 @@ bool asks_for_other_model(std::string_view field) {
     if (target != vocab::ldp::Resource.text && target != vocab::ldp::RDFSource.text) return true;
   }
 }
-
-}  // namespace
 
 Outcome Engine::Impl::post_collection(Context& context) {
   auto& collection = static_cast<CollectionResource&>(*context.resource);

@@ -64,6 +64,8 @@ std::vector<Resource*> Engine::Impl::members_of(Resource& container) const {
     for (ThingNode* thing : roots_) members.push_back(&thing->self);
   if (container.kind == Kind::collection)
     for (const auto& m : static_cast<CollectionResource&>(container).members) members.push_back(m.get());
+  if (container.kind == Kind::subscriptions)
+    for (const auto& s : container.thing->members) members.push_back(s.get());
   return members;
 }
 
@@ -111,6 +113,11 @@ void Engine::Impl::describe_type(Graph& graph, Resource& resource, TermId subjec
       break;
     }
     case Kind::invocation: about.a(vocab::lrt::Invocation).a(vocab::prov::Activity); break;
+    case Kind::subscription:
+      about.a(vocab::hybrit::Subscription)
+          .a(static_cast<SubscriptionResource&>(resource).protocol == Protocol::callback ? vocab::hybrit::WebCallback
+                                                                                        : vocab::hybrit::WebSocket);
+      break;
     case Kind::root:
     case Kind::subscriptions:
     case Kind::collection: about.a(vocab::ldp::BasicContainer).a(vocab::ldp::Container).a(vocab::ldp::RDFSource); break;
@@ -144,6 +151,7 @@ void Engine::Impl::describe(Graph& graph, Resource& resource, const std::string&
     case Kind::property: return describe_property(graph, static_cast<PropertyResource&>(resource), base);
     case Kind::action: return describe_action(graph, static_cast<ActionResource&>(resource), base);
     case Kind::invocation: return describe_invocation(graph, static_cast<InvocationResource&>(resource), base);
+    case Kind::subscription: return describe_subscription(graph, static_cast<SubscriptionResource&>(resource), base);
     case Kind::member: {
       const auto& m = static_cast<MemberResource&>(resource);
       const TermId self = graph.intern(rdf::iri(base + m.path));
@@ -165,6 +173,7 @@ void Engine::Impl::describe_container(Graph& graph, Resource& container, const s
   }
   if (container.kind == Kind::collection)
     add_statements(graph, about.subject(), static_cast<CollectionResource&>(container).spec->statements, base);
+  if (page == minimal_page) return;
   const std::vector<Resource*> members = members_of(container);
   const std::size_t first = std::min(members.size(), (page - 1) * options_.page_members);
   const std::size_t last = std::min(members.size(), first + options_.page_members);
@@ -272,6 +281,31 @@ void Engine::Impl::describe_invocation(Graph& graph, InvocationResource& invocat
     part(vocab::lrt::result, "#result", *action.spec->output, action.spec->output_facets, *invocation.result);
 }
 
+/// Figure 4, with our policy terms and counters (SPEC 3.5).
+void Engine::Impl::describe_subscription(Graph& graph, const SubscriptionResource& s, const std::string& base) {
+  About about(graph, base + s.path);
+  const subscription::Policy& policy = s.backlog.policy();
+  about.a(vocab::hybrit::Subscription).a(s.protocol == Protocol::callback ? vocab::hybrit::WebCallback : vocab::hybrit::WebSocket);
+  about.link(vocab::hybrit::onResource, bases_[s.base] + s.observed.path);
+  if (s.protocol == Protocol::callback) about.add(vocab::hybrit::callbackURL, rdf::literal(s.url, vocab::xsd::anyURI));
+  about.add(vocab::hybrit::mediaType, rdf::literal(rdf::media_type(s.syntax)));
+  about.add(vocab::dcterms::identifier, rdf::literal(s.id));
+  about.when(vocab::dcterms::created, s.created);
+  about.add(vocab::lrt::delivery, rdf::TermView(policy.queues() ? vocab::lrt::queue : vocab::lrt::latest));
+  const auto count = [&](Iri predicate, std::uint64_t n) {
+    about.add(predicate, rdf::literal(std::to_string(n), vocab::xsd::integer));
+  };
+  if (policy.queues()) count(vocab::lrt::queueLength, policy.queue_length);
+  if (policy.minimum_interval.count() > 0) {
+    const double seconds = std::chrono::duration<double>(policy.minimum_interval).count();
+    about.add(vocab::lrt::minimumInterval, rdf::literal(rdf::lexical::format(seconds), vocab::xsd::double_));
+  }
+  count(vocab::lrt::delivered, s.delivered);
+  count(vocab::lrt::dropped, s.backlog.dropped());
+  if (!s.last_error.empty()) about.add(vocab::lrt::lastError, rdf::literal(s.last_error));
+  if (s.patience.suspended()) about.add(vocab::lrt::suspended, rdf::literal("true", vocab::xsd::boolean));
+}
+
 /// RFC 8288 links of a resource: R0.9, LDP 4.2.1.4, 5.2.1.4.
 void Engine::Impl::add_links(http::Fields& fields, Resource& resource, const std::string& base, std::size_t page) {
   http::LinkWriter links(options_.link_bytes);
@@ -287,6 +321,7 @@ void Engine::Impl::add_links(http::Fields& fields, Resource& resource, const std
     std::string up = thing.self.path;
     if (resource.kind == Kind::thing) up = thing.parent ? thing.parent->self.path : root_.path;
     if (resource.kind == Kind::invocation) up = static_cast<InvocationResource&>(resource).action->path;
+    if (resource.kind == Kind::subscription) up = thing.subscriptions.path;
     if (resource.kind == Kind::member) up = static_cast<MemberResource&>(resource).collection->path;
     links.add(base + up, "up");
     if (resource.kind != Kind::blueprint) links.add(blueprint, "describedby");
@@ -297,6 +332,7 @@ void Engine::Impl::add_links(http::Fields& fields, Resource& resource, const std
     links.add(base + terms_.path, "describedby");
   }
   if (is_container(resource)) {
+    if (page == minimal_page) return links.finish(fields, base + resource.path, "describedby");
     const std::vector<Resource*> members = members_of(resource);
     const std::size_t pages = std::max<std::size_t>(1, (members.size() + options_.page_members - 1) / options_.page_members);
     if (pages > 1) {

@@ -20,11 +20,25 @@ Outcome Engine::handle(const http::Request& request, TimePoint now) { return imp
 std::optional<Reply> Engine::next_reply(TimePoint now) { return impl_->next_reply(now); }
 std::optional<std::chrono::steady_clock::time_point> Engine::next_deadline() const { return impl_->next_deadline(); }
 void Engine::abandon(Ticket ticket) noexcept { impl_->abandon(ticket); }
+std::optional<Channel> Engine::next_ready(TimePoint now) { return impl_->next_ready(now); }
+std::optional<Push> Engine::next_push(Channel channel, TimePoint now) { return impl_->next_push(channel, now); }
+void Engine::closed(Channel channel) noexcept { impl_->closed(channel); }
+Result<void> Engine::check() const { return impl_->check(); }
+std::vector<Channel> Engine::take_callbacks() { return impl_->take_callbacks(); }
+std::optional<subscription::Notice> Engine::next_notice(Channel channel, TimePoint now) { return impl_->next_notice(channel, now); }
+void Engine::delivered(Channel channel, const subscription::Receipt& receipt, TimePoint now) { impl_->delivered(channel, receipt, now); }
+std::optional<std::string> Engine::take_saved() { return impl_->take_saved(); }
+Result<void> Engine::restore(std::string_view saved) { return impl_->restore(saved); }
 std::vector<Job> Engine::take_jobs() { return impl_->take_jobs(); }
 void Engine::stop() { impl_->stop(); }
 
 OwnedRequest::OwnedRequest(const http::Request& request)
-    : method(request.method), target(request.target), peer(request.peer), version(request.version), secure(request.secure) {
+    : method(request.method),
+      target(request.target),
+      peer(request.peer),
+      version(request.version),
+      secure(request.secure),
+      can_upgrade(request.can_upgrade) {
   fields.reserve(request.fields.size());
   for (const http::Field& f : request.fields) fields.emplace_back(f.name, f.value);
 }
@@ -36,14 +50,12 @@ http::Request OwnedRequest::view() const {
   request.peer = peer;
   request.version = version;
   request.secure = secure;
+  request.can_upgrade = can_upgrade;
   request.fields.reserve(fields.size());
   for (const auto& [name, value] : fields) request.fields.push_back({name, value});
   return request;
 }
 
-namespace {
-
-/// Why a path can name nothing here, if so; else its segments are percent-encoded as the registry's are.
 Result<std::string> canonical_path(std::string_view path) {
   std::string out;
   out.reserve(path.size());
@@ -62,6 +74,8 @@ Result<std::string> canonical_path(std::string_view path) {
     start = end + 1;
   }
 }
+
+namespace {
 
 bool plain(std::string_view path) noexcept {
   // What encode_segment leaves alone, and no dot segment.
@@ -141,6 +155,7 @@ Outcome Engine::Impl::handle(const http::Request& request, TimePoint now) {
   try {
     if (!door_->empty()) drain(now);
     if (stopped_) {
+      find_again(context);
       http::Response response = problem(context, 503, "the server is stopping");
       response.close = true;
       return response;
@@ -170,8 +185,10 @@ Outcome Engine::Impl::route(Context& context, bool fresh) {
     }
     if (*access == Access::forbidden) return problem(context, 403, "not allowed for these credentials");
   }
-  if (std::find(std::begin(methods), std::end(methods), request.method) == std::end(methods))
+  if (std::find(std::begin(methods), std::end(methods), request.method) == std::end(methods)) {
+    find_again(context);
     return problem(context, 501, "unknown method \"" + std::string(request.method) + "\"");
+  }
   if (target->path == "*") {
     http::Response response;
     response.status = 204;
@@ -183,15 +200,22 @@ Outcome Engine::Impl::route(Context& context, bool fresh) {
 
   const std::string_view method = request.method;
   Resource& resource = *context.resource;
-  if (method == "GET" || method == "HEAD") return get(context, fresh);
+  if (method == "GET" || method == "HEAD") {
+    if (const auto protocol = asked_protocol(context)) return subscribe(context, *protocol, fresh);
+    return get(context, fresh);
+  }
   if (method == "OPTIONS") return options(context);
   const auto not_allowed = [&]() -> Outcome {
     return problem(context, 405, std::string(method) + " is not allowed here, " + allow(resource) + " are");
   };
   if (allow(resource).find(method) == std::string::npos) return not_allowed();
   if (method == "PUT") return put(context);
-  if (method == "POST") return resource.kind == Kind::action ? post_action(context) : post_collection(context);
-  return resource.kind == Kind::invocation ? delete_invocation(context) : delete_member(context);
+  if (method == "POST") {
+    if (resource.kind == Kind::action) return post_action(context);
+    return resource.kind == Kind::subscriptions ? post_subscription(context) : post_collection(context);
+  }
+  if (resource.kind == Kind::invocation) return delete_invocation(context);
+  return resource.kind == Kind::subscription ? delete_subscription(context) : delete_member(context);
 }
 
 http::Response Engine::Impl::options(const Context& context) {
@@ -207,6 +231,12 @@ Context Engine::Impl::resumed(const http::Request& request, TimePoint now, Resou
   if (const auto target = http::split_target(request.target)) (void)find_base(context, *target);
   if (request.find("Prefer")) context.preferences = http::parse_prefer(request.joined("Prefer"));
   return context;
+}
+
+/// For an answer that is given without routing: LDP 4.2.1.4 wants on it too what the resource is.
+void Engine::Impl::find_again(Context& context) {
+  const auto target = http::split_target(context.request.target);
+  if (target && target->path != "*") (void)find_resource(context, *target);
 }
 
 http::Response Engine::Impl::robot_is_busy(const Context& context) {
@@ -244,10 +274,16 @@ void Engine::Impl::resume(Ticket ticket, TimePoint now) {
   const http::Request request = waiting->request.view();
   Context context = resumed(request, now, nullptr);
   if (waiting->failure) {
+    if (waiting->failure->code != Errc::closed) find_again(context);
     return reply(ticket, problem(context, waiting->failure->code == Errc::closed ? 404 : waiting->failure->code == Errc::timed_out ? 503 : 500, waiting->failure->message));
   }
   Outcome outcome = route(context, true);
-  if (auto* response = std::get_if<http::Response>(&outcome)) reply(ticket, std::move(*response));
+  if (auto* response = std::get_if<http::Response>(&outcome)) {
+    reply(ticket, std::move(*response));
+  } else if (auto* upgraded = std::get_if<Upgraded>(&outcome)) {
+    reply(ticket, std::move(upgraded->response));
+    replies_.back().channel = upgraded->channel;
+  }
 }
 
 void Engine::Impl::abandon(Ticket ticket) noexcept {
@@ -277,8 +313,9 @@ void Engine::Impl::expire(TimePoint now) {
       }
       // Not begun: the client is told to come again, so it must not happen later.
       never_begun(*invocation, now);
-    } else if (waiting.claim) {
-      waiting.claim->call_off();
+    } else {
+      find_again(context);
+      if (waiting.claim) waiting.claim->call_off();
     }
     reply(ticket, too_late(context));
   }
@@ -311,7 +348,14 @@ std::optional<Reply> Engine::Impl::next_reply(TimePoint now) {
 std::optional<std::chrono::steady_clock::time_point> Engine::Impl::next_deadline() const {
   std::optional<std::chrono::steady_clock::time_point> first;
   if (!timers_.empty()) first = timers_.begin()->first;
-  if (!start_timers_.empty() && (!first || start_timers_.begin()->first < *first)) first = start_timers_.begin()->first;
+  const auto consider = [&](const auto& by_time) {
+    if (!by_time.empty() && (!first || by_time.begin()->first < *first)) first = by_time.begin()->first;
+  };
+  consider(start_timers_);
+  consider(channel_timers_);
+  consider(sample_timers_);
+  if (looking_ && (!first || next_look_ < *first)) first = next_look_;
+  if (!urgent_.empty() || !ready_.empty()) first = std::chrono::steady_clock::time_point{};  // at once
   return first;
 }
 
@@ -321,7 +365,8 @@ void Engine::Impl::stop() {
     const auto& [number, waiting] = *waiting_.begin();
     if (waiting.claim) waiting.claim->call_off();
     const http::Request request = waiting.request.view();
-    const Context context{request, clock_.now(), 0, nullptr, 1, {}};
+    Context context{request, clock_.now(), 0, nullptr, 1, {}};
+    find_again(context);
     http::Response response = problem(context, 503, "the server is stopping");
     response.close = true;
     reply(Ticket{number}, std::move(response));

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <functional>
 #include <list>
+#include <deque>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -19,6 +20,7 @@
 #include <lrt/http/prefer.hpp>
 #include <lrt/rdf/value_codec.hpp>
 #include <lrt/shacl/validator.hpp>
+#include <lrt/subscription/allowed_hosts.hpp>
 
 #include "src/engine/mailbox.hpp"
 #include "src/engine/resource.hpp"
@@ -47,7 +49,7 @@ class Door {
   std::shared_ptr<Waker> waker_;
 };
 
-class InvocationCore final : public model::InvocationLink, public std::enable_shared_from_this<InvocationCore> {
+class InvocationCore final : public model::InvocationLink, public model::NewsSource, public std::enable_shared_from_this<InvocationCore> {
  public:
   InvocationCore(std::shared_ptr<Door> door, std::string path, Dispatch where)
       : door_(std::move(door)), path_(std::move(path)), where_(where) {}
@@ -87,7 +89,7 @@ struct OwnedRequest {
 
   std::string method, target, peer;
   int version;
-  bool secure;
+  bool secure, can_upgrade;
   std::vector<std::pair<std::string, std::string>> fields;
 };
 
@@ -118,7 +120,24 @@ class Engine::Impl {
   void abandon(Ticket ticket) noexcept;
   std::vector<Job> take_jobs() { return std::exchange(jobs_, {}); }
   void stop();
-  void set_waker(std::shared_ptr<Waker> waker) { door_->set_waker(std::move(waker)); }
+  void set_waker(std::shared_ptr<Waker> waker) {
+    bell_->set_waker(waker);
+    door_->set_waker(std::move(waker));
+  }
+
+  // notify.cpp
+  std::optional<Channel> next_ready(TimePoint now);
+  std::optional<Push> next_push(Channel channel, TimePoint now);
+  void closed(Channel channel) noexcept;
+  std::vector<Channel> take_callbacks() { return std::exchange(callbacks_ready_, {}); }
+  std::optional<subscription::Notice> next_notice(Channel channel, TimePoint now);
+  void delivered(Channel channel, const subscription::Receipt& receipt, TimePoint now);
+
+  // saved.cpp
+  std::optional<std::string> take_saved();
+  Result<void> restore(std::string_view saved);
+
+  Result<void> check() const;
 
   // Called by messages.
   void read_done(const std::string& path, const std::shared_ptr<Claim>& claim, Result<rdf::Value> value, TimePoint now);
@@ -152,6 +171,7 @@ class Engine::Impl {
   Waiting* find_waiting(Ticket ticket);
   /// The context of a request that was put off.
   Context resumed(const http::Request& request, TimePoint now, Resource* resource);
+  void find_again(Context& context);
   void reply(Ticket ticket, http::Response response);
   void resume(Ticket ticket, TimePoint now);
   void expire(TimePoint now);
@@ -160,6 +180,10 @@ class Engine::Impl {
   // read.cpp: GET and HEAD
   Outcome get(Context& context, bool fresh);
   http::Response represent(Context& context);
+  /// Puts a request off until pulled properties have been read; it then goes its way anew, as `fresh`.
+  Outcome read_first(Context& context, const std::vector<PropertyResource*>& pulled);
+  /// The rendering in the media type that suits an Accept field best; the answer if there is none.
+  std::variant<const Rendering*, http::Response> negotiated(Context& context, std::optional<std::string_view> accept);
   /// Brings pushed values up to date; true if pulled ones must be read first.
   bool sync(Resource& resource);
   std::vector<PropertyResource*> pulled_of(Resource& resource);
@@ -204,12 +228,59 @@ class Engine::Impl {
   Outcome post_collection(Context& context);
   Outcome delete_member(Context& context);
 
+  // subscribe.cpp: how subscriptions come and go
+  Outcome subscribe(Context& context, Protocol protocol, bool fresh);
+  Outcome post_subscription(Context& context);
+  Outcome delete_subscription(Context& context);
+  /// The protocol that a GET asks for by Upgrade, if there is one for this resource.
+  std::optional<Protocol> asked_protocol(const Context& context) const;
+  struct Wish {
+    Resource* observed = nullptr;
+    std::string url, secret;
+    rdf::Syntax syntax{};
+    subscription::Policy policy;
+  };
+  /// 503 when there are too many, 400 or 403 for a URL that may not be called.
+  std::optional<http::Response> refused_subscription(const Context& context, Protocol protocol);
+  std::optional<http::Response> refused_receiver(const Context& context, const std::string& url);
+  SubscriptionResource& make_subscription(Wish wish, Protocol protocol, std::size_t base, std::string id, Utc created);
+  http::Response created(const Context& context, SubscriptionResource& made);
+  subscription::Policy default_policy(const Resource& observed) const;
+  /// The resource of an IRI under one of the bases that are answered for.
+  Resource* find_iri(std::string_view iri) const;
+  void unsubscribe(SubscriptionResource& s, std::uint16_t code, std::string reason);
+  void end_observers(Resource& resource);
+  SubscriptionResource* find_channel(Channel channel) const;
+
+  // saved.cpp: callbacks that survive a restart
+  void adopt_parked();
+
+  // notify.cpp: how changes reach subscribers
+  /// The resource's representations have changed.
+  void changed(Resource& resource);
+  void tell(Resource& resource);
+  void note(SubscriptionResource& s);
+  void schedule(SubscriptionResource& s);
+  void set_timer(SubscriptionResource& s);
+  void clear_timer(SubscriptionResource& s);
+  std::optional<subscription::Item> next_item(SubscriptionResource& s, TimePoint now);
+  void watch(Resource& resource);
+  void unwatch(Resource& resource);
+  void watch_property(PropertyResource& property);
+  void unwatch_property(PropertyResource& property);
+  void sample_later(PropertyResource& property, TimePoint now);
+  void start_looking();
+  void look(TimePoint now);
+  bool has_news() const;
+  void expire_subscriptions(TimePoint now);
+
   // describe.cpp: graphs
   void describe(rdf::Graph& graph, Resource& resource, const std::string& base, std::size_t page);
   void describe_thing(rdf::Graph& graph, ThingNode& thing, const std::string& base);
   void describe_property(rdf::Graph& graph, PropertyResource& property, const std::string& base);
   void describe_action(rdf::Graph& graph, ActionResource& action, const std::string& base);
   void describe_invocation(rdf::Graph& graph, InvocationResource& invocation, const std::string& base);
+  void describe_subscription(rdf::Graph& graph, const SubscriptionResource& s, const std::string& base);
   void describe_container(rdf::Graph& graph, Resource& container, const std::string& base, std::size_t page);
   void describe_type(rdf::Graph& graph, Resource& resource, rdf::TermId subject);
   void add_statements(rdf::Graph& graph, rdf::TermId subject, const std::vector<Statement>& statements, const std::string& base);
@@ -221,6 +292,7 @@ class Engine::Impl {
 
   // blueprint.cpp: shapes
   void describe_blueprint(rdf::Graph& graph, ThingNode& thing, const std::string& base);
+  void describe_subscription_shape(rdf::Graph& graph, const std::string& shape);
   void describe_shape(rdf::Graph& graph, const ThingNode& thing, const std::string& base, const std::string& name, const rdf::Type& type,
                       const rdf::Facets& facets);
   Result<const shacl::Shapes*> shapes_of(ThingNode& thing, std::size_t base);
@@ -241,7 +313,10 @@ class Engine::Impl {
   bool take_path(Resource& resource);
   void drop_path(Resource& resource);
   Resource* find(std::string_view path) const;
-  void structure_changed() { ++structure_; }
+  void structure_changed() {
+    ++structure_;
+    structure_news_ = true;
+  }
   std::uint64_t revision_of(const Resource& resource) const;
   void drop_thing(ThingNode& thing);
   /// 404 for a request whose resource went while it waited.
@@ -280,9 +355,45 @@ class Engine::Impl {
   std::uint64_t next_ticket_ = 1;
   std::unordered_map<std::uint64_t, Waiting> waiting_;
   std::multimap<std::chrono::steady_clock::time_point, Ticket> timers_;
-  StartTimers start_timers_;                   // invocations to be begun by then
+  Timers start_timers_;                        // invocations to be begun by then
   std::deque<Reply> replies_;
   bool stopped_ = false;
+
+  // Subscriptions, by channel. One that has ended while a WebSocket is open is there until that has been told.
+  Result<subscription::AllowedHosts> allowed_;
+  std::uint64_t next_channel_ = 1;
+  std::unordered_map<std::uint64_t, SubscriptionResource*> by_channel_;
+  std::size_t callbacks_ = 0;
+  struct Leaving {
+    std::deque<subscription::Item> items;      // that it still gets
+    std::uint16_t code;
+    std::string reason;
+  };
+  std::unordered_map<std::uint64_t, Leaving> leaving_;
+  std::deque<Channel> urgent_, ready_;         // named by next_ready(), commands and closes first
+  std::vector<Channel> callbacks_ready_;
+  std::multimap<std::chrono::steady_clock::time_point, Channel> channel_timers_;
+  Timers sample_timers_;
+  bool structure_news_ = false;                // since observers of structure were told
+  struct Parked {                              // a restored callback whose resource is not there yet
+    std::string path, base, id;
+    Utc created;
+    Wish wish;
+  };
+  std::vector<Parked> parked_;
+  bool callbacks_changed_ = false;             // since take_saved()
+
+  // Looking for news: by itself while there is some, then when the bell rings.
+  std::shared_ptr<model::Bell> bell_ = std::make_shared<model::Bell>();
+  struct Watched {
+    model::SlotBase* slot;                     // nullptr: pulled
+    PropertyResource* property;
+  };
+  std::vector<Watched> watched_;
+  std::vector<InvocationResource*> watched_invocations_;
+  bool looking_ = false;
+  std::chrono::steady_clock::time_point next_look_{};
+  unsigned quiet_looks_ = 0;
 };
 
 /// Calls user code; whatever it throws becomes an Error.
@@ -306,5 +417,23 @@ std::string shape_name(const Resource& resource);
 void add_placed(rdf::Graph& graph, const rdf::Graph& kept, const std::string& base);
 
 bool is_container(const Resource& resource) noexcept;
+
+/// Its name among the shapes of a blueprint.
+inline constexpr std::string_view subscriptions_shape = "subscriptions";
+inline constexpr std::chrono::seconds longest_interval{86'400};
+inline constexpr std::size_t longest_secret = 200;
+
+/// Of a container without its members (LDP 7.2.2, PreferMinimalContainer).
+inline constexpr std::size_t minimal_page = 0;
+
+/// The RDF syntaxes in the order in which an indifferent client gets them (R1.2: Turtle first).
+const std::vector<std::string_view>& all_offers();
+std::string list_of_offers();
+
+/// Whether a Link field (RFC 8288 3) asks for an LDP interaction model other than ldp:Resource and ldp:RDFSource (LDP 5.2.3.4).
+bool asks_for_other_model(std::string_view field);
+
+/// Why a path can name nothing here, if so; else its segments percent-encoded as the registry's are.
+Result<std::string> canonical_path(std::string_view path);
 
 }  // namespace lrt::engine

@@ -34,7 +34,8 @@ void InvocationCore::start_ended(Result<void> result) noexcept {
 
 void InvocationCore::progress(double fraction) noexcept {
   if (std::isnan(fraction)) return;
-  fraction_.store(std::clamp(fraction, 0.0, 1.0), std::memory_order_relaxed);
+  fraction_.store(std::clamp(fraction, 0.0, 1.0), std::memory_order_seq_cst);
+  ring();
 }
 
 void InvocationCore::on_cancel(UniqueFunction<void()> hook) {
@@ -116,11 +117,12 @@ Outcome Engine::Impl::post_action(Context& context) {
   auto made = std::make_unique<InvocationResource>(action.path + "/" + options_.ids->next(), action.thing, &action);
   InvocationResource& invocation = *made;
   invocation.core = std::make_shared<InvocationCore>(door_, invocation.path, where(*action.thing));
+  invocation.core->attach(bell_);
   invocation.input = std::move(input);
   invocation.created = context.now.utc;
   action.invocations.push_back(std::move(made));
   take_path(invocation);
-  ++action.revision;
+  changed(action);
   if (wait_in_queue) {
     action.queue.push_back(&invocation);
   } else {
@@ -181,7 +183,7 @@ void Engine::Impl::invocation_started(const std::string& path, TimePoint now) {
   forget_start_timer(*invocation);
   invocation->status = Status::running;
   invocation->started = now.utc;
-  ++invocation->revision;
+  changed(*invocation);
 }
 
 void Engine::Impl::invocation_finished(const std::string& path, Result<rdf::Value> result, TimePoint now) {
@@ -228,7 +230,7 @@ void Engine::Impl::never_begun(InvocationResource& invocation, TimePoint now) {
 void Engine::Impl::ended(InvocationResource& invocation, TimePoint now) {
   ActionResource& action = *invocation.action;
   invocation.ended = now.utc;
-  ++invocation.revision;
+  changed(invocation);
   if (invocation.claim) --action.active;
   for (const Ticket ticket : std::exchange(invocation.waiting, {})) {
     const Waiting* waiting = find_waiting(ticket);
@@ -265,7 +267,7 @@ void Engine::Impl::prune(ActionResource& action) {
     drop_path(**at);
     at = action.invocations.erase(at);
     --finished;
-    ++action.revision;
+    changed(action);
   }
 }
 
@@ -315,7 +317,7 @@ Outcome Engine::Impl::delete_invocation(Context& context) {
   ActionResource& action = *invocation.action;
   drop_path(invocation);
   action.invocations.remove_if([&](const auto& i) { return i.get() == &invocation; });
-  ++action.revision;
+  changed(action);
   return response;
 }
 

@@ -8,9 +8,6 @@
 
 namespace lrt::engine {
 
-namespace {
-
-/// The RDF syntaxes in the order in which an indifferent client gets them (R1.2: Turtle first).
 const std::vector<std::string_view>& all_offers() {
   static const std::vector<std::string_view> offers = [] {
     std::vector<std::string_view> types;
@@ -24,6 +21,18 @@ std::string list_of_offers() {
   std::string list;
   for (const std::string_view type : all_offers()) list += (list.empty() ? "" : ", ") + std::string(type);
   return list;
+}
+
+namespace {
+
+/// LDP 7.2: only what the container says of itself.
+bool asks_for_minimal_container(const http::Preferences& preferences) {
+  using Return = http::Preferences::Return;
+  if (preferences.return_ == Return::minimal) return true;
+  if (preferences.return_ != Return::representation) return false;
+  const auto has = [](const std::vector<std::string>& list, std::string_view iri) { return std::find(list.begin(), list.end(), iri) != list.end(); };
+  if (has(preferences.include, vocab::ldp::PreferContainment.text)) return false;
+  return has(preferences.include, vocab::ldp::PreferMinimalContainer.text) || has(preferences.omit, vocab::ldp::PreferContainment.text);
 }
 
 }  // namespace
@@ -42,14 +51,17 @@ std::vector<PropertyResource*> Engine::Impl::pulled_of(Resource& resource) {
 bool Engine::Impl::sync(Resource& resource) {
   const auto one = [this](PropertyResource& p) {
     if (!p.spec->slot) return true;
-    if (!p.spec->slot->has_news()) return false;
+    model::SlotBase& slot = *p.spec->slot;
+    if (!slot.has_news()) return false;
     rdf::Value value;
     Utc since;
-    if (p.spec->slot->take(value, since) && (p.spec->slot->every_sample() || !rdf::same(value, p.value))) {  // SPEC 3.8
+    // Of values that are kept each is a change, but a writer without end must not hold up the others.
+    for (int most = slot.keeps() ? 1024 : 1; most > 0 && slot.take(value, since); --most) {
+      if (!slot.every_sample() && rdf::same(value, p.value)) continue;  // SPEC 3.8
       if (p.value.is_null()) structure_changed();  // from now on the blueprint promises a value
       p.value = std::move(value);
       p.modified = since;
-      ++p.revision;
+      changed(p);
     }
     return false;
   };
@@ -64,7 +76,7 @@ bool Engine::Impl::sync(Resource& resource) {
       auto& invocation = static_cast<InvocationResource&>(resource);
       if (const double now = invocation.core->fraction(); !invocation.finished() && now != invocation.progress) {
         invocation.progress = now;
-        ++invocation.revision;
+        changed(invocation);
       }
       return false;
     }
@@ -76,43 +88,36 @@ bool Engine::Impl::sync(Resource& resource) {
 }
 
 Outcome Engine::Impl::get(Context& context, bool fresh) {
-  if (sync(*context.resource) && !fresh) {
-    const std::vector<PropertyResource*> pulled = pulled_of(*context.resource);
-    Ticket ticket{};
-    Outcome outcome = defer(context, options_.host_time, ticket);
-    Waiting* waiting = find_waiting(ticket);
-    if (!waiting) return outcome;
-    waiting->open_reads = pulled.size();
-    for (PropertyResource* property : pulled)
-      read(*property, [this, ticket](const Result<void>& result) {
-        Waiting* w = find_waiting(ticket);
-        if (!w) return;
-        if (!result && !w->failure) w->failure = result.error();
-        if (--w->open_reads == 0) resume(ticket, clock_.now());
-      });
-    return outcome;
-  }
+  if (sync(*context.resource) && !fresh) return read_first(context, pulled_of(*context.resource));
   return represent(context);
 }
 
-http::Response Engine::Impl::represent(Context& context) {
-  Resource& resource = *context.resource;
-  const std::optional<std::string_view> accept = context.request.find("Accept");
-  const std::string joined = accept && context.request.count("Accept") > 1 ? context.request.joined("Accept") : std::string();
-  const std::optional<std::string_view> wanted = joined.empty() ? accept : std::string_view(joined);
+Outcome Engine::Impl::read_first(Context& context, const std::vector<PropertyResource*>& pulled) {
+  Ticket ticket{};
+  Outcome outcome = defer(context, options_.host_time, ticket);
+  Waiting* waiting = find_waiting(ticket);
+  if (!waiting) return outcome;
+  waiting->open_reads = pulled.size();
+  for (PropertyResource* property : pulled)
+    read(*property, [this, ticket](const Result<void>& result) {
+      Waiting* w = find_waiting(ticket);
+      if (!w) return;
+      if (!result && !w->failure) w->failure = result.error();
+      if (--w->open_reads == 0) resume(ticket, clock_.now());
+    });
+  return outcome;
+}
 
+std::variant<const Rendering*, http::Response> Engine::Impl::negotiated(Context& context, std::optional<std::string_view> accept) {
+  Resource& resource = *context.resource;
   std::vector<std::string_view> fewer;  // only when a syntax turned out not to carry the graph
   const std::vector<std::string_view>* offers = &all_offers();
-  const Rendering* rendering = nullptr;
   while (true) {
-    const auto choice = http::negotiate(wanted, *offers);
+    const auto choice = http::negotiate(accept, *offers);
     if (!choice) return problem(context, 406, "none of the accepted media types is available; there are " + list_of_offers());
     const rdf::Syntax syntax = *rdf::syntax_of((*offers)[*choice]);
     Result<const Rendering*> rendered = render(resource, context.base, syntax, context.page);
-    if (rendered) {
-      rendering = *rendered;
-      break;
-    }
+    if (rendered) return *rendered;
     if (rendered.error().code != Errc::unsupported_syntax || offers->size() == 1) {
       log(LogLevel::error, resource.path + ": " + rendered.error().message);
       return problem(context, rendered.error().code == Errc::unsupported_syntax ? 406 : 500, rendered.error().message);
@@ -121,6 +126,17 @@ http::Response Engine::Impl::represent(Context& context) {
     fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(*choice));
     offers = &fewer;
   }
+}
+
+http::Response Engine::Impl::represent(Context& context) {
+  Resource& resource = *context.resource;
+  const std::optional<std::string_view> accept = context.request.find("Accept");
+  const std::string joined = accept && context.request.count("Accept") > 1 ? context.request.joined("Accept") : std::string();
+  const bool minimal = is_container(resource) && asks_for_minimal_container(context.preferences);
+  if (minimal) context.page = minimal_page;
+  auto chosen = negotiated(context, joined.empty() ? accept : std::string_view(joined));
+  if (auto* answer = std::get_if<http::Response>(&chosen)) return std::move(*answer);
+  const Rendering* rendering = std::get<const Rendering*>(chosen);
 
   // RFC 9110 13.2.2
   if (context.request.find("If-Match") || context.request.find("If-None-Match")) {
@@ -137,7 +153,7 @@ http::Response Engine::Impl::represent(Context& context) {
         response.status = 304;
         add_types(response.fields, resource);
         response.fields.add("ETag", rendering->tag);
-        response.fields.add("Vary", "Accept");
+        response.fields.add("Vary", minimal ? "Accept, Prefer" : "Accept");
         response.fields.add("Cache-Control", "no-cache");
         return response;
       }
@@ -146,6 +162,8 @@ http::Response Engine::Impl::represent(Context& context) {
   http::Response response;
   response.fields = rendering->fields;
   response.body = rendering->body;
+  if (minimal)
+    response.fields.add("Preference-Applied", context.preferences.return_ == http::Preferences::Return::minimal ? "return=minimal" : "return=representation");
   // RFC 9110 14: part of the representation, if it is still the one that the client has the rest of.
   const auto wanted_range = context.request.find("Range");
   const auto unchanged = context.request.find("If-Range");
@@ -187,7 +205,7 @@ Result<const Rendering*> Engine::Impl::render(Resource& resource, std::size_t ba
     break;
   }
   if (made.links.block().empty()) {
-    made.links.add("Vary", "Accept");
+    made.links.add("Vary", page == minimal_page ? "Accept, Prefer" : "Accept");
     made.links.add("Cache-Control", "no-cache");
     made.links.add("Accept-Ranges", "bytes");
     add_allow(made.links, resource);
@@ -282,15 +300,17 @@ void Engine::Impl::read_done(const std::string& path, const std::shared_ptr<Clai
   property.reading = nullptr;
   Result<void> result;
   if (value) {
+    property.failing = false;
     if (!rdf::same(property.value, *value)) {
       property.value = *std::move(value);
       property.modified = now.utc;
-      ++property.revision;
+      changed(property);
     }
   } else {
     result = unexpected(value.error().code == Errc::closed ? Errc::failed : value.error().code,
                         "property \"" + property.path + "\" could not be read: " + value.error().message);
-    log(LogLevel::warning, result.error().message);
+    if (!property.failing || !property.readers.empty()) log(LogLevel::warning, result.error().message);
+    property.failing = true;
   }
   std::vector<Continuation> readers = std::exchange(property.readers, std::exchange(property.next_readers, {}));
   if (!property.readers.empty()) start_read(property);

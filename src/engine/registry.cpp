@@ -46,7 +46,10 @@ Result<void> read_documents(rdf::Graph& all, const std::vector<std::string>& doc
 
 }  // namespace
 
-Engine::Impl::Impl(Options options) : options_(std::move(options)), clock_(options_.clock ? *options_.clock : system_clock()) {
+Engine::Impl::Impl(Options options)
+    : options_(std::move(options)),
+      clock_(options_.clock ? *options_.clock : system_clock()),
+      allowed_(subscription::AllowedHosts::parse(options_.subscriptions.callbacks.allow)) {
   if (!options_.ids) options_.ids = std::make_shared<RandomIds>();
   while (!options_.public_base.empty() && options_.public_base.back() == '/') options_.public_base.pop_back();
   take_path(root_);
@@ -84,6 +87,7 @@ void Engine::Impl::listens_on(std::string_view address, std::uint16_t port) {
 bool Engine::Impl::take_path(Resource& resource) { return by_path_.emplace(resource.path, &resource).second; }
 
 void Engine::Impl::drop_path(Resource& resource) {
+  end_observers(resource);
   forget_renderings(resource);
   const auto found = by_path_.find(resource.path);
   if (found != by_path_.end() && found->second == &resource) by_path_.erase(found);
@@ -192,6 +196,8 @@ Result<void> Engine::Impl::add(Thing thing) {
   for (const auto& p : t.spec->properties) {
     p->sealed = true;
     if (p->slot) p->slot->set_clock(clock_);
+    if (p->slot) p->slot->attach(bell_);
+    if (p->changes) p->changes->attach(bell_);
   }
   for (const auto& a : t.spec->actions) a->sealed = true;
   for (const auto& c : t.spec->collections) c->sealed = true;
@@ -199,6 +205,7 @@ Result<void> Engine::Impl::add(Thing thing) {
   adopt(t);
   (void)sync(t.state);  // takes what was published before
   structure_changed();
+  adopt_parked();
   return {};
 }
 
@@ -280,6 +287,11 @@ void Engine::Impl::drop_thing(ThingNode& thing) {
 std::uint64_t Engine::Impl::revision_of(const Resource& resource) const {
   switch (resource.kind) {
     case Kind::terms: return 1;
+    case Kind::subscriptions: return structure_ + resource.revision;
+    case Kind::subscription: {
+      const auto& s = static_cast<const SubscriptionResource&>(resource);
+      return s.revision + s.delivered + s.backlog.dropped();
+    }
     case Kind::property:
     case Kind::action:
     case Kind::invocation:

@@ -19,17 +19,22 @@
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/value.hpp>
 #include <lrt/shacl/shapes.hpp>
+#include <lrt/subscription/channel.hpp>
+
+#include "src/subscription/backlog.hpp"
+#include "src/subscription/patience.hpp"
 
 namespace lrt::engine {
 
 enum class Kind : std::uint8_t {
-  root, terms, thing, state, blueprint, subscriptions, property, action, invocation, collection, member
+  root, terms, thing, state, blueprint, subscriptions, subscription, property, action, invocation, collection, member
 };
 
 using Utc = std::chrono::system_clock::time_point;
 
 struct ThingNode;
 struct Resource;
+struct SubscriptionResource;
 
 /// A representation as bytes with its fields, kept while the resource's revision and the cache's budget allow.
 struct Rendering {
@@ -59,7 +64,11 @@ struct Resource {
   ThingNode* thing;              ///< the thing it belongs to; nullptr for root and terms
   std::uint64_t revision = 1;    ///< another one whenever a representation might have changed
   std::vector<std::list<Rendering>::iterator> renderings;
+  std::vector<SubscriptionResource*> observers;
 };
+
+/// Paths by a time: of invocations that must have begun by then, of properties that are to be read.
+using Timers = std::multimap<std::chrono::steady_clock::time_point, std::string>;
 
 using Continuation = UniqueFunction<void(const Result<void>&)>;
 
@@ -85,6 +94,12 @@ struct PropertyResource final : Resource {
   rdf::Value value;                          ///< null: none yet
   Utc modified{};
 
+  // While somebody observes it, or the state of its thing:
+  std::size_t watchers = 0;
+  std::uint64_t lost = 0;                    ///< of the slot's, those that have been counted as dropped
+  std::optional<Timers::iterator> sampling;  ///< of a pulled one: when it is read next
+  bool failing = false;                      ///< its last read failed
+
   // Pulled properties: one read at a time; who comes while it runs waits for the next one, for the value must not be older than
   // the request.
   std::shared_ptr<Claim> reading;
@@ -106,9 +121,6 @@ struct ActionResource;
 /// The part of an invocation that user threads touch.
 class InvocationCore;
 
-/// Paths of invocations by the time they must have begun.
-using StartTimers = std::multimap<std::chrono::steady_clock::time_point, std::string>;
-
 struct InvocationResource final : Resource {
   InvocationResource(std::string p, ThingNode* t, ActionResource* a) : Resource(Kind::invocation, std::move(p), t), action(a) {}
 
@@ -122,7 +134,7 @@ struct InvocationResource final : Resource {
   Result<rdf::Value> result{rdf::Value()};
   Utc created{}, started{}, ended{};
   std::shared_ptr<Claim> claim;              ///< of the job that starts it, once there is one
-  std::optional<StartTimers::iterator> start_timer;
+  std::optional<Timers::iterator> start_timer;
   std::vector<Ticket> waiting;               ///< requests to be answered when it ends
 };
 
@@ -154,6 +166,39 @@ struct CollectionResource final : Resource {
   std::map<Ticket, std::shared_ptr<Claim>> under_way;  ///< requests whose create or remove lambda has not been heard of yet
 };
 
+enum class Protocol : std::uint8_t { websocket, callback };
+
+/// Somebody who is told when a resource changes (paper 5.3).
+struct SubscriptionResource final : Resource {
+  SubscriptionResource(std::string p, ThingNode* t, std::string i, Channel c, Resource& r, subscription::Policy policy,
+                       const subscription::Options& options)
+      : Resource(Kind::subscription, std::move(p), t),
+        id(std::move(i)),
+        channel(c),
+        observed(r),
+        backlog(policy, options.queue_bytes),
+        patience(options.callbacks) {}
+
+  std::string id;
+  Channel channel;
+  Resource& observed;
+  Protocol protocol = Protocol::websocket;
+  std::size_t base = 0;
+  rdf::Syntax syntax{};
+  std::string url, secret;                   ///< of a callback
+  Utc created{};
+
+  subscription::Backlog backlog;
+  std::string last_tag;                      ///< of what was given last
+  bool named = false;                        ///< to who delivers, and not answered with nothing since
+  std::optional<std::multimap<std::chrono::steady_clock::time_point, Channel>::iterator> timer;
+
+  subscription::Patience patience;           ///< of a callback, as what follows
+  std::optional<subscription::Item> under_way;
+  std::string last_error;
+  std::uint64_t delivered = 0;
+};
+
 /// A thing with the resources it always has and those it was given.
 struct ThingNode {
   explicit ThingNode(std::unique_ptr<model::ThingSpec> s)
@@ -171,6 +216,7 @@ struct ThingNode {
   std::vector<std::unique_ptr<PropertyResource>> properties;
   std::vector<std::unique_ptr<ActionResource>> actions;
   std::vector<std::unique_ptr<CollectionResource>> collections;
+  std::vector<std::unique_ptr<SubscriptionResource>> members;  ///< of the container of subscriptions, oldest first
   ThingNode* parent = nullptr;               ///< nullptr: below the root
   std::vector<ThingNode*> children;          ///< in order of registration
 };

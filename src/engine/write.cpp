@@ -214,7 +214,7 @@ void Engine::Impl::write_done(const std::string& path, const std::shared_ptr<Cla
     if (!published && !rdf::same(property.value, write.value)) {
       property.value = write.value;
       property.modified = now.utc;
-      ++property.revision;
+      changed(property);
     }
   }
   if (Waiting* waiting = find_waiting(write.ticket)) {

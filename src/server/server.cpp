@@ -3,11 +3,13 @@
 #include <atomic>
 #include <deque>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include <lrt/transport/asio.hpp>
 
 #include "src/engine/mailbox.hpp"
+#include "src/server/saved_file.hpp"
 #include "src/transport/event_waker.hpp"
 
 namespace lrt {
@@ -20,7 +22,7 @@ bool is_loopback(const std::string& address) { return address == "::1" || addres
 
 }  // namespace
 
-class Server::Impl final : public engine::Handler {
+class Server::Impl final : public engine::Handler, public delivery::Source {
  public:
   explicit Impl(Options options)
       : options_(std::move(options)),
@@ -32,6 +34,7 @@ class Server::Impl final : public engine::Handler {
   Result<void> listen() {
     if (options_.engine.dispatch == Dispatch::executor && !options_.executor)
       return unexpected(Errc::invalid_option, "Dispatch::executor needs Options::executor");
+    if (Result<void> checked = engine_.check(); !checked) return checked;
     transport::Options t;
     t.address = options_.address;
     t.port = options_.port;
@@ -48,21 +51,29 @@ class Server::Impl final : public engine::Handler {
     engine_.listens_on(options_.address, transport_->port());
     transport_waker_ = transport_->waker();
     engine_.set_waker(transport_waker_);
+    if (!options_.subscriptions_file.empty()) restore();
+    if (const auto& callbacks = options_.engine.subscriptions.callbacks; !callbacks.allow.empty()) {
+      auto made = options_.deliverer ? options_.deliverer(*this, callbacks, options_.engine.log)
+                                     : delivery::make_deliverer(*this, callbacks, options_.engine.log);
+      if (!made) return Unexpected{std::move(made).error()};
+      deliverer_ = *std::move(made);
+    }
     if (options_.io == Io::own_thread) io_ = std::thread([this] { serve(); });
     return {};
   }
 
   Result<void> add(Thing thing) {
-    const std::lock_guard lock(mutex_);
+    std::unique_lock lock(mutex_);
     if (stopping_) return unexpected(Errc::closed, "the server has stopped");
-    return engine_.add(std::move(thing));
+    Result<void> result = engine_.add(std::move(thing));
+    pass_on(lock);
+    if (transport_waker_) transport_waker_->wake();  // observers of the structure
+    return result;
   }
   Result<void> remove(std::string_view path) {
     std::unique_lock lock(mutex_);
     Result<void> result = engine_.remove(path);
-    std::vector<engine::Job> jobs = engine_.take_jobs();
-    lock.unlock();
-    dispatch(std::move(jobs));
+    pass_on(lock);
     if (transport_waker_) transport_waker_->wake();
     return result;
   }
@@ -143,17 +154,13 @@ class Server::Impl final : public engine::Handler {
   engine::Outcome handle(const http::Request& request, TimePoint now) override {
     std::unique_lock lock(mutex_);
     engine::Outcome outcome = engine_.handle(request, now);
-    std::vector<engine::Job> jobs = engine_.take_jobs();
-    lock.unlock();
-    if (!jobs.empty()) dispatch(std::move(jobs));
+    pass_on(lock);
     return outcome;
   }
   std::optional<engine::Reply> next_reply(TimePoint now) override {
     std::unique_lock lock(mutex_);
     std::optional<engine::Reply> reply = engine_.next_reply(now);
-    std::vector<engine::Job> jobs = engine_.take_jobs();
-    lock.unlock();
-    if (!jobs.empty()) dispatch(std::move(jobs));
+    pass_on(lock);
     return reply;
   }
   std::optional<std::chrono::steady_clock::time_point> next_deadline() const override {
@@ -163,6 +170,38 @@ class Server::Impl final : public engine::Handler {
   void abandon(engine::Ticket ticket) noexcept override {
     const std::lock_guard lock(mutex_);
     engine_.abandon(ticket);
+  }
+  std::optional<engine::Channel> next_ready(TimePoint now) override {
+    std::unique_lock lock(mutex_);
+    const std::optional<engine::Channel> channel = engine_.next_ready(now);
+    pass_on(lock);
+    return channel;
+  }
+  std::optional<engine::Push> next_push(engine::Channel channel, TimePoint now) override {
+    const std::lock_guard lock(mutex_);
+    return engine_.next_push(channel, now);
+  }
+  void closed(engine::Channel channel) noexcept override {
+    const std::lock_guard lock(mutex_);
+    engine_.closed(channel);
+  }
+
+  // delivery::Source, on the deliverer's threads
+  std::optional<subscription::Notice> next_notice(engine::Channel channel) override {
+    const std::lock_guard lock(mutex_);
+    auto notice = engine_.next_notice(channel, clock_.now());
+    if (!notice && transport_waker_) transport_waker_->wake();  // a timer may have been set
+    return notice;
+  }
+  void delivered(engine::Channel channel, subscription::Receipt receipt) noexcept override {
+    try {
+      std::unique_lock lock(mutex_);
+      engine_.delivered(channel, receipt, clock_.now());
+      pass_on(lock);
+      if (transport_waker_ && receipt.status / 100 != 2) transport_waker_->wake();  // there is a new timer
+    } catch (const std::exception& e) {
+      log(LogLevel::error, std::string("a receipt could not be taken: ") + e.what());
+    }
   }
 
  private:
@@ -195,6 +234,34 @@ class Server::Impl final : public engine::Handler {
     }
   }
 
+  /// Sends what the engine has left to where it is to go, and lets go of its lock.
+  void pass_on(std::unique_lock<std::mutex>& lock) {
+    std::vector<engine::Job> jobs = engine_.take_jobs();
+    const std::vector<engine::Channel> callbacks = engine_.take_callbacks();
+    if (saved_)
+      if (std::optional<std::string> text = engine_.take_saved()) saved_->save(*std::move(text));
+    lock.unlock();
+    if (!jobs.empty()) dispatch(std::move(jobs));
+    if (deliverer_)
+      for (const engine::Channel channel : callbacks) deliverer_->notify(channel);
+  }
+
+  /// Nothing about the file stops the start.
+  void restore() {
+    constexpr std::size_t most_bytes = 16 * 1024 * 1024;
+    const std::string& path = options_.subscriptions_file;
+    Result<std::optional<std::string>> text = SavedFile::load(path, most_bytes);
+    Result<void> restored;
+    if (!text) restored = Unexpected{text.error()};
+    else if (*text) restored = engine_.restore(**text);
+    if (!restored) {
+      const Result<std::string> aside = SavedFile::set_aside(path);
+      log(LogLevel::error, "the subscriptions in \"" + path + "\" are lost: " + restored.error().message + "; the file " +
+                               (aside ? "is kept as \"" + *aside + "\"" : "could not be set aside: " + aside.error().message));
+    }
+    saved_.emplace(path, options_.engine.log);
+  }
+
   /// The end: what waits is answered, then everything closes. With serve_mutex_ held.
   void finish() noexcept {
     if (finished_.exchange(true)) return;
@@ -206,6 +273,7 @@ class Server::Impl final : public engine::Handler {
       transport_->stop();
     } catch (...) {
     }
+    if (deliverer_) deliverer_->stop();
   }
 
   /// Sends each job to where it is to run. On the transport's thread, without the engine's lock: user code may call the server.
@@ -237,6 +305,8 @@ class Server::Impl final : public engine::Handler {
   const Clock& clock_;
   mutable std::mutex mutex_;                              // guards engine_; never held while user code runs
   engine::Engine engine_;
+  std::optional<SavedFile> saved_;                        // set before the transport starts to be served
+  std::unique_ptr<delivery::Deliverer> deliverer_;        // the same
   std::unique_ptr<transport::Transport> transport_;
   std::shared_ptr<Waker> transport_waker_;
   engine::Mailbox<UniqueFunction<void()>> arrived_;       // jobs for the host

@@ -29,7 +29,7 @@ struct Allowed {
 const Allowed resources[] = {
     {"/", ""},                           {"/ns/lrt", ""},
     {"/arm", ""},                        {"/arm/tool/state", ""},
-    {"/arm/blueprint", ""},              {"/arm/subscriptions", ""},
+    {"/arm/blueprint", ""},              {"/arm/subscriptions", "POST"},
     {"/arm/angle", "PUT"},               {"/arm/speed", ""},
     {"/arm/count", "PUT"},               {"/arm/actions/turn", "POST"},
     {"/arm/actions/grip", "POST"},       {"/arm/actions/home/i1", "DELETE"},

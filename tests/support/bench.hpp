@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include <lrt/engine/engine.hpp>
 
@@ -25,6 +26,7 @@ class Bench {
   struct Sent {
     std::optional<engine::Ticket> ticket;
     Answer answer;
+    std::optional<engine::Channel> channel{};
   };
 
   Sent send(const std::string& text) {
@@ -33,6 +35,7 @@ class Bench {
   }
   Sent sent(engine::Outcome outcome) {
     if (auto* response = std::get_if<http::Response>(&outcome)) return {std::nullopt, Answer(*response)};
+    if (auto* upgraded = std::get_if<engine::Upgraded>(&outcome)) return {std::nullopt, Answer(upgraded->response), upgraded->channel};
     return {std::get<engine::Deferred>(outcome).ticket, {}};
   }
 
@@ -49,7 +52,10 @@ class Bench {
   }
   /// Takes what the engine has to answer by now.
   void collect() {
-    while (auto reply = engine.next_reply(clock.now())) replies_.emplace(reply->ticket, Answer(reply->response));
+    while (auto reply = engine.next_reply(clock.now())) {
+      if (reply->channel) channels_.emplace(reply->ticket, *reply->channel);
+      replies_.emplace(reply->ticket, Answer(reply->response));
+    }
   }
 
   /// The answer if it has come.
@@ -82,6 +88,46 @@ class Bench {
 
   void add(Thing thing) { engine.add(std::move(thing)).value(); }
 
+  /// GET of a path as a WebSocket's opening handshake.
+  Sent upgrade(const std::string& path, const std::string& fields = {}) {
+    RequestText request("GET " + path + "\nUpgrade: websocket\nConnection: Upgrade\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: " +
+                        "dGhlIHNhbXBsZSBub25jZQ==\n" + fields);
+    request.get().can_upgrade = true;
+    return sent(engine.handle(request.get(), clock.now()));
+  }
+  /// A WebSocket that opened, after the reads it needs.
+  engine::Channel open(const std::string& path, const std::string& fields = {}) {
+    const Sent s = upgrade(path, fields);
+    if (s.channel) return *s.channel;
+    run();
+    const Answer a = *answer(s);
+    if (!s.ticket || channels_.count(*s.ticket) == 0) throw std::runtime_error("not opened: " + std::to_string(a.status) + " " + a.body);
+    return channels_.at(*s.ticket);
+  }
+  /// What all channels have to say by now, as a transport whose clients are quick would get it.
+  std::vector<std::pair<engine::Channel, engine::Push>> pushes() {
+    std::vector<std::pair<engine::Channel, engine::Push>> all;
+    do {
+      run();
+      while (auto channel = engine.next_ready(clock.now())) {
+        while (auto push = engine.next_push(*channel, clock.now())) {
+          all.emplace_back(*channel, *push);
+          if (push->close != 0) break;
+        }
+      }
+    } while (run() > 0);  // reads of pulled properties that came due
+    return all;
+  }
+  /// The bodies among them, of one channel.
+  std::vector<std::string> messages(engine::Channel channel) {
+    std::vector<std::string> bodies;
+    for (const auto& [c, push] : pushes())
+      if (c == channel && push.message) bodies.push_back(*push.message);
+    return bodies;
+  }
+  /// Lets the engine look for what has been published.
+  void look() { clock.advance(std::chrono::milliseconds(1)); }
+
   FakeClock clock;
   engine::Engine engine;
 
@@ -92,6 +138,7 @@ class Bench {
     return options;
   }
   std::map<engine::Ticket, Answer> replies_;
+  std::map<engine::Ticket, engine::Channel> channels_;
 };
 
 /// A Turtle body for a number, with a unit if one is named: number_body("43.6", "maths:Degree").

@@ -19,6 +19,8 @@
 #include <lrt/engine/handler.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/rdf/codec.hpp>
+#include <lrt/subscription/notice.hpp>
+#include <lrt/subscription/options.hpp>
 #include <lrt/thing.hpp>
 
 namespace lrt::engine {
@@ -51,6 +53,7 @@ struct Options {
   Authorizer authorize;                          ///< empty: all may do all; called where I/O runs: quick, and without a call back into the server
   std::string challenge = "Bearer";              ///< WWW-Authenticate of a 401
   Dispatch dispatch = Dispatch::in_poll;         ///< of things that do not say
+  subscription::Options subscriptions;           ///< limits, delivery, callbacks
   const Clock* clock = nullptr;                  ///< nullptr: system_clock()
   std::shared_ptr<IdSource> ids;                 ///< nullptr: RandomIds
   LogCallback log;
@@ -65,7 +68,7 @@ struct Job {
 /// The rules R0 and R1 as a function of request, state and time: no sockets, no threads, no clock of its own.
 ///
 /// @par Threads  One at a time. Jobs may run on any thread, and Responders and publish() work from any.
-/// @par Implements  R0.3-R0.11, R1.1-R1.12
+/// @par Implements  R0.3-R0.17, R1.1-R1.12
 class Engine final : public Handler {
  public:
   explicit Engine(Options options = {});
@@ -89,6 +92,25 @@ class Engine final : public Handler {
   std::optional<Reply> next_reply(TimePoint now) override;
   std::optional<std::chrono::steady_clock::time_point> next_deadline() const override;
   void abandon(Ticket ticket) noexcept override;
+  std::optional<Channel> next_ready(TimePoint now) override;
+  std::optional<Push> next_push(Channel channel, TimePoint now) override;
+  void closed(Channel channel) noexcept override;
+
+  // Web callbacks: as with WebSockets the engine names a channel once, and whoever delivers asks until there is nothing.
+  /// Whether Options::subscriptions is in order; to be asked before anything else.
+  /// @par Errors  invalid_option
+  Result<void> check() const;
+  /// Channels of callbacks that have something to post.
+  std::vector<Channel> take_callbacks();
+  /// What to post now; nullopt: nothing. It is under way until delivered() says what became of it.
+  std::optional<subscription::Notice> next_notice(Channel channel, TimePoint now);
+  void delivered(Channel channel, const subscription::Receipt& receipt, TimePoint now);
+  /// All callback subscriptions as Turtle, if there are others than at the last call. With their secrets.
+  std::optional<std::string> take_saved();
+  /// Brings back what take_saved() gave in another life. A subscription lives on as soon as its resource is there; one that is not allowed
+  /// any more is left out, and the log says so. After listens_on().
+  /// @par Errors  expected_rdf, limit_exceeded; nothing is brought back then
+  Result<void> restore(std::string_view saved);
 
   /// The jobs that have come up since the last call, in order.
   std::vector<Job> take_jobs();

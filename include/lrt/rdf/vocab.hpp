@@ -323,6 +323,16 @@ LRT_TERM(lrt, input);
 LRT_TERM(lrt, result);
 LRT_TERM(lrt, policy);
 LRT_TERM(lrt, collection);
+LRT_TERM(lrt, delivery);
+LRT_TERM(lrt, latest);
+LRT_TERM(lrt, queue);
+LRT_TERM(lrt, queueLength);
+LRT_TERM(lrt, minimumInterval);
+LRT_TERM(lrt, secret);
+LRT_TERM(lrt, delivered);
+LRT_TERM(lrt, dropped);
+LRT_TERM(lrt, lastError);
+LRT_TERM(lrt, suspended);
 }  // namespace lrt
 
 #undef LRT_TERM

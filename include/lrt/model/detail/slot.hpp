@@ -2,27 +2,36 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include <lrt/base/clock.hpp>
+#include <lrt/model/detail/bell.hpp>
 #include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/value.hpp>
 
 namespace lrt::model {
 
 /// The latest value of a pushed property on its way from the control loop to the engine. One writer, one reader.
-class SlotBase {
+class SlotBase : public NewsSource {
  public:
   using Utc = std::chrono::system_clock::time_point;
-  virtual ~SlotBase() = default;
 
   /// True if take() would give something new. Any thread.
-  bool has_news() const noexcept { return news_.load(std::memory_order_acquire); }
-  /// The newest value not yet taken, and since when it is what it is. The reader's thread.
+  bool has_news() const noexcept { return (middle_.load(std::memory_order_seq_cst) & fresh) != 0; }
+  /// The next value not yet taken, and since when it is what it is: the oldest of those kept by keep(), else the newest. The reader's
+  /// thread.
   virtual bool take(rdf::Value& value, Utc& since) = 0;
+  /// How many values keep() had no room for. The reader's thread.
+  virtual std::uint64_t lost() const noexcept = 0;
+  /// Keeps up to so many values for the reader to take one by one. Before the first publish.
+  virtual void keep(std::size_t samples) = 0;
+  virtual bool keeps() const noexcept = 0;
+
   /// Makes the next publish count as a change even if it repeats the last value. Any thread.
   void forget() noexcept { forgotten_.store(true, std::memory_order_release); }
   void set_clock(const Clock& clock) noexcept { clock_.store(&clock, std::memory_order_release); }
@@ -30,93 +39,167 @@ class SlotBase {
   bool every_sample() const noexcept { return every_sample_.load(std::memory_order_relaxed); }
 
  protected:
+  static constexpr std::uint8_t index = 3, fresh = 4;
+
   bool repeats_count() noexcept {
     return every_sample_.load(std::memory_order_relaxed) ||
            (forgotten_.load(std::memory_order_relaxed) && forgotten_.exchange(false, std::memory_order_acquire));
   }
   Utc now() const noexcept { return clock_.load(std::memory_order_acquire)->utc(); }
 
-  std::atomic<bool> news_{false};
+  /// `fresh`: there is something to take. With it, for three cells, the index of the one that neither side owns.
+  std::atomic<std::uint8_t> middle_{2};
 
  private:
   std::atomic<bool> forgotten_{false}, every_sample_{false};
   std::atomic<const Clock*> clock_{&system_clock()};
 };
 
-/// Trivially copyable values: three cells, of which the writer and the reader own one each and exchange the third. Wait-free on
-/// both sides; publish neither allocates nor locks nor makes a system call.
-template <class T, bool = std::is_trivially_copyable_v<T>>
-class Slot final : public SlotBase {
+/// A value with its place among those published.
+template <class T>
+struct Sample {
+  T value{};
+  std::chrono::system_clock::time_point since{};
+  std::uint64_t number = 0;
+};
+
+/// Values in the order they were published, as many as fit. Wait-free: one writer, one reader.
+template <class T>
+class SampleRing {
  public:
-  Slot() { rdf::traits<T>::type(); }  // made here, so that the first publish does not make it
+  explicit SampleRing(std::size_t size) : cells_(size + 1) {}
 
-  void publish(const T& value) noexcept {
-    if (published_ && rdf::traits<T>::same(last_, value) && !repeats_count()) return;
-    last_ = value;
-    published_ = true;
-    Cell& cell = cells_[back_];
-    cell.value = value;
-    cell.since = now();
-    back_ = middle_.exchange(back_ | fresh, std::memory_order_acq_rel) & index;
-    news_.store(true, std::memory_order_release);
+  void put(const Sample<T>& sample) {
+    const std::size_t at = end_.load(std::memory_order_relaxed), next = at + 1 == cells_.size() ? 0 : at + 1;
+    if (next == begin_.load(std::memory_order_acquire)) {
+      lost_.store(lost_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+      return;
+    }
+    cells_[at] = sample;
+    end_.store(next, std::memory_order_release);
   }
+  bool take(Sample<T>& sample) {
+    const std::size_t at = begin_.load(std::memory_order_relaxed);
+    if (at == end_.load(std::memory_order_acquire)) return false;
+    sample = std::move(cells_[at]);
+    begin_.store(at + 1 == cells_.size() ? 0 : at + 1, std::memory_order_release);
+    return true;
+  }
+  std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
 
-  bool take(rdf::Value& value, Utc& since) override {
-    if (!news_.exchange(false, std::memory_order_acq_rel)) return false;
-    if (!(middle_.load(std::memory_order_relaxed) & fresh)) return false;
-    front_ = middle_.exchange(front_, std::memory_order_acq_rel) & index;
-    value = rdf::traits<T>::encode(cells_[front_].value);
-    since = cells_[front_].since;
+ private:
+  std::vector<Sample<T>> cells_;
+  std::atomic<std::size_t> begin_{0}, end_{0};
+  std::atomic<std::uint64_t> lost_{0};
+};
+
+/// What both slots have in common: numbers, and the ring of keep().
+template <class T>
+class KeepingSlot : public SlotBase {
+ public:
+  std::uint64_t lost() const noexcept final { return ring_ ? ring_->lost() : 0; }
+  void keep(std::size_t samples) final { ring_ = std::make_unique<SampleRing<T>>(samples); }
+  bool keeps() const noexcept final { return ring_ != nullptr; }
+
+ protected:
+  bool take_kept(rdf::Value& value, Utc& since) {
+    if (!ring_) return false;
+    Sample<T> sample;
+    while (ring_->take(sample)) {
+      if (sample.number <= taken_) continue;  // was taken as the newest
+      give(sample, value, since);
+      return true;
+    }
+    return false;
+  }
+  /// The newest counts if the ring has not given it already.
+  bool take_newest(const Sample<T>& sample, rdf::Value& value, Utc& since) {
+    if (sample.number <= taken_) return false;
+    give(sample, value, since);
     return true;
   }
 
+  std::unique_ptr<SampleRing<T>> ring_;
+  std::uint64_t number_ = 0;  // the writer's
+
  private:
-  static constexpr std::uint8_t index = 3, fresh = 4;
-  struct Cell {
-    T value{};
-    Utc since{};
-  };
-  T last_{};                 // the writer's
-  bool published_ = false;   // the writer's
-  std::uint8_t back_ = 0;    // the writer's
-  std::uint8_t front_ = 1;   // the reader's
-  std::atomic<std::uint8_t> middle_{2};
-  Cell cells_[3];
+  void give(const Sample<T>& sample, rdf::Value& value, Utc& since) {
+    value = rdf::traits<T>::encode(sample.value);
+    since = sample.since;
+    taken_ = sample.number;
+  }
+  std::uint64_t taken_ = 0;  // the reader's
+};
+
+/// Trivially copyable values: three cells, of which the writer and the reader own one each and exchange the third. Wait-free on
+/// both sides; publish neither allocates nor locks, and makes a system call only to wake an engine that sleeps although somebody observes.
+template <class T, bool = std::is_trivially_copyable_v<T>>
+class Slot final : public KeepingSlot<T> {
+ public:
+  using typename SlotBase::Utc;
+  Slot() { rdf::traits<T>::type(); }  // made here, so that the first publish does not make it
+
+  void publish(const T& value) noexcept {
+    if (number_ != 0 && rdf::traits<T>::same(last_, value) && !this->repeats_count()) return;
+    last_ = value;
+    Sample<T>& cell = cells_[back_];
+    cell.value = value;
+    cell.since = this->now();
+    cell.number = ++number_;
+    if (this->ring_) this->ring_->put(cell);
+    back_ = middle_.exchange(back_ | fresh, std::memory_order_seq_cst) & index;
+    this->ring();
+  }
+
+  bool take(rdf::Value& value, Utc& since) override {
+    if (this->take_kept(value, since)) return true;
+    if (!this->has_news()) return false;
+    front_ = middle_.exchange(front_, std::memory_order_seq_cst) & index;
+    return this->take_newest(cells_[front_], value, since);
+  }
+
+ private:
+  using SlotBase::fresh;
+  using SlotBase::index;
+  using SlotBase::middle_;
+  using KeepingSlot<T>::number_;
+  T last_{};                // the writer's
+  std::uint8_t back_ = 0;   // the writer's
+  std::uint8_t front_ = 1;  // the reader's
+  Sample<T> cells_[3];
 };
 
 /// Values that own memory travel in a node of their own: publish allocates but never waits.
 template <class T>
-class Slot<T, false> final : public SlotBase {
+class Slot<T, false> final : public KeepingSlot<T> {
  public:
+  using typename SlotBase::Utc;
   ~Slot() override { delete newest_.load(std::memory_order_relaxed); }
 
   void publish(const T& value) noexcept {
     try {
-      if (last_ && rdf::traits<T>::same(*last_, value) && !repeats_count()) return;
-      auto cell = std::make_unique<Cell>(Cell{value, now()});
+      if (last_ && rdf::traits<T>::same(*last_, value) && !this->repeats_count()) return;
+      auto cell = std::make_unique<Sample<T>>(Sample<T>{value, this->now(), this->number_ + 1});
       last_ = std::make_unique<T>(value);
+      ++this->number_;
+      if (this->ring_) this->ring_->put(*cell);
       delete newest_.exchange(cell.release(), std::memory_order_acq_rel);
-      news_.store(true, std::memory_order_release);
+      this->middle_.store(SlotBase::fresh, std::memory_order_seq_cst);
+      this->ring();
     } catch (...) {  // out of memory: the last value stays
     }
   }
 
   bool take(rdf::Value& value, Utc& since) override {
-    news_.store(false, std::memory_order_relaxed);
-    const std::unique_ptr<Cell> cell(newest_.exchange(nullptr, std::memory_order_acq_rel));
-    if (!cell) return false;
-    value = rdf::traits<T>::encode(cell->value);
-    since = cell->since;
-    return true;
+    if (this->take_kept(value, since)) return true;
+    this->middle_.store(0, std::memory_order_seq_cst);
+    const std::unique_ptr<Sample<T>> cell(newest_.exchange(nullptr, std::memory_order_acq_rel));
+    return cell && this->take_newest(*cell, value, since);
   }
 
  private:
-  struct Cell {
-    T value;
-    Utc since;
-  };
   std::unique_ptr<T> last_;  // the writer's
-  std::atomic<Cell*> newest_{nullptr};
+  std::atomic<Sample<T>*> newest_{nullptr};
 };
 
 }  // namespace lrt::model

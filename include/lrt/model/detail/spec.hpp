@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -55,6 +56,8 @@ struct PropertySpec : ResourceSpec {
   rdf::Facets facets;
   std::shared_ptr<SlotBase> slot;                              ///< pushed, else
   UniqueFunction<rdf::Value()> read;                           ///< pulled
+  std::shared_ptr<ChangeSignal> changes;                       ///< of a pulled one
+  std::optional<std::chrono::milliseconds> sample_period;      ///< of a pulled one; nullopt: the server's
   UniqueFunction<Result<void>(const rdf::Value&)> write;       ///< empty: read-only
 };
 

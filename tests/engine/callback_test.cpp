@@ -1,0 +1,326 @@
+#include <lrt/engine/engine.hpp>
+
+#include "tests/support/bench.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/sample_robot.hpp"
+
+using namespace lrt;
+using namespace lrt::test;
+using engine::Channel;
+using std::chrono::milliseconds;
+using subscription::Receipt;
+
+namespace {
+
+engine::Options allowing(std::vector<std::string> hosts = {"127.0.0.0/8", "receiver.example"}) {
+  engine::Options options;
+  options.subscriptions.callbacks.allow = std::move(hosts);
+  return options;
+}
+
+struct Arm {
+  explicit Arm(engine::Options options = allowing()) : bench(std::move(options)) { bench.add(robot.arm()); }
+  void publish(double v) {
+    robot.angle_handle->publish(v);
+    bench.look();
+  }
+  /// Channels that have something to post.
+  std::vector<Channel> due() {
+    (void)bench.pushes();
+    return bench.engine.take_callbacks();
+  }
+  std::optional<subscription::Notice> notice(Channel c) { return bench.engine.next_notice(c, bench.clock.now()); }
+  void receipt(Channel c, Receipt r) { bench.engine.delivered(c, r, bench.clock.now()); }
+  std::string describe(const std::string& id) { return bench.get("/arm/subscriptions/" + id).body; }
+
+  SampleRobot robot;
+  Bench bench;
+};
+
+const std::string callback = "\nUpgrade: callback\nCallback: http://127.0.0.1:9/receiver";
+
+std::string description(const std::string& more = {}, const std::string& url = "http://127.0.0.1:9/receiver") {
+  return "<> a hybrit:Subscription, hybrit:WebCallback ; hybrit:onResource <../arm/angle> ; hybrit:callbackURL \"" + url + "\"^^xsd:anyURI" +
+         (more.empty() ? "" : " ; " + more) + " .";
+}
+
+}  // namespace
+
+TEST_CASE("GET with Upgrade: callback makes a subscription, described in the answer", "[engine][R0.13][R0.16]") {
+  Arm arm;
+  for (const char* upgrade : {"callback", "webhook", "Callback"}) {
+    const Answer made = arm.bench.ask(std::string("GET /arm/angle\nUpgrade: ") + upgrade + "\nCallback: http://127.0.0.1:9/receiver");
+    CHECK(made.status == 201);
+    const std::string location = made.field("Location");
+    CHECK(missing(made, "<" + location + "> a hybrit:Subscription, hybrit:WebCallback ; hybrit:onResource <http://localhost/arm/angle> ; "
+                        "hybrit:callbackURL \"http://127.0.0.1:9/receiver\"^^xsd:anyURI ; hybrit:mediaType \"text/turtle\" .") == "");
+  }
+  CHECK(arm.bench.get("/arm/subscriptions").linked("related").size() == 3);
+}
+
+TEST_CASE("a callback that is missing, no URL or not allowed makes nothing", "[engine][R0.13]") {
+  Arm arm;
+  const auto status = [&](const std::string& field) { return arm.bench.ask("GET /arm/angle\nUpgrade: callback" + field).status; };
+  CHECK(status("") == 400);
+  CHECK(status("\nCallback: http://127.0.0.1:9/a\nCallback: http://127.0.0.1:9/b") == 400);
+  for (const char* bad : {"/receiver", "ftp://127.0.0.1/", "http://user@127.0.0.1/", "http://127.0.0.1:0/", "http://127.0.0.1/#x", "mailto:a@b"})
+    CHECK(status(std::string("\nCallback: ") + bad) == 400);
+  for (const char* stranger : {"http://evil.example/", "http://10.0.0.1/", "http://169.254.169.254/latest", "http://[::1]:9/", "http://127.1/",
+                               "http://2130706433/", "http://receiver.example.evil/"})
+    CHECK(status(std::string("\nCallback: ") + stranger) == 403);
+  CHECK(status("\nCallback: http://127.0.0.1:9/r\nAccept: image/png") == 406);
+  CHECK(arm.bench.get("/arm/subscriptions").linked("related").empty());
+
+  Arm closed(allowing({}));  // the default: nobody may be called
+  CHECK(closed.bench.ask("GET /arm/angle" + callback).status == 403);
+}
+
+TEST_CASE("a notification is the representation with its ETag, the resource and the subscription", "[engine][R0.16][SPEC 3.6]") {
+  Arm arm;
+  REQUIRE(arm.bench.ask("GET /arm/angle" + callback + "\nAccept: application/n-triples").status == 201);
+  const auto due = arm.due();
+  REQUIRE(due.size() == 1);
+  const auto first = arm.notice(due[0]);
+  REQUIRE(first);
+  const Answer get = arm.bench.ask("GET /arm/angle\nAccept: application/n-triples");
+  CHECK(first->url == "http://127.0.0.1:9/receiver");
+  CHECK(*first->body == get.body);
+  CHECK(first->fields.find("ETag") == get.tag());
+  CHECK(first->fields.find("Content-Type") == "application/n-triples");
+  const auto links = parse_links(first->fields.joined("Link"));
+  REQUIRE(links.size() == 2);
+  CHECK(links[0].target == "http://localhost/arm/angle");
+  CHECK(links[0].rel == "about");
+  CHECK(links[1].target == "http://localhost/arm/subscriptions/i1");
+  CHECK(links[1].rel == "via");
+  CHECK_FALSE(arm.notice(due[0]));  // one at a time
+  arm.publish(3);
+  CHECK(arm.due().empty());  // under way
+  arm.receipt(due[0], {204});
+  CHECK(arm.bench.engine.take_callbacks() == due);
+  const auto second = arm.notice(due[0]);
+  REQUIRE(second);
+  CHECK(*second->body == arm.bench.ask("GET /arm/angle\nAccept: application/n-triples").body);
+  arm.receipt(due[0], {200});
+  CHECK_FALSE(arm.notice(due[0]));
+  CHECK(missing(arm.bench.get("/arm/subscriptions/i1"), "<http://localhost/arm/subscriptions/i1> lrt:delivered 2 .") == "");
+}
+
+TEST_CASE("a failed notification is tried again after longer and longer pauses, in order", "[engine][R0.16][delivery]") {
+  Arm arm;
+  REQUIRE(arm.bench.ask("GET /arm/angle?queueLength=10" + callback).status == 201);
+  const Channel channel = arm.due().at(0);
+  const std::string first = *arm.notice(channel)->body;
+  arm.receipt(channel, {0, "connection refused"});
+  CHECK(arm.describe("i1").find("connection refused") != std::string::npos);
+  CHECK(arm.due().empty());
+  arm.publish(1);
+  CHECK(arm.due().empty());
+  auto last = milliseconds(0);
+  for (int attempt = 2; attempt <= 4; ++attempt) {
+    const auto due = *arm.bench.engine.next_deadline() - arm.bench.clock.now().steady;
+    (void)due;
+    auto waited = milliseconds(0);
+    std::vector<Channel> again;
+    for (; again.empty() && waited < milliseconds(60'000); waited += milliseconds(10)) {
+      arm.bench.clock.advance(milliseconds(10));
+      again = arm.due();
+    }
+    REQUIRE(again.size() == 1);
+    CHECK(waited >= milliseconds(250 << (attempt - 2)));
+    CHECK(waited <= milliseconds(760 << (attempt - 2)));
+    last = waited;
+    const auto notice = arm.notice(channel);
+    REQUIRE(notice);
+    CHECK(notice->failed_before);
+    CHECK(*notice->body == first);
+    if (attempt < 4) arm.receipt(channel, {500});
+  }
+  CHECK(last > milliseconds(0));
+  arm.receipt(channel, {200});
+  CHECK(arm.bench.engine.take_callbacks().size() == 1);
+  CHECK(*arm.notice(channel)->body != first);
+  arm.receipt(channel, {200});
+  CHECK(arm.describe("i1").find("lastError") == std::string::npos);
+}
+
+TEST_CASE("after the stated failures a callback is suspended, then removed; an answer revives it", "[engine][R0.16][delivery]") {
+  engine::Options options = allowing();
+  options.subscriptions.callbacks.attempts = 3;
+  options.subscriptions.callbacks.suspended_attempts = 2;
+  Arm arm(options);
+  REQUIRE(arm.bench.ask("GET /arm/angle?queueLength=5" + callback).status == 201);
+  const auto fail = [&](Receipt receipt) {
+    for (int i = 0; i < 200; ++i) {
+      const auto due = arm.due();
+      if (!due.empty()) {
+        if (!arm.notice(due[0])) return false;
+        arm.receipt(due[0], receipt);
+        return true;
+      }
+      arm.bench.clock.advance(milliseconds(1000));
+    }
+    return false;
+  };
+  for (int i = 0; i < 3; ++i) REQUIRE(fail({503}));
+  CHECK(arm.describe("i1").find("lrt:suspended true") != std::string::npos);
+  CHECK(arm.describe("i1").find("the receiver answered 503") != std::string::npos);
+  for (int i = 0; i < 20; ++i) arm.publish(i);  // nothing is queued for it
+  const auto now = arm.bench.clock.now().steady;
+  REQUIRE(fail({200}));
+  CHECK(arm.bench.clock.now().steady - now >= milliseconds(30'000));
+  CHECK(arm.describe("i1").find("lrt:suspended") == std::string::npos);
+  arm.publish(-1);
+  for (int i = 0; i < 4; ++i) REQUIRE(fail({0, "timed out"}));
+  CHECK(arm.describe("i1").find("lrt:suspended") != std::string::npos);
+  REQUIRE(fail({0, "timed out"}));
+  CHECK(arm.bench.get("/arm/subscriptions/i1").status == 404);
+}
+
+TEST_CASE("410 ends a callback, and so does a host whose addresses are not allowed", "[engine][R0.16][SPEC 3.6]") {
+  Arm arm;
+  for (const Receipt& end : {Receipt{410}, Receipt{0, "receiver.example is 10.0.0.1", true}}) {
+    const Answer made = arm.bench.ask("GET /arm/angle" + callback);
+    const Channel channel = arm.due().at(0);
+    REQUIRE(arm.notice(channel));
+    arm.receipt(channel, end);
+    CHECK(arm.bench.get(made.field("Location").substr(16)).status == 404);
+    CHECK_FALSE(arm.notice(channel));
+  }
+}
+
+TEST_CASE("a callback may be cancelled while its notification is under way", "[engine][R0.16]") {
+  Arm arm;
+  REQUIRE(arm.bench.ask("GET /arm/angle" + callback).status == 201);
+  const Channel channel = arm.due().at(0);
+  REQUIRE(arm.notice(channel));
+  CHECK(arm.bench.ask("DELETE /arm/subscriptions/i1").status == 204);
+  arm.receipt(channel, {500});
+  arm.publish(5);
+  CHECK(arm.due().empty());
+  CHECK_FALSE(arm.notice(channel));
+}
+
+TEST_CASE("POST to the container makes a callback as the Upgrade form does", "[engine][R0.13][SPEC 3.5][LDP 5.2.3]") {
+  Arm arm;
+  const Answer made = arm.bench.turtle(
+      "POST", "/arm/subscriptions",
+      description("hybrit:mediaType \"application/n-triples\" ; lrt:minimumInterval 0.25 ; lrt:queueLength 7 ; lrt:secret \"s3cret\""));
+  INFO(made.body);
+  REQUIRE(made.status == 201);
+  CHECK(made.field("Location") == "http://localhost/arm/subscriptions/i1");
+  const Answer member = arm.bench.get("/arm/subscriptions/i1");
+  CHECK(missing(member, "<http://localhost/arm/subscriptions/i1> hybrit:mediaType \"application/n-triples\" ; lrt:queueLength 7 ; "
+                        "lrt:minimumInterval \"0.25\"^^xsd:double ; hybrit:onResource <http://localhost/arm/angle> .") == "");
+  CHECK_FALSE(member.says("s3cret"));
+  CHECK_FALSE(made.says("s3cret"));
+  const auto notice = arm.notice(arm.due().at(0));
+  REQUIRE(notice);
+  CHECK(notice->secret == "s3cret");
+  CHECK(notice->fields.find("Content-Type") == "application/n-triples");
+}
+
+TEST_CASE("a description that the shape refuses is answered 422 with the report and constrainedBy", "[engine][SPEC 3.5][LDP 4.2.1.6]") {
+  Arm arm;
+  const auto post = [&](const std::string& text) { return arm.bench.turtle("POST", "/arm/subscriptions", text); };
+  for (const std::string& bad :
+       {std::string("<> a hybrit:WebCallback ; hybrit:onResource <../arm/angle> ."),
+        std::string("<> a hybrit:WebCallback ; hybrit:callbackURL \"http://127.0.0.1:9/\"^^xsd:anyURI ."),
+        description("lrt:queueLength 1001"), description("lrt:queueLength -1"), description("lrt:minimumInterval -0.5"),
+        description("hybrit:mediaType \"text/turtle\", \"text/html\""), std::string()}) {
+    const Answer answer = post(bad);
+    INFO(bad << answer.body);
+    CHECK(answer.status == 422);
+    CHECK(answer.says("sh:ValidationReport"));
+    CHECK(answer.links_to("http://localhost/arm/blueprint", vocab::ldp::constrainedBy.text));
+  }
+  CHECK(post(description("a hybrit:WebSocket")).status == 422);
+  CHECK(post(description("a hybrit:WebSocket")).says("Upgrade: websocket"));
+  CHECK(post(description("hybrit:mediaType \"image/png\"")).status == 422);
+  CHECK(post("<> hybrit:onResource <../elsewhere> ; hybrit:callbackURL \"http://127.0.0.1:9/\"^^xsd:anyURI .").status == 422);
+  CHECK(post("<> hybrit:onResource <../arm/subscriptions> ; hybrit:callbackURL \"http://127.0.0.1:9/\"^^xsd:anyURI .").status == 422);
+  CHECK(post("<a> hybrit:onResource <../arm/angle> . <b> hybrit:onResource <../arm/angle> .").status == 422);
+  CHECK(post(description({}, "nonsense")).status == 422);
+  CHECK(post(description({}, "http://evil.example/")).status == 403);
+  CHECK(post("this is no Turtle").status == 400);
+  CHECK(arm.bench.ask("POST /arm/subscriptions\nContent-Type: text/plain\n\nx").status == 415);
+  CHECK(arm.bench.get("/arm/subscriptions").linked("related").empty());
+  // The subject may be a blank node, and <> need not be said.
+  CHECK(post("[] hybrit:onResource <http://localhost/arm/angle> ; hybrit:callbackURL <http://127.0.0.1:9/> .").status == 201);
+}
+
+TEST_CASE("callbacks have a limit of their own", "[engine][limits]") {
+  engine::Options options = allowing();
+  options.subscriptions.callbacks.most = 2;
+  Arm arm(options);
+  for (int i = 0; i < 2; ++i) CHECK(arm.bench.ask("GET /arm/angle" + callback).status == 201);
+  CHECK(arm.bench.ask("GET /arm/angle" + callback).status == 503);
+  CHECK(arm.bench.turtle("POST", "/arm/subscriptions", description()).status == 503);
+  CHECK(arm.bench.upgrade("/arm/angle").channel);
+  CHECK(arm.bench.ask("DELETE /arm/subscriptions/i1").status == 204);
+  CHECK(arm.bench.ask("GET /arm/angle" + callback).status == 201);
+}
+
+TEST_CASE("callbacks survive in what is saved: policy, secret, base and all", "[engine][restart]") {
+  std::string saved;
+  std::string before;
+  engine::Options options = allowing();
+  options.allowed_hosts = {"robot.local:80"};
+  {
+    Arm arm(options);
+    CHECK_FALSE(arm.bench.engine.take_saved());
+    REQUIRE(arm.bench.turtle("POST", "/arm/subscriptions", description("lrt:queueLength 7 ; lrt:secret \"s3\\u00e9\\\"cret\" ; lrt:minimumInterval 2"),
+                             "Host: robot.local\n").status == 201);
+    const Answer thing = arm.bench.ask("GET /arm" + callback);
+    INFO(thing.body);
+    REQUIRE(thing.status == 201);
+    (void)arm.bench.open("/arm/angle");
+    before = arm.bench.get("/arm/subscriptions/i1").body;
+    const auto text = arm.bench.engine.take_saved();
+    REQUIRE(text);
+    saved = *text;
+    CHECK_FALSE(arm.bench.engine.take_saved());
+    arm.publish(1);
+    CHECK_FALSE(arm.bench.engine.take_saved());
+  }
+  Bench again(options);
+  REQUIRE(again.engine.restore(saved));
+  CHECK(again.engine.take_callbacks().empty());
+  SampleRobot robot;
+  again.add(robot.arm());  // the resource is back, and so are they
+  CHECK(again.get("/arm/subscriptions").linked("related").size() == 2);
+  CHECK(again.get("/arm/subscriptions/i1").body == before);
+  std::size_t seen = 0;
+  for (const Channel c : again.engine.take_callbacks()) {
+    const auto notice = again.engine.next_notice(c, again.clock.now());
+    REQUIRE(notice);
+    if (notice->secret.empty()) continue;
+    ++seen;
+    CHECK(notice->secret == "s3\u00e9\"cret");
+    CHECK(notice->body->find("http://robot.local/arm/angle") != std::string::npos);
+  }
+  CHECK(seen == 1);
+  CHECK(again.ask("DELETE /arm/subscriptions/i1").status == 204);
+  const auto fewer = again.engine.take_saved();
+  REQUIRE(fewer);
+  CHECK(fewer->find("robot.local") == std::string::npos);
+}
+
+TEST_CASE("what is saved and damaged, or allowed no more, brings nothing back and harms nothing", "[engine][restart]") {
+  Arm arm;
+  CHECK(arm.bench.engine.restore("this is { no Turtle").error().code == Errc::expected_rdf);
+  CHECK(arm.bench.engine.restore(""));
+  const std::string prefixes =
+      "@prefix hybrit: <https://hybr-it-projekt.de/ns/hybr-it#> . @prefix dcterms: <http://purl.org/dc/terms/> . "
+      "@prefix lrt: <https://w3id.org/lrt/ns#> . ";
+  const auto entry = [&](const std::string& id, const std::string& url, const std::string& path = "http://localhost/arm/angle") {
+    return "[] a hybrit:WebCallback ; dcterms:identifier \"" + id + "\" ; dcterms:isPartOf <http://localhost/> ; hybrit:onResource <" + path +
+           "> ; hybrit:callbackURL \"" + url + "\" ; hybrit:mediaType \"text/turtle\" ; lrt:queueLength 0 ; lrt:minimumInterval 0 . ";
+  };
+  CHECK(arm.bench.engine.restore(prefixes + entry("a", "http://127.0.0.1/") + entry("a", "http://127.0.0.1/") + entry("../b", "http://127.0.0.1/") +
+                                 entry("c", "http://evil.example/") + entry("d", "http://127.0.0.1/", "http://elsewhere/arm/angle") +
+                                 "[] a hybrit:WebCallback . " + entry("e", "http://127.0.0.1/", "http://localhost/not/there")));
+  CHECK(arm.bench.get("/arm/subscriptions").linked("related") == std::vector<std::string>{"http://localhost/arm/subscriptions/a"});
+  // The one whose resource is not there waits, and stays in the file.
+  CHECK(arm.bench.engine.take_saved()->find("not/there") != std::string::npos);
+}
