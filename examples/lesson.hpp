@@ -64,6 +64,48 @@ struct Answer {
   }
 };
 
+/// Somebody's web server, which takes what is posted to it and answers 204.
+class Receiver {
+ public:
+  Receiver() : listener_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in at{};
+    at.sin_family = AF_INET;
+    at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof at;
+    if (::bind(listener_, reinterpret_cast<const sockaddr*>(&at), size) != 0 || ::listen(listener_, 8) != 0 ||
+        ::getsockname(listener_, reinterpret_cast<sockaddr*>(&at), &size) != 0)
+      std::perror("receiver");
+    port_ = ntohs(at.sin_port);
+  }
+  ~Receiver() { ::close(listener_); }
+  Receiver(const Receiver&) = delete;
+  Receiver& operator=(const Receiver&) = delete;
+
+  std::uint16_t port() const noexcept { return port_; }
+  std::string url() const { return "http://127.0.0.1:" + std::to_string(port_) + "/receiver"; }
+  /// Waits for a POST: its head, an empty line, its body.
+  std::string next() {
+    const int fd = ::accept(listener_, nullptr, nullptr);
+    std::string request;
+    char part[4096];
+    for (std::size_t all = std::string::npos; request.size() < all;) {
+      const ssize_t n = ::recv(fd, part, sizeof part, 0);
+      if (n <= 0) break;
+      request.append(part, static_cast<std::size_t>(n));
+      const std::size_t end = request.find("\r\n\r\n"), length = request.find("Content-Length: ");
+      if (end != std::string::npos && length < end) all = end + 4 + std::stoul(request.substr(length + 16));
+    }
+    const std::string answer = "HTTP/1.1 204 No Content\r\nConnection: close\r\n\r\n";
+    (void)::send(fd, answer.data(), answer.size(), MSG_NOSIGNAL);
+    ::close(fd);
+    return request;
+  }
+
+ private:
+  int listener_;
+  std::uint16_t port_ = 0;
+};
+
 class Client {
  public:
   explicit Client(std::uint16_t port) : port_(port) {}
@@ -87,6 +129,56 @@ class Client {
       if (answer.body.find(text) != std::string::npos) return print("GET", path, {}, {}, answer), answer;
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
+  }
+
+  /// From now on the port of this receiver is shown as 9000.
+  void receiver(const Receiver& r) { receiver_ = r.port(); }
+
+  /// Opens a WebSocket on a resource (RFC 6455) and prints its first message, the present representation.
+  void watch(const std::string& path) {
+    socket_ = connect();
+    send(socket_, "GET " + path + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port_) +
+                      "\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+                      "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
+    arrived_.clear();
+    std::size_t end = 0;
+    while ((end = arrived_.find("\r\n\r\n")) == std::string::npos && receive(socket_, arrived_)) {
+    }
+    const Answer answer = parse(arrived_);
+    std::printf("%s", steady("WebSocket " + path + "\n" + answer.head.substr(9, answer.head.find("\r\n") - 9) +
+                             "\nLocation: " + answer.field("Location") + "\n\n").c_str());
+    arrived_.erase(0, end == std::string::npos ? arrived_.size() : end + 4);
+    watched();
+  }
+
+  /// Waits for the next message of the WebSocket and prints it, or the code by which the server closes it.
+  void watched() {
+    const auto byte = [this](std::size_t at) { return static_cast<std::size_t>(static_cast<unsigned char>(arrived_[at])); };
+    const auto have = [this](std::size_t bytes) {
+      while (arrived_.size() < bytes && receive(socket_, arrived_)) {
+      }
+      return arrived_.size() >= bytes;
+    };
+    if (!have(2)) return;
+    std::size_t size = byte(1), at = 2;
+    if (size == 126 && have(4)) size = byte(2) << 8 | byte(3), at = 4;  // a lesson's messages are shorter than 64 KiB
+    if (!have(at + size)) return;
+    std::string text = arrived_.substr(at, size);
+    if ((byte(0) & 15) == 8) text = "closed with " + std::to_string((byte(at) << 8) + byte(at + 1)) + "\n", ::close(socket_);
+    arrived_.erase(0, at + size);
+    std::printf("message:\n%s\n", steady(readable(std::move(text))).c_str());
+  }
+
+  /// Waits for the next notification that is posted to a receiver, and prints it.
+  void notified(Receiver& receiver) {
+    const std::string request = receiver.next();
+    const Answer notice{0, request.substr(0, request.find("\r\n\r\n") + 2), request.substr(request.find("\r\n\r\n") + 4)};
+    std::string text = "posted to the receiver: " + request.substr(0, request.find(" HTTP/")) + "\n";
+    for (const std::string name : {"Content-Type", "Link", "X-Hub-Signature"})
+      if (const std::string value = notice.field(name); !value.empty())
+        text += name + ": " + (name[0] == 'X' ? value.substr(0, value.find('=')) + "=<hmac of the body>" : value) + "\n";
+    std::printf("%s\n", steady(text + readable(notice.body)).c_str());
+    std::fflush(stdout);
   }
 
   /// From now on this field is printed too, one line for each member of its list.
@@ -148,15 +240,18 @@ class Client {
       for (std::size_t at = 0; (at = value.find(", ", at)) != std::string::npos;) value.replace(at, 2, "\n    ");
       text += more_ + ":\n    " + value + "\n";
     }
-    std::string body = answer.body;
-    while (body.compare(0, 8, "@prefix ") == 0) body.erase(0, body.find('\n') + 1);
-    if (!body.empty() && body[0] == '\n') body.erase(0, 1);
-    if (!body.empty() && body.back() != '\n') body += '\n';
-    if (answer.status == 200 && !only_.empty()) body = chosen(body);
-    text += body;
+    text += readable(answer.body, answer.status == 200);
     text.erase(std::remove(text.begin(), text.end(), '\r'), text.end());
     std::printf("%s\n", steady(std::move(text)).c_str());
     std::fflush(stdout);
+  }
+
+  /// Turtle without its prefixes, and what only() asks for.
+  std::string readable(std::string body, bool choose = true) const {
+    while (body.compare(0, 8, "@prefix ") == 0) body.erase(0, body.find('\n') + 1);
+    if (!body.empty() && body[0] == '\n') body.erase(0, 1);
+    if (!body.empty() && body.back() != '\n') body += '\n';
+    return choose && !only_.empty() && body.compare(0, 7, "closed ") != 0 ? chosen(body) : body;
   }
 
   std::string chosen(const std::string& body) const {
@@ -172,9 +267,10 @@ class Client {
 
   /// What differs from run to run is replaced: the port, ids and times.
   std::string steady(std::string text) {
-    const std::string mine = "127.0.0.1:" + std::to_string(port_);
-    for (std::size_t at = 0; (at = text.find(mine, at)) != std::string::npos; ++at)
-      text.replace(at, mine.size(), "127.0.0.1:8080");
+    for (const auto& [real, shown] : {std::pair(port_, "8080"), std::pair(receiver_, "9000")}) {
+      const std::string mine = "127.0.0.1:" + std::to_string(real);
+      for (std::size_t at = 0; (at = text.find(mine, at)) != std::string::npos; ++at) text.replace(at, mine.size(), std::string("127.0.0.1:") + shown);
+    }
     const auto replace = [&text](std::string_view pattern, bool (*fits)(char), auto with) {  // 'x' in a pattern: any that fits
       for (std::size_t at = 0; at + pattern.size() <= text.size(); ++at) {
         std::size_t i = 0;
@@ -201,18 +297,30 @@ class Client {
     return text;
   }
 
-  std::string exchange(const std::string& request) const {
+  int connect() const {
     sockaddr_in to{};
     to.sin_family = AF_INET;
     to.sin_port = htons(port_);
     to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     const int fd = ::socket(AF_INET, SOCK_STREAM, 0);
+    (void)::connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to);  // if not, the first send() tells
+    return fd;
+  }
+  static bool send(int fd, const std::string& bytes) {
+    return ::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
+  }
+  static bool receive(int fd, std::string& bytes) {
+    char part[4096];
+    const ssize_t n = ::recv(fd, part, sizeof part, 0);
+    if (n > 0) bytes.append(part, static_cast<std::size_t>(n));
+    return n > 0;
+  }
+  std::string exchange(const std::string& request) const {
+    const int fd = connect();
     std::string answer;
-    if (::connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0 &&
-        ::send(fd, request.data(), request.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(request.size())) {
-      char bytes[4096];
-      for (ssize_t n = 0; (n = ::recv(fd, bytes, sizeof bytes, 0)) > 0;) answer.append(bytes, static_cast<std::size_t>(n));
-    }
+    if (send(fd, request))
+      while (receive(fd, answer)) {
+      }
     ::close(fd);
     return answer;
   }
@@ -227,6 +335,9 @@ class Client {
   std::string more_;
   std::vector<std::string> only_;
   std::map<std::string, std::string> ids_;
+  std::uint16_t receiver_ = 1;  // its port
+  int socket_ = -1;             // of watch()
+  std::string arrived_;         // on it, and not printed yet
 };
 
 /// Visits a server from a thread of its own. Afterwards it stops the server: run() returns.

@@ -1,7 +1,8 @@
 #!/bin/sh
 # Installs what is missing, builds, and serves Baxter's right arm at http://127.0.0.1:8080/ until Ctrl-C.
 #
-#   examples/run.sh [arguments of the example: --port N, --bind ADDRESS, --demo]
+#   examples/run.sh [arguments of the example: --port N, --bind ADDRESS, --demo,
+#                    --allow-callback HOST, --subscriptions FILE]
 set -eu
 
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)

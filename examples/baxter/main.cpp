@@ -1,6 +1,10 @@
 // Baxter's right arm as Linked Robotic Things: a 1 kHz control loop that also polls the server.
 //
-//   baxter [--port N] [--bind ADDRESS] [--demo]
+//   baxter [--port N] [--bind ADDRESS] [--demo] [--allow-callback HOST]... [--subscriptions FILE]
+//
+// --demo                  the arm moves by itself
+// --allow-callback HOST   web callbacks may go there too: a name, an address or a network, with or without a port
+// --subscriptions FILE    where web callbacks are kept, so that they survive a restart
 
 #include <charconv>
 #include <chrono>
@@ -9,6 +13,7 @@
 #include <cstdio>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "examples/baxter/linked_arm.hpp"
 
@@ -30,6 +35,8 @@ void demonstrate(baxter::RightArm& arm) {
 
 int main(int argc, char** argv) {
   lrt::Options options;
+  std::vector<std::string>& callbacks = options.engine.subscriptions.callbacks.allow;
+  callbacks = {"127.0.0.0/8", "::1"};  // this machine, and nobody else unless they are named
   bool demo = false;
   for (int i = 1; i < argc; ++i) {
     const std::string arg = argv[i];
@@ -37,13 +44,17 @@ int main(int argc, char** argv) {
       demo = true;
     } else if (arg == "--bind" && i + 1 < argc) {
       options.address = argv[++i];
+    } else if (arg == "--allow-callback" && i + 1 < argc) {
+      callbacks.emplace_back(argv[++i]);
+    } else if (arg == "--subscriptions" && i + 1 < argc) {
+      options.subscriptions_file = argv[++i];
     } else if (arg == "--port" && i + 1 < argc) {
       const std::string text = argv[++i];
       const char* const end = text.data() + text.size();
       const auto [read_to, error] = std::from_chars(text.data(), end, options.port);
       if (error != std::errc() || read_to != end) return std::fprintf(stderr, "baxter: --port wants 0 to 65535\n"), 2;
     } else {
-      std::fprintf(stderr, "usage: baxter [--port N] [--bind ADDRESS] [--demo]\n");
+      std::fprintf(stderr, "usage: baxter [--port N] [--bind ADDRESS] [--demo] [--allow-callback HOST]... [--subscriptions FILE]\n");
       return arg == "--help" ? 0 : 2;
     }
   }

@@ -1,6 +1,6 @@
 // The server under tests/bench/http_load: one pushed property, optionally among many things and published at 1 kHz.
 //
-//   pushed_server [--things 1] [--publish]
+//   pushed_server [--things 1] [--publish] [--keep N] [--tick]
 //
 // The property is at /arm/joint/angle. Ends on SIGINT or SIGTERM and prints its resident memory.
 
@@ -20,22 +20,29 @@ volatile std::sig_atomic_t ended = 0;
 
 int main(int argc, char** argv) {
   std::size_t things = 1;
-  bool publish = false;
+  bool publish = false, tick = false;
+  std::size_t keep = 0;
   for (int i = 1; i < argc; ++i) {
     const std::string arg = argv[i];
     if (arg == "--things" && i + 1 < argc) things = static_cast<std::size_t>(std::atol(argv[++i]));
     else if (arg == "--publish") publish = true;
-    else return std::fprintf(stderr, "usage: pushed_server [--things N] [--publish]\n"), 2;
+    else if (arg == "--keep" && i + 1 < argc) keep = static_cast<std::size_t>(std::atol(argv[++i]));
+    else if (arg == "--tick") tick = true;
+    else return std::fprintf(stderr, "usage: pushed_server [--things N] [--publish] [--keep N] [--tick]\n"), 2;
   }
   std::signal(SIGINT, [](int) { ended = 1; });
   std::signal(SIGTERM, [](int) { ended = 1; });
 
   lrt::Options options;
   options.port = 0;
+  options.limits.connections = 4096;
+  options.engine.subscriptions.most = 4096;
+  options.engine.subscriptions.tick = tick;
   auto server = lrt::Server::create(std::move(options));
   if (!server) return std::fprintf(stderr, "%s\n", server.error().message.c_str()), 1;
   lrt::Thing joint{"arm/joint"};
   auto angle = joint.property<double>("angle", lrt::unit::radian);
+  if (keep > 0) angle.keep(keep);
   angle.publish(0.5);
   server->add(std::move(joint)).value();
   for (std::size_t i = 1; i < things; ++i) {

@@ -1,0 +1,75 @@
+// Who wants to know opens a WebSocket on the URI of what it wants to know of, and is told of each change. The robot does nothing for it.
+#include <lrt/lrt.hpp>
+
+#include "examples/lesson.hpp"
+
+int main() {
+  lrt::Thing joint{"arm/joint"};
+  auto angle = joint.property<double>("angle", lrt::unit::radian);  // pushed: told when it is published
+  angle.publish(0);
+
+  double temperature = 36.5;  // pulled: read ten times a second while somebody watches, or as often as you say ...
+  auto motor = joint.property("temperature", [&] { return temperature; }, lrt::unit::degree_celsius);
+  motor.sample(std::chrono::milliseconds(0));  // ... here only when we call changed()
+
+  joint.action("turn", [&](double to, lrt::Responder done) {
+    for (int step = 1; step <= 4; ++step) angle.publish(to * step / 4), done.progress(step / 4.0);
+    temperature += 0.25;
+    motor.changed();
+    std::move(done).succeed();
+  });
+
+  lrt::Server server = lrt::Server::create(lesson::options()).value();
+  server.add(std::move(joint)).value();
+
+  lesson::Visitor visitor(server, [](lesson::Client& client) {
+    client.only({"numericalValue", "hybrit:", "lrt:"});
+    client.watch("/arm/joint/temperature");  // the first message is what GET would answer
+    client.post("/arm/joint/actions/turn", "<> a maths:Scalar ; vom:numericalValue 1 .");
+    client.watched();
+    const std::string subscription = client.get("/arm/joint/subscriptions").body;  // who watches
+    const std::size_t at = subscription.find("ldp:contains <") + 14;
+    client.remove(subscription.substr(at, subscription.find('>', at) - at));
+    client.watched();
+    // A client that cannot take each change at once gets the newest, or with a queue all of them.
+    client.watch("/arm/joint/angle?queueLength=100&minimumInterval=0.01");
+  });
+  server.run();
+}
+
+// Output:
+// WebSocket /arm/joint/temperature
+// 101 Switching Protocols
+// Location: http://127.0.0.1:8080/arm/joint/subscriptions/id-1
+//
+// message:
+// <http://127.0.0.1:8080/arm/joint/temperature> a hybrit:Property, maths:Scalar ;
+//     vom:numericalValue "36.5"^^xsd:double ;
+//
+// POST /arm/joint/actions/turn
+//   <> a maths:Scalar ; vom:numericalValue 1 .
+// 204 No Content
+// Location: http://127.0.0.1:8080/arm/joint/actions/turn/id-2
+//
+// message:
+// <http://127.0.0.1:8080/arm/joint/temperature> a hybrit:Property, maths:Scalar ;
+//     vom:numericalValue "36.75"^^xsd:double ;
+//
+// GET /arm/joint/subscriptions
+// 200 OK
+// Content-Type: text/turtle
+// <http://127.0.0.1:8080/arm/joint/subscriptions/id-1> a hybrit:Subscription, hybrit:WebSocket .
+//
+// DELETE /arm/joint/subscriptions/id-1
+// 204 No Content
+//
+// message:
+// closed with 1000
+//
+// WebSocket /arm/joint/angle?queueLength=100&minimumInterval=0.01
+// 101 Switching Protocols
+// Location: http://127.0.0.1:8080/arm/joint/subscriptions/id-3
+//
+// message:
+// <http://127.0.0.1:8080/arm/joint/angle> a hybrit:Property, maths:Scalar ;
+//     vom:numericalValue "1"^^xsd:double ;

@@ -1,0 +1,765 @@
+#!/usr/bin/python3
+"""Subscriptions as strangers see them: Debian's python3-websockets, command-line clients and a receiver of callbacks against the baxter example.
+
+usage: subscriptions_test.py PATH_OF_BAXTER [WORD]...     only cases with one of the words; exit code 77: the package is missing
+"""
+
+import asyncio
+import hashlib
+import hmac
+import os
+import random
+import re
+import shutil
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import traceback
+
+try:
+    import websockets
+    from websockets.exceptions import ConnectionClosed, InvalidStatusCode
+except ImportError as missing:
+    print(f"skipped: {missing}; apt-get install python3-websockets")
+    sys.exit(77)
+
+sys.dont_write_bytecode = True  # nothing is left in the source tree
+from robot_process import HYBRIT, LRT, PATIENCE, Receiver, Robot, http_request, objects, plain, self_signed, triples, until
+
+CASES = []
+S1 = "baxter/right_s1"
+DCTERMS_MODIFIED = "http://purl.org/dc/terms/modified"
+
+
+def case(function):
+    CASES.append(function)
+    return function
+
+
+class Skipped(Exception):
+    pass
+
+
+# ------------------------------------------------------------------------------------------------------------------ WebSocket
+
+
+def connect(url, **options):
+    return websockets.connect(url, **{"compression": None, "max_size": None, "ping_interval": None, "open_timeout": PATIENCE, "close_timeout": 5, **options})
+
+
+async def receive(ws):
+    return await asyncio.wait_for(ws.recv(), PATIENCE)
+
+
+async def until_message(ws, fits, what):
+    """The messages up to the first that fits."""
+    got = []
+
+    async def run():
+        while not got or not fits(got[-1]):
+            got.append(await ws.recv())
+    try:
+        await asyncio.wait_for(run(), PATIENCE)
+    except asyncio.TimeoutError:
+        raise AssertionError(f"not within {PATIENCE} s: {what}; {len(got)} came, the last {got[-1] if got else ''}") from None
+    return got
+
+
+async def closed_with(ws):
+    """Code and reason of the server's close; what comes before it is dropped."""
+    async def run():
+        while True:
+            await ws.recv()
+    try:
+        await asyncio.wait_for(run(), PATIENCE)
+    except ConnectionClosed as closed:
+        return closed.rcvd
+    except asyncio.TimeoutError:
+        raise AssertionError(f"not closed within {PATIENCE} s") from None
+
+
+async def off_loop(function, *arguments, **named):
+    return await asyncio.get_running_loop().run_in_executor(None, lambda: function(*arguments, **named))
+
+
+def location_of(ws):
+    return ws.response_headers["Location"]
+
+
+def modified(turtle):
+    return re.search(r'dcterms:modified "([^"]+)"', turtle).group(1)
+
+
+def frame(opcode, payload=b"", fin=True, rsv=0, mask=True, length=None):
+    size = len(payload) if length is None else length
+    head = bytes([(0x80 if fin else 0) | rsv << 4 | opcode])
+    bit = 0x80 if mask else 0
+    if size < 126:
+        head += bytes([bit | size])
+    elif size < 65536:
+        head += bytes([bit | 126]) + struct.pack("!H", size)
+    else:
+        head += bytes([bit | 127]) + struct.pack("!Q", size)
+    if not mask:
+        return head + payload
+    key = b"\x12\x34\x56\x78"
+    return head + key + bytes(byte ^ key[i % 4] for i, byte in enumerate(payload))
+
+
+HANDSHAKE = ("GET /{path} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+             "Sec-WebSocket-Version: {version}\r\nSec-WebSocket-Key: {key}\r\n\r\n")
+
+
+def handshake(robot, path, version=13, key="dGhlIHNhbXBsZSBub25jZQ=="):
+    return HANDSHAKE.format(path=path, port=robot.port, version=version, key=key).encode()
+
+
+@case
+async def the_first_message_is_what_get_answers(robot, demo):
+    invocation = robot.rotate("right_s1", 0).expect(204).field("Location")
+    until(lambda: "lrt:succeeded" in robot.get(invocation).body, "the arm is where it is")
+    for path in (f"{S1}/rotation", S1, f"{S1}/state", f"{S1}/actions/rotate", invocation[len(robot.url):]):
+        async with connect(robot.ws(path)) as ws:
+            first = await receive(ws)
+            assert first == robot.get(path).body, f"{path}: {first!r}"
+
+
+@case
+async def messages_come_while_it_moves_and_end_with_what_get_answers(robot, demo):
+    async with connect(robot.ws(f"{S1}/rotation?queueLength=1000")) as ws:
+        await receive(ws)
+        invocation = (await off_loop(robot.rotate, "right_s1", 6)).expect(204).field("Location")
+        during = []
+        got = []
+        async with connect("ws" + invocation[4:]) as command:
+            watching = asyncio.ensure_future(until_message(command, lambda m: "lrt:succeeded" in m, "succeeded"))
+            while not watching.done():
+                during.append(await off_loop(robot.get, f"{S1}/rotation"))
+                while len(ws.messages) > 0:
+                    got.append(await receive(ws))
+            await watching
+        last = await off_loop(robot.get, f"{S1}/rotation")
+        if not got or got[-1] != last.body:
+            got += await until_message(ws, lambda m: m == last.body, "the last rotation")
+        assert len(got) > 20, len(got)
+        stamps = [modified(m) for m in got]
+        assert stamps == sorted(set(stamps)), "every message is newer than the one before"
+        same = [a for a in during if a.body in got]
+        assert same, f"none of {len(during)} answers of GET is among {len(got)} messages"
+        again = await off_loop(robot.get, f"{S1}/rotation", If_None_Match=last.field("ETag"))
+        assert again.status == 304 and modified(got[-1]) == modified(last.body), again
+
+
+@case
+async def the_media_type_is_negotiated(robot, demo):
+    path = f"{S1}/rotation"
+    for query, headers, accept in (("", {"Accept": "application/n-triples"}, "application/n-triples"),
+                                   ("?accept=application/n-triples", {"Accept": "text/turtle"}, "application/n-triples"),
+                                   ("?accept=application%2Frdf%2Bxml", {}, "application/rdf+xml"),
+                                   ("", {"Accept": "image/png, text/turtle;q=0.1"}, "text/turtle")):
+        async with connect(robot.ws(path + query), extra_headers=headers) as ws:
+            message = await receive(ws)
+            assert isinstance(message, str), "a text frame"
+            assert message == robot.get(path, Accept=accept).body, (query, headers, message)
+    for query, headers in (("", {"Accept": "image/png"}), ("?accept=image/png", {})):
+        try:
+            await connect(robot.ws(path + query), extra_headers=headers)
+            raise AssertionError("opened")
+        except InvalidStatusCode as refused:
+            assert refused.status_code == 406, refused
+
+
+@case
+async def the_interval_is_kept(robot, demo):
+    async with connect(demo.ws(f"{S1}/rotation?minimumInterval=0.2")) as ws:
+        await receive(ws)
+        start = time.monotonic()
+        for _ in range(4):
+            await receive(ws)
+        assert 0.7 < time.monotonic() - start < 5, time.monotonic() - start
+        assert plain(objects(demo.n_triples(location_of(ws)), LRT + "minimumInterval")[0]) in ("0.2", "2.0E-1", "0.2E0")
+    for query in ("minimumInterval=-1", "minimumInterval=x", "queueLength=-1", "queueLength=1001"):
+        assert robot.get(f"{S1}/rotation?{query}", Upgrade="websocket", Connection="Upgrade", Sec_WebSocket_Version="13",
+                         Sec_WebSocket_Key="dGhlIHNhbXBsZSBub25jZQ==").status == 400, query
+
+
+@case
+async def the_subscription_is_listed_counts_and_can_be_cancelled(robot, demo):
+    async with connect(demo.ws(f"{S1}/rotation")) as ws:
+        for _ in range(5):
+            await receive(ws)
+        member = location_of(ws)
+        assert member.startswith(demo.at(f"{S1}/subscriptions/")), member
+        assert member in demo.members(S1)
+        said = triples(demo.n_triples(member))
+        for predicate, value in (("onResource", f"<{demo.at(S1)}/rotation>"), ("mediaType", '"text/turtle"')):
+            assert (f"<{member}>", f"<{HYBRIT}{predicate}>", value) in said, said
+        assert (f"<{member}>", "<http://www.w3.org/1999/02/22-rdf-syntax-ns#type>", f"<{HYBRIT}WebSocket>") in said, said
+        assert demo.counter(member, "delivered") >= 5
+        assert demo.counter(member, "dropped") is not None
+        http_request("DELETE", member).expect(204)
+        closed = await closed_with(ws)
+        assert closed and closed.code == 1000, closed
+        assert demo.get(member).status == 404
+        assert member not in demo.members(S1)
+
+
+@case
+async def closing_the_socket_ends_the_subscription(robot, demo):
+    ws = await connect(robot.ws(f"{S1}/rotation"))
+    await receive(ws)
+    member = location_of(ws)
+    robot.get(member).expect(200)
+    await ws.close(1000)
+    assert ws.close_code == 1000
+    await until_async(lambda: robot.get(member).status == 404, "the subscription is gone")
+    reader, writer = await asyncio.open_connection("127.0.0.1", robot.port)  # and without a closing handshake
+    writer.write(handshake(robot, f"{S1}/rotation"))
+    head = await asyncio.wait_for(reader.readuntil(b"\r\n\r\n"), PATIENCE)
+    member = re.search(rb"Location: (\S+)", head).group(1).decode()
+    robot.get(member).expect(200)
+    writer.transport.abort()
+    await until_async(lambda: robot.get(member).status == 404, "the subscription is gone")
+
+
+@case
+async def bad_handshakes_are_refused(robot, demo):
+    ask = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec_WebSocket_Version": "13", "Sec_WebSocket_Key": "dGhlIHNhbXBsZSBub25jZQ=="}
+    old = robot.get(f"{S1}/rotation", **{**ask, "Sec_WebSocket_Version": "8"}).expect(426)
+    assert old.field("Sec-WebSocket-Version") == "13", old
+    robot.get(f"{S1}/rotation", **{**ask, "Sec_WebSocket_Key": "short"}).expect(400)
+    robot.get(f"{S1}/rotation", **{k: v for k, v in ask.items() if k != "Sec_WebSocket_Key"}).expect(400)
+    robot.get(f"{S1}/nothing", **ask).expect(404)
+    for path in ("", f"{S1}/subscriptions", f"{S1}/blueprint"):  # nothing to observe: RFC 9110 7.8
+        assert robot.get(path, **ask).expect(200).body == robot.get(path).body
+    http_request("POST", robot.at(f"{S1}/rotation"), "", ask).expect(405)
+    assert robot.members(S1) == []
+
+
+@case
+async def an_invocation_is_watched_to_its_end(robot, demo):
+    async with connect(robot.ws("baxter/right_e1/actions/rotate")) as action:
+        await receive(action)
+        invocation = (await off_loop(robot.rotate, "right_e1", 8)).expect(204).field("Location")
+        await until_message(action, lambda m: invocation.rsplit("/", 1)[1] in m, "the action names its invocation")
+        async with connect("ws" + invocation[4:]) as ws:
+            got = await until_message(ws, lambda m: "lrt:succeeded" in m, "succeeded")
+            progress = [float(re.search(r'lrt:progress "?([0-9.eE+-]+)', m).group(1)) for m in got if "lrt:progress" in m]
+            assert len(got) > 3 and progress == sorted(progress) and progress[-1] == 1, progress[:5] + progress[-5:]
+            assert got[-1] == robot.get(invocation).body
+            http_request("DELETE", invocation).expect(204)
+            assert (await closed_with(ws)).code == 1001
+
+
+@case
+async def a_cancelled_command_says_so(robot, demo):
+    invocation = robot.rotate("right_e0", 40).expect(204).field("Location")
+    async with connect("ws" + invocation[4:]) as ws:
+        await until_message(ws, lambda m: "lrt:running" in m, "running")
+        http_request("DELETE", invocation).expect(204)
+        await until_message(ws, lambda m: "lrt:cancelled" in m, "cancelled")
+
+
+@case
+async def the_end_of_the_server_closes_with_1001(robot, demo):
+    own = Robot("--demo")
+    sockets = [await connect(own.ws(f"{S1}/{path}")) for path in ("rotation", "state", "actions/rotate", "rotation?queueLength=100")]
+    for ws in sockets:
+        await receive(ws)
+    ends = [asyncio.ensure_future(closed_with(ws)) for ws in sockets]
+    await off_loop(own.stop)
+    for end in ends:
+        closed = await end
+        assert closed and closed.code == 1001, closed
+
+
+@case
+async def a_client_that_never_reads_costs_the_others_nothing(robot, demo):
+    async with connect(demo.ws(f"{S1}/state")) as good:
+        async def count(seconds):
+            n, end = 0, time.monotonic() + seconds
+            while time.monotonic() < end:
+                await receive(good)
+                n += 1
+            return n
+        alone = await count(0.7)
+        deaf = []
+        for _ in range(20):
+            s = socket.socket()
+            s.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+            s.connect(("127.0.0.1", demo.port))
+            s.sendall(handshake(demo, f"{S1}/state?queueLength=1000"))
+            deaf.append(s)
+        await until_async(lambda: len(demo.members(S1)) == 21, "all have subscribed")
+        before = demo.resident_kib()
+        together = await count(1.5) * 0.7 / 1.5
+        grown = demo.resident_kib() - before
+        assert together > alone * 0.4, f"{alone} alone, {together} beside those who do not read"  # the machine is shared: a coarse bound
+        assert grown < 20 * 512, f"{grown} KiB for twenty"  # queue_bytes is 256 KiB for each, and as much may be in the kernel's hands
+        for s in deaf:
+            s.close()
+        await until_async(lambda: len(demo.members(S1)) == 1, "they are gone")
+
+
+async def until_async(condition, what):
+    end = time.monotonic() + PATIENCE
+    while not await off_loop(condition):
+        assert time.monotonic() < end, f"not within {PATIENCE} s: {what}"
+        await asyncio.sleep(0.01)
+
+
+@case
+async def garbage_is_closed_with_the_code_for_it(robot, demo):
+    members = robot.members(S1)
+    for code, what, parts in ((1002, "reserved bits", [frame(1, b"x", rsv=4)]),
+                              (1002, "unmasked", [frame(1, b"x", mask=False)]),
+                              (1002, "unknown opcode", [frame(11)]),
+                              (1002, "a long ping", [frame(9, b"x" * 126)]),
+                              (1007, "text that is not UTF-8", [frame(1, b"\xce\xba\xe1\xbd\xb9\xed\xa0\x80")]),
+                              ((1002, 1007), "a close reason that is not UTF-8", [frame(8, struct.pack("!H", 1000) + b"\xff")]),
+                              (1009, "a huge message", [frame(2, b"x" * 100, length=1 << 40)]),
+                              (1009, "fragments that add up", [frame(2, b"x" * 3000, fin=False), frame(0, b"x" * 3000)]),
+                              (1008, "a flood", [frame(1, b"x")] * 100)):
+        async with connect(robot.ws(f"{S1}/rotation")) as ws:
+            await receive(ws)
+            for part in parts:
+                ws.transport.write(part)
+            closed = await closed_with(ws)
+            assert closed and closed.code in (code if isinstance(code, tuple) else (code,)), f"{what}: {closed}"
+    rng = random.Random(5)
+    for _ in range(20):
+        reader, writer = await asyncio.open_connection("127.0.0.1", robot.port)
+        writer.write(handshake(robot, f"{S1}/rotation") + rng.randbytes(2000))
+        got = await asyncio.wait_for(reader.read(-1), PATIENCE) if not writer.transport.is_closing() else b""
+        assert got.startswith(b"HTTP/1.1 101 "), got[:100]
+        writer.close()
+    await until_async(lambda: robot.members(S1) == members, "nothing is left of them")
+    async with connect(robot.ws(f"{S1}/rotation")) as ws:  # what is well-formed is let be
+        await receive(ws)
+        await ws.send("hello")
+        await ws.send(b"\x00\x01")
+        await asyncio.wait_for(await ws.ping(b"there?"), PATIENCE)
+
+
+@case
+async def three_hundred_sockets_come_and_go(robot, demo):
+    rng = random.Random(20261121)
+    paths = [f"baxter/{joint}/{what}" for joint in ("right_s0", "right_s1", "right_w2") for what in ("rotation", "state", "actions/rotate")]
+
+    async def one(path, messages, how):
+        ws = await connect(demo.ws(path))
+        for _ in range(messages):
+            await receive(ws)
+        if how == 0:
+            ws.transport.abort()
+        elif how == 1:
+            await off_loop(http_request, "DELETE", location_of(ws))
+            assert (await closed_with(ws)).code == 1000
+        else:
+            await ws.close()
+
+    running = set()
+    for _ in range(300):
+        path = rng.choice(paths)
+        running.add(asyncio.ensure_future(one(path, 1 if path.endswith("rotate") else rng.randrange(1, 8), rng.randrange(4))))
+        if len(running) >= rng.randrange(1, 60):
+            done, running = await asyncio.wait(running, return_when=asyncio.FIRST_COMPLETED, timeout=PATIENCE)
+            for task in done:
+                task.result()
+    await asyncio.wait_for(asyncio.gather(*running), PATIENCE)
+    await until_async(lambda: not any(demo.members(f"baxter/{joint}") for joint in ("right_s0", "right_s1", "right_w2")), "all are gone")
+
+
+# ------------------------------------------------------------------------------------------------------- command-line clients
+
+
+@case
+def curl_reads_the_first_frame(robot, demo):
+    if not shutil.which("curl"):
+        raise Skipped("there is no curl")
+    expected = robot.get(f"{S1}/rotation").body.encode()
+    curl = subprocess.Popen(["curl", "-isN", "--http1.1", "-H", "Connection: Upgrade", "-H", "Upgrade: websocket", "-H", "Sec-WebSocket-Version: 13",
+                             "-H", "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==", robot.at(f"{S1}/rotation")], stdout=subprocess.PIPE)
+    bite = threading.Timer(PATIENCE, curl.kill)
+    bite.start()
+    try:
+        got = b""
+        while b"\r\n\r\n" not in got or len(got.split(b"\r\n\r\n", 1)[1]) < 4 + len(expected):
+            more = os.read(curl.stdout.fileno(), 65536)
+            assert more, f"curl ended: {got[:400]}"
+            got += more
+    finally:
+        bite.cancel()
+        curl.kill()
+        curl.wait()
+        curl.stdout.close()
+    head, rest = got.split(b"\r\n\r\n", 1)
+    assert head.startswith(b"HTTP/1.1 101 ") and b"Sec-WebSocket-Accept: s3pPLMBiTxaQ9kYGzzhZRbK+xOo=" in head, head  # RFC 6455 1.3
+    assert rest == struct.pack("!BBH", 0x81, 126, len(expected)) + expected, rest[:100]
+
+
+NODE = """
+const ws = new WebSocket(process.argv[1]);
+ws.onmessage = event => { process.stdout.write(event.data); ws.onclose = () => process.exit(0); ws.close(1000); };
+ws.onerror = event => { console.error(event.message || 'error'); process.exit(1); };
+"""
+
+
+@case
+def node_reads_the_first_message(robot, demo):
+    node = shutil.which("node")
+    if not node or subprocess.run([node, "--experimental-websocket", "-e", "process.exit(typeof WebSocket === 'function' ? 0 : 1)"],
+                                  stderr=subprocess.DEVNULL).returncode != 0:
+        raise Skipped("there is no node with a WebSocket of its own")
+    run = subprocess.run([node, "--no-warnings", "--experimental-websocket", "-e", NODE, robot.ws(f"{S1}/rotation?accept=application/n-triples")],
+                         capture_output=True, text=True, timeout=PATIENCE)
+    assert run.returncode == 0 and run.stdout == robot.get(f"{S1}/rotation", Accept="application/n-triples").body, run
+
+
+# -------------------------------------------------------------------------------------------------------------- web callbacks
+
+
+def cancelled(robot, location):
+    http_request("DELETE", location).expect(204)
+    assert robot.get(location).status == 404
+
+
+@case
+def the_upgrade_form_subscribes(robot, demo):
+    for number, (upgrade, more) in enumerate((("callback", {}), ("webhook", {}), ("Callback, h2c", {"Connection": "Upgrade"}),
+                                              ("callback", {"Accept": "application/n-triples"}))):
+        with Receiver() as receiver:
+            made = robot.call_back(f"{S1}/rotation", f"{receiver.url}r{number}?q=1", upgrade, **more).expect(201)
+            location = made.field("Location")
+            assert location in robot.members(S1) and "WebCallback" in made.body, made
+            first = receiver.wait()[0]
+            get = robot.get(f"{S1}/rotation", **({"Accept": more["Accept"]} if "Accept" in more else {}))
+            assert first.path == f"/r{number}?q=1"
+            assert first.text == get.body, first.text
+            assert first.headers["Content-Type"] == get.field("Content-Type"), first.headers
+            assert first.headers["ETag"] == get.field("ETag"), first.headers
+            assert first.headers["Host"] == receiver.url[7:-1], first.headers
+            assert first.links() == {"about": robot.at(f"{S1}/rotation"), "via": location}, first.links()
+            assert "X-Hub-Signature" not in first.headers
+            until(lambda: robot.counter(location, "delivered") == 1, "it is counted")
+            cancelled(robot, location)
+
+
+@case
+def the_post_form_subscribes_and_signs(robot, demo):
+    with Receiver() as receiver:
+        made = robot.post_subscription(f"{S1}/rotation", receiver.url, '; hybrit:mediaType "application/n-triples" ; lrt:secret "a secret"').expect(201)
+        first = receiver.wait()[0]
+        assert first.headers["Content-Type"] == "application/n-triples"
+        assert first.text == robot.get(f"{S1}/rotation", Accept="application/n-triples").body
+        expected = "sha256=" + hmac.new(b"a secret", first.body, hashlib.sha256).hexdigest()
+        assert hmac.compare_digest(first.headers["X-Hub-Signature"], expected), first.headers
+        assert "a secret" not in robot.get(made.field("Location")).body + made.body
+        cancelled(robot, made.field("Location"))
+    websocket = robot.post_subscription(f"{S1}/rotation", "http://127.0.0.1:1/", "; a hybrit:WebSocket").expect(422)
+    assert "Upgrade" in websocket.body, websocket
+
+
+@case
+def every_change_is_posted_in_order_up_to_the_newest(robot, demo):
+    with Receiver() as receiver:
+        location = robot.call_back(f"{S1}/rotation", receiver.url).expect(201).field("Location")
+        receiver.wait()
+        command = robot.rotate("right_s1", 12).expect(204).field("Location")
+        until(lambda: "lrt:succeeded" in robot.get(command).body, "the arm has moved")
+        get = robot.get(f"{S1}/rotation")
+        requests = receiver.wait(lambda rs: rs[-1].text == get.body, "the last rotation")
+        stamps = [modified(r.text) for r in requests]
+        assert len(stamps) > 5 and stamps == sorted(set(stamps)), (len(stamps), "each is newer than the one before")
+        assert requests[-1].headers["ETag"] == get.field("ETag")
+        cancelled(robot, location)
+
+
+@case
+def a_command_is_watched_by_callback(robot, demo):
+    with Receiver() as receiver:
+        command = robot.rotate("right_w1", 10).expect(204).field("Location")
+        robot.call_back(command, receiver.url).expect(201)
+        receiver.wait(lambda rs: rs and "lrt:succeeded" in rs[-1].text, "succeeded")
+
+
+@case
+def a_failed_notification_is_tried_again(robot, demo):
+    def answer(handler, request):
+        handler.status(500 if len(receiver.requests) < 3 else 200)
+    with Receiver(answer) as receiver:
+        location = robot.call_back(f"{S1}/rotation", receiver.url).expect(201).field("Location")
+        until(lambda: "500" in (robot.last_error(location) or ""), "the error is told")
+        requests = receiver.wait(lambda rs: len(rs) == 3, "three attempts")
+        assert len({r.body for r in requests}) == 1
+        until(lambda: robot.counter(location, "delivered") == 1 and robot.last_error(location) is None, "the error is over")
+        cancelled(robot, location)
+
+
+@case
+def gone_ends_the_subscription(robot, demo):
+    with Receiver(lambda handler, request: handler.status(410)) as receiver:
+        location = demo.call_back(f"{S1}/rotation", receiver.url).expect(201).field("Location")
+        until(lambda: demo.get(location).status == 404, "the subscription is gone")
+        assert len(receiver.requests) == 1
+
+
+@case
+def a_receiver_that_hangs_delays_nobody_else(robot, demo):
+    release = threading.Event()
+
+    def hang(handler, request):
+        release.wait(PATIENCE)
+        handler.status(204)
+    with Receiver(hang) as hanging, Receiver() as good:
+        bad = [demo.call_back(f"{S1}/rotation", f"{hanging.url}{i}").expect(201).field("Location") for i in range(20)]
+        hanging.wait(lambda rs: len(rs) >= 8, "some hang")
+        start = time.monotonic()
+        location = demo.call_back(f"{S1}/rotation", good.url).expect(201).field("Location")
+        good.wait(lambda rs: len(rs) >= 50, "the good one gets its own")
+        took = time.monotonic() - start
+        for one in bad:
+            cancelled(demo, one)
+        cancelled(demo, location)
+        release.set()
+        assert took < 4, f"{took:.2f} s"  # answer_time is 5 s
+
+
+@case
+def a_redirect_is_not_followed(robot, demo):
+    with Receiver() as other:
+        with Receiver(lambda handler, request: handler.status(307, Location=other.url)) as receiver:
+            location = robot.call_back(f"{S1}/rotation", receiver.url).expect(201).field("Location")
+            until(lambda: "307" in (robot.last_error(location) or ""), "the error is told")
+            cancelled(robot, location)
+        assert other.requests == []
+
+
+@case
+def an_endless_answer_is_cut(robot, demo):
+    cut = threading.Event()
+
+    def answer(handler, request):
+        try:
+            handler.send_response(200)
+            handler.send_header("Transfer-Encoding", "chunked")
+            handler.end_headers()
+            while True:
+                handler.wfile.write(b"1000\r\n" + b"x" * 4096 + b"\r\n")
+        except OSError:
+            cut.set()
+            handler.close_connection = True
+    with Receiver(answer) as receiver:
+        location = robot.call_back(f"{S1}/rotation", receiver.url).expect(201).field("Location")
+        assert cut.wait(PATIENCE), "the connection is closed"
+        until(lambda: robot.last_error(location), "the error is told")
+        cancelled(robot, location)
+
+
+@case
+def a_certificate_that_nobody_vouches_for_is_refused(robot, demo):
+    if not shutil.which("openssl"):
+        raise Skipped("there is no openssl")
+    with tempfile.TemporaryDirectory() as folder, Receiver(tls=self_signed(folder)) as receiver:
+        location = robot.call_back(f"{S1}/rotation", receiver.url).expect(201).field("Location")
+        error = until(lambda: robot.last_error(location), "the error is told")
+        assert "certificate" in error.lower(), error
+        assert receiver.requests == []
+        cancelled(robot, location)
+
+
+@case
+def nobody_is_there(robot, demo):
+    with socket.socket() as s:  # bound, and does not listen
+        s.bind(("127.0.0.1", 0))
+        location = robot.call_back(f"{S1}/rotation", f"http://127.0.0.1:{s.getsockname()[1]}/").expect(201).field("Location")
+        error = until(lambda: robot.last_error(location), "the error is told")
+        assert "refused" in error.lower() or "connect" in error.lower(), error
+        cancelled(robot, location)
+
+
+@case
+def other_hosts_are_refused(robot, demo):
+    before = robot.members(S1)
+    for url in ("http://localhost.evil.example/", "http://127.1/", "http://10.0.0.1/", "http://evil.example/", "http://0x7f000001/", "http://2130706433/",
+                "http://0177.0.0.1/", "http://127.0.0.1.nip.io/", "http://[::ffff:10.0.0.1]/", "http://[fe80::1]/", "http://0.0.0.0/", "http://169.254.169.254/",
+                "https://evil.example/", "http://128.0.0.1/"):
+        for answer in (robot.call_back(f"{S1}/rotation", url), robot.post_subscription(f"{S1}/rotation", url)):
+            assert answer.status == 403, f"{url}: {answer}"
+    for url in ("", "/relative", "127.0.0.1", "ftp://127.0.0.1/", "http://", "http://user@127.0.0.1/", "http://127.0.0.1/#x", "http://127.0.0.1:0/", "http://127.0.0.1:x/",
+                "http://127.0.0.1:99999/", "http://%31%32%37.0.0.1/", "javascript:alert(1)"):
+        assert robot.call_back(f"{S1}/rotation", url).status == 400, url
+        assert robot.post_subscription(f"{S1}/rotation", url).status == 422, url
+    robot.get(f"{S1}/rotation", Upgrade="callback").expect(400)
+    assert robot.members(S1) == before
+    with Robot("--allow-callback", "receiver.invalid:81") as own:
+        location = own.call_back(f"{S1}/rotation", "http://receiver.invalid:81/").expect(201).field("Location")
+        own.call_back(f"{S1}/rotation", "http://receiver.invalid/").expect(403)
+        cancelled(own, location)
+
+
+@case
+def localhost_is_this_machine(robot, demo):
+    with Receiver() as receiver:
+        location = robot.call_back(f"{S1}/rotation", receiver.url.replace("127.0.0.1", "localhost")).expect(201).field("Location")
+        assert receiver.wait()[0].headers["Host"].startswith("localhost:")
+        cancelled(robot, location)
+
+
+@case
+def a_receiver_may_cancel_while_it_is_called(robot, demo):
+    answers = []
+
+    def answer(handler, request):
+        if len(receiver.requests) == 3:
+            answers.append(http_request("DELETE", request.links()["via"]).status)
+        handler.status(204)
+    with Receiver(answer) as receiver, Receiver() as other:
+        location = demo.call_back(f"{S1}/rotation", receiver.url).expect(201).field("Location")
+        until(lambda: demo.get(location).status == 404, "the subscription is gone")
+        second = demo.call_back(f"{S1}/rotation", other.url).expect(201).field("Location")
+        other.wait(lambda rs: len(rs) >= 20, "others go on")
+        assert answers == [204] and len(receiver.requests) == 3, (answers, len(receiver.requests))
+        cancelled(demo, second)
+
+
+# -------------------------------------------------------------------------------------------------------------------- restart
+
+
+@case
+def callbacks_survive_a_restart(robot, demo):
+    with tempfile.TemporaryDirectory() as folder, Receiver() as receiver:
+        file = os.path.join(folder, "subscriptions.ttl")
+        own = Robot("--subscriptions", file)
+        try:
+            location = own.post_subscription(f"{S1}/rotation", receiver.url, '; lrt:secret "s\\u00e9cret" ; lrt:queueLength 7').expect(201).field("Location")
+            receiver.wait()
+            gone = own.call_back(f"{S1}/state", receiver.url + "gone").expect(201).field("Location")
+            until(lambda: os.path.exists(file) and gone.rsplit("/", 1)[1] in open(file).read(), "both are in the file")
+            cancelled(own, gone)
+            until(lambda: gone.rsplit("/", 1)[1] not in open(file).read(), "one is in the file")
+            assert os.stat(file).st_mode & 0o077 == 0, "its secrets are for its owner only"
+        finally:
+            own.kill()
+        count = len(receiver.requests)
+        with Robot("--subscriptions", file, port=own.port) as again:
+            assert again.members(S1) == [location], again.members(S1)
+            assert objects(again.n_triples(location), LRT + "queueLength")[0].startswith('"7"')
+            receiver.wait(lambda rs: len(rs) > count, "a notification after the restart")
+            again.rotate("right_s1", 3).expect(204)
+            receiver.wait(lambda rs: len(rs) > count + 5, "changes after the restart")
+            for request in receiver.requests[count:]:
+                assert request.headers["X-Hub-Signature"] == "sha256=" + hmac.new("s\u00e9cret".encode(), request.body, hashlib.sha256).hexdigest()
+                assert request.links()["via"] == location
+            cancelled(again, location)
+            until(lambda: location.rsplit("/", 1)[1] not in open(file).read(), "none is in the file")
+
+
+@case
+def a_damaged_file_is_set_aside(robot, demo):
+    for damage in (b"this is { no Turtle", b"\x00\xff" * 1000, b"@prefix h: <https://hybr-it-projekt.de/ns/hybr-it#> . [] a h:WebCallback ; h:callb"):
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "subscriptions.ttl")
+            with open(file, "wb") as out:
+                out.write(damage)
+            with Robot("--subscriptions", file) as own, Receiver() as receiver:
+                own.get(f"{S1}/rotation").expect(200)
+                aside = [name for name in os.listdir(folder) if name != "subscriptions.ttl"]
+                assert len(aside) == 1 and open(os.path.join(folder, aside[0]), "rb").read() == damage, os.listdir(folder)
+                assert "subscriptions.ttl" in own.said(), own.said()
+                location = own.call_back(f"{S1}/rotation", receiver.url).expect(201).field("Location")
+                until(lambda: os.path.exists(file) and location.rsplit("/", 1)[1] in open(file).read(), "a new file")
+
+
+# --------------------------------------------------------------------------------------------------------------------- limits
+
+
+@case
+async def a_thousand_callbacks_end_in_503(robot, demo):
+    with Receiver() as receiver, Robot() as own:
+        paths = [f"baxter/{joint}/rotation" for joint in ("right_s0", "right_s1", "right_e0")]
+        seen = {}
+
+        async def one(number):
+            answer = await off_loop(own.call_back, paths[number % 3], f"{receiver.url}{number}")
+            assert answer.status != 503 or answer.field("Retry-After"), answer
+            seen[answer.status] = seen.get(answer.status, 0) + 1
+        await asyncio.gather(*(one(i) for i in range(1000)))
+        assert seen == {201: 200, 503: 800}, seen
+        receiver.wait(lambda rs: len({r.path for r in rs}) == 200, "all that were taken are notified")
+        async with connect(own.ws(f"{S1}/rotation")) as ws:
+            assert await receive(ws) == own.get(f"{S1}/rotation").body
+
+
+@case
+async def thousands_of_sockets_end_in_503(robot, demo):
+    """The connections of the transport are 1,024, so that is the limit that is met first."""
+    with Robot("--demo") as own:
+        async with connect(own.ws(f"{S1}/rotation")) as early:
+            await receive(early)
+            seen, kept = {}, []
+
+            async def one():
+                try:
+                    reader, writer = await asyncio.wait_for(asyncio.open_connection("127.0.0.1", own.port), PATIENCE)
+                    kept.append(writer)
+                    writer.write(handshake(own, f"{S1}/actions/rotate"))
+                    status = int((await asyncio.wait_for(reader.readline(), PATIENCE)).split()[1])
+                except (OSError, IndexError, asyncio.IncompleteReadError):
+                    status = 0  # reset after the 503, or closed without a word
+                seen[status] = seen.get(status, 0) + 1
+            for _ in range(20):
+                await asyncio.gather(*(one() for _ in range(100)))
+            assert set(seen) <= {0, 101, 503} and 900 <= seen[101] <= 1023 and seen.get(503, 0) > 0, seen
+            while early.messages:
+                await receive(early)
+            for _ in range(20):  # who is in is served as before
+                await receive(early)
+            for writer in kept:
+                writer.transport.abort()
+
+            def well():
+                try:
+                    return own.get(f"{S1}/rotation").status == 200
+                except OSError:
+                    return False
+            await until_async(well, "there is room again")
+            await until_async(lambda: len(own.members(S1)) == 1, "they are gone")
+            await receive(early)
+
+
+def main():
+    Robot.program = sys.argv[1]
+    words = sys.argv[2:]
+    failed = 0
+    start = time.monotonic()
+    with Robot() as robot, Robot("--demo") as demo:
+        for run in CASES:
+            if words and not any(word in run.__name__ for word in words):
+                continue
+            began = time.monotonic()
+            try:
+                if asyncio.iscoroutinefunction(run):
+                    asyncio.run(asyncio.wait_for(run(robot, demo), 4 * PATIENCE))
+                else:
+                    run(robot, demo)
+                outcome = "ok"
+            except Skipped as why:
+                outcome = f"skipped: {why}"
+            except Exception:  # whatever it is, the others are run
+                failed += 1
+                outcome = "FAILED\n" + traceback.format_exc()
+            print(f"{run.__name__}: {outcome} ({time.monotonic() - began:.2f} s)", flush=True)
+        said = robot.said() + demo.said()
+    if failed:
+        print("the robots said:\n" + "\n".join(said.splitlines()[-30:]))
+    print(f"{failed} failed, {time.monotonic() - start:.1f} s")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
