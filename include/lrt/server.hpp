@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -36,6 +37,8 @@ struct Options {
   /// Listening on an address that is not of this machine, without TLS and without an authorizer, is refused unless this says so:
   /// whoever reaches the port moves the robot (R0.2).
   bool allow_unprotected_network = false;
+  /// Certificate and key: the port speaks HTTPS, and nothing else (R0.2).
+  std::optional<transport::Tls> tls;
   /// Where web callbacks are kept, so that they survive a restart; empty: they do not. Written soon after they change, atomically. A file that
   /// cannot be understood is set aside, and the log says so. It has the callbacks' secrets: only its owner may read it.
   std::string subscriptions_file;
@@ -78,8 +81,13 @@ class Server {
   /// @par Threads  Any, also from a lambda.
   void stop() noexcept;
 
+  /// Reads the certificate and key of Options::tls again; connections that are open go on.
+  /// @par Errors   invalid_option: there is no TLS; io_error: then the old ones stay in use
+  /// @par Threads  Any.
+  Result<void> reload_tls();
+
   std::uint16_t port() const noexcept;
-  /// "http://127.0.0.1:8080/"
+  /// "http://127.0.0.1:8080/", or with https
   std::string url() const;
 
  private:

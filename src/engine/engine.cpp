@@ -14,7 +14,7 @@ Engine::Engine(Options options) : impl_(std::make_unique<Impl>(std::move(options
 Engine::~Engine() = default;
 Result<void> Engine::add(Thing thing) { return impl_->add(std::move(thing)); }
 Result<void> Engine::remove(std::string_view path) { return impl_->remove(path); }
-void Engine::listens_on(std::string_view address, std::uint16_t port) { impl_->listens_on(address, port); }
+void Engine::listens_on(std::string_view address, std::uint16_t port, bool secure) { impl_->listens_on(address, port, secure); }
 void Engine::set_waker(std::shared_ptr<Waker> waker) { impl_->set_waker(std::move(waker)); }
 Outcome Engine::handle(const http::Request& request, TimePoint now) { return impl_->handle(request, now); }
 std::optional<Reply> Engine::next_reply(TimePoint now) { return impl_->next_reply(now); }
@@ -36,6 +36,7 @@ OwnedRequest::OwnedRequest(const http::Request& request)
     : method(request.method),
       target(request.target),
       peer(request.peer),
+      client_certificate(request.client_certificate),
       version(request.version),
       secure(request.secure),
       can_upgrade(request.can_upgrade) {
@@ -48,6 +49,7 @@ http::Request OwnedRequest::view() const {
   request.method = method;
   request.target = target;
   request.peer = peer;
+  request.client_certificate = client_certificate;
   request.version = version;
   request.secure = secure;
   request.can_upgrade = can_upgrade;

@@ -87,7 +87,7 @@ struct OwnedRequest {
   explicit OwnedRequest(const http::Request& request);
   http::Request view() const;
 
-  std::string method, target, peer;
+  std::string method, target, peer, client_certificate;
   int version;
   bool secure, can_upgrade;
   std::vector<std::pair<std::string, std::string>> fields;
@@ -111,7 +111,7 @@ class Engine::Impl {
   // registry.cpp
   Result<void> add(Thing thing);
   Result<void> remove(std::string_view path);
-  void listens_on(std::string_view address, std::uint16_t port);
+  void listens_on(std::string_view address, std::uint16_t port, bool secure);
 
   // engine.cpp
   Outcome handle(const http::Request& request, TimePoint now);

@@ -54,17 +54,21 @@ Engine::Impl::Impl(Options options)
   while (!options_.public_base.empty() && options_.public_base.back() == '/') options_.public_base.pop_back();
   take_path(root_);
   take_path(terms_);
-  listens_on("127.0.0.1", 80);
+  listens_on("127.0.0.1", 80, false);
 }
 
 Engine::Impl::~Impl() = default;
 
-void Engine::Impl::listens_on(std::string_view address, std::uint16_t port) {
+void Engine::Impl::listens_on(std::string_view address, std::uint16_t port, bool secure) {
+  const std::uint16_t default_port = secure ? 443 : 80;
   const std::string suffix = ":" + std::to_string(port);
   const std::string numeric = address.find(':') == std::string_view::npos ? std::string(address) : "[" + std::string(address) + "]";
   hosts_.clear();
   const auto accept = [&](std::string host) {
-    if (port == 80 && host.size() > 3 && host.compare(host.size() - 3, 3, ":80") == 0) host.resize(host.size() - 3);
+    const std::string default_suffix = ":" + std::to_string(default_port);
+    if (host.size() > default_suffix.size() &&
+        host.compare(host.size() - default_suffix.size(), std::string::npos, default_suffix) == 0)
+      host.resize(host.size() - default_suffix.size());
     if (std::find(hosts_.begin(), hosts_.end(), host) == hosts_.end()) hosts_.push_back(std::move(host));
   };
   accept(lower(numeric) + suffix);
@@ -81,7 +85,7 @@ void Engine::Impl::listens_on(std::string_view address, std::uint16_t port) {
   for (const auto& [path, resource] : by_path_) forget_renderings(*resource);
   for (const auto& [path, thing] : things_) thing->door.clear();
   bases_.clear();
-  bases_.push_back(options_.public_base.empty() ? "http://" + hosts_.front() : options_.public_base);
+  bases_.push_back(options_.public_base.empty() ? (secure ? "https://" : "http://") + hosts_.front() : options_.public_base);
 }
 
 bool Engine::Impl::take_path(Resource& resource) { return by_path_.emplace(resource.path, &resource).second; }

@@ -39,16 +39,18 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     t.address = options_.address;
     t.port = options_.port;
     t.limits = options_.limits;
+    t.tls = options_.tls;
     t.clock = &clock_;
     t.log = options_.engine.log;
     transport_ = options_.transport ? options_.transport(std::move(t)) : default_transport(std::move(t));
     if (!transport_) return unexpected(Errc::invalid_option, "there is no transport");
-    if (transport_->capabilities().network && !is_loopback(options_.address) && !transport_->capabilities().tls &&
-        !options_.engine.authorize && !options_.allow_unprotected_network)
+    if (options_.tls && !transport_->capabilities().tls) return unexpected(Errc::invalid_option, "the transport has no TLS");
+    if (transport_->capabilities().network && !is_loopback(options_.address) && !options_.tls && !options_.engine.authorize &&
+        !options_.allow_unprotected_network)
       return unexpected(Errc::insecure_address, "listening on " + options_.address +
-                                                    " lets the network move the robot: set an authorizer, or allow_unprotected_network");
+                                                    " lets the network move the robot: set tls, an authorizer, or allow_unprotected_network");
     if (Result<void> started = transport_->start(*this); !started) return started;
-    engine_.listens_on(options_.address, transport_->port());
+    engine_.listens_on(options_.address, transport_->port(), options_.tls.has_value());
     transport_waker_ = transport_->waker();
     engine_.set_waker(transport_waker_);
     if (!options_.subscriptions_file.empty()) restore();
@@ -144,10 +146,13 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     }
   }
 
+  Result<void> reload_tls() {
+    return transport_ ? transport_->reload_tls() : unexpected(Errc::closed, "the server does not listen");
+  }
   std::uint16_t port() const noexcept { return transport_ ? transport_->port() : 0; }
   std::string url() const {
     const bool six = options_.address.find(':') != std::string::npos;
-    return "http://" + (six ? "[" + options_.address + "]" : options_.address) + ":" + std::to_string(port()) + "/";
+    return (options_.tls ? "https://" : "http://") + (six ? "[" + options_.address + "]" : options_.address) + ":" + std::to_string(port()) + "/";
   }
 
   // engine::Handler, on the transport's thread
@@ -346,6 +351,7 @@ void Server::run() noexcept { impl_->run(); }
 void Server::start() { impl_->start(); }
 void Server::wake() noexcept { impl_->wake(); }
 void Server::stop() noexcept { impl_->stop(); }
+Result<void> Server::reload_tls() { return impl_->reload_tls(); }
 std::uint16_t Server::port() const noexcept { return impl_->port(); }
 std::string Server::url() const { return impl_->url(); }
 

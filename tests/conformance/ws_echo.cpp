@@ -110,5 +110,7 @@ int main(int argc, char** argv) {
   std::printf("listening on ws://%s%s%s:%u/\n", v6 ? "[" : "", options.address.c_str(), v6 ? "]" : "", unsigned{server->port()});
   std::fflush(stdout);
   while (!ended) server->poll(std::chrono::milliseconds(1), std::chrono::hours(1));
+  std::signal(SIGINT, SIG_IGN);  // a second one finds no waker
+  std::signal(SIGTERM, SIG_IGN);
   server->stop();
 }

@@ -84,7 +84,7 @@ class Engine final : public Handler {
   Result<void> remove(std::string_view path);
 
   /// Where the server listens, for the base of representations and the hosts that are accepted.
-  void listens_on(std::string_view address, std::uint16_t port);
+  void listens_on(std::string_view address, std::uint16_t port, bool secure = false);
   /// What is woken when a job or Responder has left something for next_reply().
   void set_waker(std::shared_ptr<Waker> waker);
 

@@ -28,6 +28,7 @@ struct Request {
   std::string_view body;
   std::string_view peer;       ///< numeric address of the client, "127.0.0.1"
   bool secure = false;         ///< came over TLS
+  std::string_view client_certificate{};  ///< subject of the client's verified certificate (RFC 2253); empty: it showed none
   bool can_upgrade = false;    ///< the transport can turn this connection into a WebSocket
 
   /// The value of the first field of that name.

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <lrt/base/clock.hpp>
@@ -22,6 +23,8 @@ struct Limits {
   /// is closed to make room. When none is idle the new one is answered with 503 and Retry-After and closed: 64 of these at a time
   /// with linger_time, the others at once, so that a client whose request comes later than that may see a reset instead.
   std::size_t connections = 1024;
+  /// From one address; more are answered with 503 and closed. Clients on this machine are not counted: a proxy has one address for all.
+  std::size_t connections_per_address = 256;
   std::size_t requests_per_connection = 1'000'000;     ///< the last is answered with Connection: close
   /// From the first byte of a head to its end; more: 408. For the first head of a connection from accept on; closed without an answer
   /// when no byte of it has come.
@@ -40,10 +43,19 @@ struct Limits {
   std::chrono::milliseconds close_time{2'000};         ///< for the client's half of the closing handshake
 };
 
+/// TLS on the port, 1.2 or later (R0.2). Files are PEM.
+struct Tls {
+  std::string certificate_file;              ///< the server's certificate, followed by those between it and its authority
+  std::string key_file;                      ///< its private key, without a passphrase
+  std::string client_ca_file;                ///< authorities of clients' certificates; empty: clients are not asked for one
+  bool require_client_certificate = false;   ///< with client_ca_file: who has none does not get in
+};
+
 struct Options {
   std::string address = "127.0.0.1";  ///< numeric address to listen on
   std::uint16_t port = 8080;          ///< 0: any free one
   Limits limits;
+  std::optional<Tls> tls;             ///< nullopt: plain HTTP
   const Clock* clock = nullptr;       ///< nullptr: system_clock()
   LogCallback log;                    ///< may be empty
 };
@@ -51,7 +63,7 @@ struct Options {
 struct Capabilities {
   bool network = true;      ///< has a port
   bool websocket = false;   ///< can accept upgrades
-  bool tls = false;
+  bool tls = false;         ///< can serve Options::tls
 };
 
 /// Carries requests to a Handler and answers back. A host with an HTTP server of its own implements this.
@@ -73,6 +85,11 @@ class Transport {
   /// Stops accepting; answers what the handler still gives for open tickets, for at most limits.stop_time; closes everything.
   virtual void stop() = 0;
   virtual Capabilities capabilities() const noexcept = 0;
+  /// Reads the files of Options::tls again. Connections that are open go on as they are; when something is wrong with the files nothing
+  /// changes.
+  /// @par Errors   invalid_option: no TLS; io_error: a file, with the reason
+  /// @par Threads  Any.
+  virtual Result<void> reload_tls() { return unexpected(Errc::invalid_option, "this transport has no TLS"); }
   /// The port that is listened on; 0 before start() and for a transport without one.
   virtual std::uint16_t port() const noexcept = 0;
 };
