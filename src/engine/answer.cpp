@@ -54,10 +54,9 @@ void Engine::Impl::add_types(http::Fields& fields, const Resource& resource) con
 
 /// LDP 4.2.1.6: what constrains a refused PUT or POST.
 void Engine::Impl::add_constrained_by(http::Fields& fields, const Context& context) {
-  if (!context.resource) return;
   const std::string& base = bases_[context.base];
   http::LinkWriter links;
-  links.add(context.resource->thing ? names_base(*context.resource->thing, base) : base + terms_.path, vocab::ldp::constrainedBy.text);
+  links.add(context.resource && context.resource->thing ? names_base(*context.resource->thing, base) : base + terms_.path, vocab::ldp::constrainedBy.text);
   links.finish(fields, {});
 }
 
@@ -94,12 +93,9 @@ http::Response Engine::Impl::problem(const Context& context, int status, std::st
     response.fields.add("Content-Type", choice == 2 ? "application/json" : "application/problem+json");
     response.set_body(http::to_json({status, std::move(detail)}));
   }
-  if (context.resource) {
-    if (status == 405 || context.request.method == "OPTIONS") add_allow(response.fields, *context.resource);
-    add_types(response.fields, *context.resource);
-    if (status < 500 && (context.request.method == "PUT" || context.request.method == "POST"))
-      add_constrained_by(response.fields, context);
-  }
+  if (context.resource && (status == 405 || context.request.method == "OPTIONS")) add_allow(response.fields, *context.resource);
+  add_types(response.fields, context.resource ? *context.resource : terms_);  // where nothing was found, too: this server speaks LDP
+  if (status < 500 && (context.request.method == "PUT" || context.request.method == "POST")) add_constrained_by(response.fields, context);
   response.fields.add("Vary", "Accept");
   return response;
 }

@@ -43,7 +43,7 @@ void Engine::Impl::note(SubscriptionResource& s) {
 void Engine::Impl::schedule(SubscriptionResource& s) {
   if (s.named || s.timer || s.under_way || s.backlog.empty()) return;
   s.named = true;
-  if (s.protocol == Protocol::callback) return callbacks_ready_.push_back(s.channel);
+  if (s.protocol == Protocol::callback) return callbacks_ready_.push_back({s.channel, s.receiver});
   const bool urgent = s.observed.kind == Kind::action || s.observed.kind == Kind::invocation;
   (urgent ? urgent_ : ready_).push_back(s.channel);
 }

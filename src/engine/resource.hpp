@@ -185,7 +185,7 @@ struct SubscriptionResource final : Resource {
   Protocol protocol = Protocol::websocket;
   std::size_t base = 0;
   rdf::Syntax syntax{};
-  std::string url, secret;                   ///< of a callback
+  std::string url, receiver, secret;         ///< of a callback; receiver: as in subscription::Due
   Utc created{};
 
   subscription::Backlog backlog;

@@ -267,6 +267,7 @@ SubscriptionResource& Engine::Impl::make_subscription(Wish wish, Protocol protoc
   s.protocol = protocol;
   s.base = base;
   s.syntax = wish.syntax;
+  if (const auto url = subscription::parse_callback_url(wish.url)) s.receiver = (url->secure ? "https://" : "http://") + url->authority;
   s.url = std::move(wish.url);
   s.secret = std::move(wish.secret);
   s.created = created;

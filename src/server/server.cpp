@@ -242,13 +242,13 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   /// Sends what the engine has left to where it is to go, and lets go of its lock.
   void pass_on(std::unique_lock<std::mutex>& lock) {
     std::vector<engine::Job> jobs = engine_.take_jobs();
-    const std::vector<engine::Channel> callbacks = engine_.take_callbacks();
+    const std::vector<subscription::Due> callbacks = engine_.take_callbacks();
     if (saved_)
       if (std::optional<std::string> text = engine_.take_saved()) saved_->save(*std::move(text));
     lock.unlock();
     if (!jobs.empty()) dispatch(std::move(jobs));
     if (deliverer_)
-      for (const engine::Channel channel : callbacks) deliverer_->notify(channel);
+      for (const subscription::Due& due : callbacks) deliverer_->notify(due.channel, due.receiver);
   }
 
   /// Nothing about the file stops the start.

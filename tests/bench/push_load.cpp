@@ -1,9 +1,10 @@
 // WebSocket subscribers for tests/bench: how long after publish() a value arrives, and how many are missed.
 //
-//   push_load --port N [--path /arm/joint/angle] [--clients 50] [--seconds 5] [--stalled 0] [--pid SERVER]
+//   push_load --port N [--path /arm/joint/angle] [--clients 50] [--seconds 5] [--stalled 0] [--buffer 0] [--pid SERVER]
 //
 // The server publishes a number that grows by 0.001 at each step (pushed_server --publish). Latency is from dcterms:modified, which is
-// the time of publish(), to recv() here, by the same clock. `--stalled` further clients open a socket and never read. With --pid the
+// the time of publish(), to recv() here, by the same clock. With --buffer each socket's receive buffer has so many bytes: when clients are
+// slower than the server, what waits there is old. `--stalled` further clients open a socket and never read. With --pid the
 // server's CPU per message is printed, read from /proc.
 
 #include <sys/epoll.h>
@@ -54,7 +55,7 @@ double time_of(std::string_view text) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  int port = 8080, clients = 50, stalled = 0, pid = 0;
+  int port = 8080, clients = 50, stalled = 0, buffer_bytes = 0, pid = 0;
   double seconds = 5;
   std::string path = "/arm/joint/angle";
   for (int i = 1; i + 1 < argc; i += 2) {
@@ -65,6 +66,7 @@ int main(int argc, char** argv) {
     else if (name == "--clients") clients = std::atoi(value);
     else if (name == "--seconds") seconds = std::atof(value);
     else if (name == "--stalled") stalled = std::atoi(value);
+    else if (name == "--buffer") buffer_bytes = std::atoi(value);
     else if (name == "--pid") pid = std::atoi(value);
     else return std::fprintf(stderr, "unknown option %s\n", argv[i]), 2;
   }
@@ -76,7 +78,7 @@ int main(int argc, char** argv) {
   const int epoll = ::epoll_create1(EPOLL_CLOEXEC);
   std::vector<Client> all(static_cast<std::size_t>(clients));
   for (std::size_t i = 0; i < all.size(); ++i) {
-    all[i].fd = bench::open_websocket(port, path, all[i].received);
+    all[i].fd = bench::open_websocket(port, path, all[i].received, buffer_bytes);
     epoll_event event{};
     event.events = EPOLLIN;
     event.data.u64 = i;

@@ -253,7 +253,8 @@ async def an_invocation_is_watched_to_its_end(robot, demo):
             assert len(got) > 3 and progress == sorted(progress) and progress[-1] == 1, progress[:5] + progress[-5:]
             assert got[-1] == robot.get(invocation).body
             http_request("DELETE", invocation).expect(204)
-            assert (await closed_with(ws)).code == 1001
+            closed = await closed_with(ws)
+            assert closed and closed.code == 1001, closed
 
 
 @case
@@ -360,7 +361,8 @@ async def three_hundred_sockets_come_and_go(robot, demo):
             await ws.wait_closed()
         elif how == 1:
             await off_loop(http_request, "DELETE", location_of(ws))
-            assert (await closed_with(ws)).code == 1000
+            closed = await closed_with(ws)
+            assert closed and closed.code == 1000, closed
         else:
             await ws.close()
 
@@ -655,8 +657,8 @@ def callbacks_survive_a_restart(robot, demo):
             again.rotate("right_s1", 3).expect(204)
             receiver.wait(lambda rs: len(rs) > count + 5, "changes after the restart")
             for request in receiver.requests[count:]:
-                assert request.headers["X-Hub-Signature"] == "sha256=" + hmac.new("s\u00e9cret".encode(), request.body, hashlib.sha256).hexdigest()
-                assert request.links()["via"] == location
+                assert request.headers["X-Hub-Signature"] == "sha256=" + hmac.new("s\u00e9cret".encode(), request.body, hashlib.sha256).hexdigest(), request.headers
+                assert request.links()["via"] == location, request.links()
             cancelled(again, location)
             until(lambda: location.rsplit("/", 1)[1] not in open(file).read(), "none is in the file")
 
@@ -720,7 +722,7 @@ async def a_thousand_callbacks_end_in_503(robot, demo):
 
 @case
 async def thousands_of_sockets_end_in_503(robot, demo):
-    """The connections of the transport are 1,024, so that is the limit that is met first."""
+    """The limit leaves connections to requests."""
     with Robot("--demo") as own:
         async with connect(own.ws(f"{S1}/rotation")) as early:
             await receive(early)
@@ -737,7 +739,7 @@ async def thousands_of_sockets_end_in_503(robot, demo):
                 seen[status] = seen.get(status, 0) + 1
             for _ in range(20):
                 await asyncio.gather(*(one() for _ in range(100)))
-            assert set(seen) <= {0, 101, 503} and 900 <= seen[101] <= 1023 and seen.get(503, 0) > 0, seen
+            assert set(seen) <= {0, 101, 503} and 1400 <= seen[101] <= 1500 and seen.get(503, 0) > 0, seen
             while early.messages:
                 await receive(early)
             for _ in range(20):  # who is in is served as before

@@ -40,6 +40,9 @@ Notice notice(std::string url, std::string body = "<a> <b> <c>.\n", bool failed_
 }
 
 /// Notices by channel, and what became of them, in the order in which it was told.
+/// As if each channel had a receiver of its own.
+std::string alone(Channel channel) { return std::to_string(static_cast<std::uint64_t>(channel)); }
+
 class TestSource final : public delivery::Source {
  public:
   std::optional<Notice> next_notice(Channel channel) override {
@@ -65,7 +68,7 @@ class TestSource final : public delivery::Source {
       if (!lines_[channel].empty()) again = deliverer;
       changed_.notify_all();
     }
-    if (again != nullptr) again->notify(channel);
+    if (again != nullptr) again->notify(channel, alone(channel));
   }
 
   void add(Channel channel, Notice n) {
@@ -147,7 +150,7 @@ struct Rig {
   }
   void post(Channel channel, Notice n) {
     source.add(channel, std::move(n));
-    deliverer->notify(channel);
+    deliverer->notify(channel, alone(channel));
   }
   Receipt deliver(Notice n) {
     static std::uint64_t next = 1'000'000;
@@ -305,7 +308,7 @@ TEST_CASE("many notices go one after the other, in order, over one connection", 
   Rig rig;
   constexpr int count = 200;
   for (int i = 0; i < count; ++i) rig.source.add(Channel{1}, notice(receiver.url(), "number " + std::to_string(i)));
-  rig.deliverer->notify(Channel{1});
+  rig.deliverer->notify(Channel{1}, alone(Channel{1}));
   CHECK(rig.source.wait_for(count).size() == count);
   const auto requests = recorder.requests();
   REQUIRE(requests.size() == count);
@@ -737,6 +740,26 @@ TEST_CASE("a receiver that just failed waits in the line of those that failed, a
   CHECK(rig.source.wait_for(4).size() == 4);
 }
 
+TEST_CASE("one receiver that hangs, however many subscribe there, leaves threads for the others", "[delivery]") {
+  const Receiver hanging([](Peer& peer) { peer.hang(); });
+  Recorder recorder;
+  const Receiver good(std::ref(recorder));
+  CallbackOptions options = loopback();
+  options.threads = 8;
+  Rig rig(options);
+  for (std::uint64_t i = 1; i <= 100; ++i) {
+    rig.source.add(Channel{i}, notice(hanging.url()));
+    rig.deliverer->notify(Channel{i}, "hanging");
+  }
+  REQUIRE(comes_true([&] { return hanging.connections() == 2; }));  // a quarter of eight
+  for (std::uint64_t i = 101; i <= 150; ++i) {
+    rig.source.add(Channel{i}, notice(good.url()));
+    rig.deliverer->notify(Channel{i}, "good");
+  }
+  CHECK(rig.source.wait_for(50).size() == 50);
+  CHECK(hanging.connections() == 2);
+}
+
 TEST_CASE("no more than the stated number of exchanges at once, and one for each channel", "[delivery]") {
   Recorder recorder;
   const Receiver receiver(std::ref(recorder));
@@ -752,7 +775,7 @@ TEST_CASE("no more than the stated number of exchanges at once, and one for each
   for (int t = 0; t < 3; ++t) {
     hosts.emplace_back([&] {
       for (int k = 0; k < each; ++k) {
-        for (std::uint64_t i = 1; i <= channels; ++i) rig.deliverer->notify(Channel{i});
+        for (std::uint64_t i = 1; i <= channels; ++i) rig.deliverer->notify(Channel{i}, alone(Channel{i}));
       }
     });
   }
@@ -831,10 +854,10 @@ TEST_CASE("a source that throws or has nothing to say harms nobody", "[delivery]
   Recorder recorder;
   const Receiver receiver(std::ref(recorder));
   Rig rig;
-  rig.deliverer->notify(Channel{1});  // nothing
+  rig.deliverer->notify(Channel{1}, alone(Channel{1}));  // nothing
   CHECK(comes_true([&] { return rig.source.asked() == 1; }));
   rig.source.throw_from_now_on(true);
-  rig.deliverer->notify(Channel{2});
+  rig.deliverer->notify(Channel{2}, alone(Channel{2}));
   CHECK(comes_true([&] { return rig.source.asked() == 2; }));
   rig.source.throw_from_now_on(false);
   CHECK(rig.deliver(notice(receiver.url())).status == 204);
@@ -857,7 +880,7 @@ TEST_CASE("stop ends everything that hangs, and the source hears nothing more", 
     rig.stop();
     std::cout << "stop with 32 receivers that hang: "
               << std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - start).count() << " us\n";
-    rig.deliverer->notify(Channel{99});
+    rig.deliverer->notify(Channel{99}, alone(Channel{99}));
     rig.stop();
     CHECK_FALSE(rig.source.called_after_stop());
     CHECK(rig.source.wait_until([](const auto& receipts) { return receipts.empty(); }));
@@ -898,7 +921,7 @@ TEST_CASE("stop ends everything that hangs, and the source hears nothing more", 
       for (std::uint64_t i = 1; i <= 8; ++i) rig.post(Channel{i}, notice(i % 2 == 0 ? good.url() : hanging.url()));
       for (int k = 0; k < round; ++k) std::this_thread::yield();
       std::thread host([&] {
-        for (std::uint64_t i = 9; i <= 40; ++i) rig.deliverer->notify(Channel{i});
+        for (std::uint64_t i = 9; i <= 40; ++i) rig.deliverer->notify(Channel{i}, alone(Channel{i}));
       });
       rig.stop();
       CHECK_FALSE(rig.source.called_after_stop());

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <string_view>
 
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
@@ -29,7 +30,8 @@ class Deliverer {
  public:
   virtual ~Deliverer() = default;
   /// A channel has something to post. Each channel has at most one exchange under way; order is the source's.
-  virtual void notify(subscription::Channel channel) = 0;
+  /// @param receiver  where its URL leads, the same text for the same scheme, host and port
+  virtual void notify(subscription::Channel channel, std::string_view receiver) = 0;
   /// Ends what is under way, without waiting for receivers, and all threads. The source is not called afterwards; calls of it that are
   /// under way are waited for, so hold nothing that they need. A thread in the system's resolver, which nothing can interrupt, is left to
   /// end by itself when the resolver lets it go; it touches nothing but memory of its own then.

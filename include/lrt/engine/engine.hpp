@@ -100,8 +100,8 @@ class Engine final : public Handler {
   /// Whether Options::subscriptions is in order; to be asked before anything else.
   /// @par Errors  invalid_option
   Result<void> check() const;
-  /// Channels of callbacks that have something to post.
-  std::vector<Channel> take_callbacks();
+  /// Callbacks that have something to post.
+  std::vector<subscription::Due> take_callbacks();
   /// What to post now; nullopt: nothing. It is under way until delivered() says what became of it.
   std::optional<subscription::Notice> next_notice(Channel channel, TimePoint now);
   void delivered(Channel channel, const subscription::Receipt& receipt, TimePoint now);

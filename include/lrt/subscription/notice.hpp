@@ -4,8 +4,15 @@
 #include <string>
 
 #include <lrt/http/message.hpp>
+#include <lrt/subscription/channel.hpp>
 
 namespace lrt::subscription {
+
+/// A web callback that has something to post.
+struct Due {
+  Channel channel;
+  std::string receiver;  ///< scheme, host and port of its URL
+};
 
 /// A notification to be posted to a web callback.
 struct Notice {

@@ -31,7 +31,7 @@ struct CallbackOptions {
 
 /// Subscriptions: what may be asked for, and how news travels from the control loop.
 struct Options {
-  std::size_t most = 2'000;                      ///< subscriptions in all; more: 503
+  std::size_t most = 1'500;                      ///< subscriptions in all; more: 503. Fewer than connections, which requests need too
   std::size_t longest_queue = 1'000;             ///< notifications a client may ask to be queued; more: 422, in a query 400
   std::size_t queue = 64;                        ///< of actions and invocations, when the client does not say
   std::size_t queue_bytes = 256 * 1024;          ///< of what is queued for one subscriber; older ones are dropped

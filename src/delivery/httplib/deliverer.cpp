@@ -70,20 +70,24 @@ class Work : public std::enable_shared_from_this<Work> {
         allowed_(std::move(allowed)),
         log_(std::move(log)),
         details_(std::move(details)),
-        slow_most_(std::max<std::size_t>(1, options_.threads / 2)),
+        slow_most_(share(2)),
         ended_(ended) {}
   ~Work() { ::close(ended_); }
   Work(const Work&) = delete;
   Work& operator=(const Work&) = delete;
 
   void trust(std::shared_ptr<const Tls> tls) { tls_ = std::move(tls); }
-  void notify(Channel channel);
+  void notify(Channel channel, std::string_view receiver);
   void stop() noexcept;
 
  private:
   struct Job {
     Channel channel{};
+    std::string receiver{};
     std::optional<Notice> notice{};  ///< asked for already, while there was no room among the slow
+  };
+  struct Load {
+    std::size_t at_work = 0, slow_at_work = 0;  ///< slow ones are both
   };
   struct Progress {
     bool asked = false;  ///< for its notice
@@ -97,9 +101,14 @@ class Work : public std::enable_shared_from_this<Work> {
   using Lock = std::unique_lock<std::mutex>;
 
   // With the lock held
-  void enqueue(Channel channel);
-  std::size_t servable() const noexcept { return fresh_.size() + std::min(slow_.size(), slow_most_ - slow_at_work_); }
+  std::size_t share(std::size_t part) const noexcept { return std::max<std::size_t>(1, options_.threads / part); }
+  void enqueue(Channel channel, std::string receiver);
+  /// The first of a line that may be served now.
+  std::deque<Job>::const_iterator next_of(const std::deque<Job>& line, bool slow) const;
+  bool is_servable() const { return next_of(fresh_, false) != fresh_.end() || next_of(slow_, true) != slow_.end(); }
   std::optional<Job> next_job(bool& slow);
+  void begin(const Job& job, bool slow);
+  void end(const std::string& receiver, bool slow) noexcept;
   void hire();
   void remember(Channel channel, bool succeeded);
 
@@ -124,6 +133,7 @@ class Work : public std::enable_shared_from_this<Work> {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Job> fresh_, slow_;
+  std::unordered_map<std::string, Load> loads_;     ///< of receivers with an exchange under way
   std::unordered_map<Channel, Progress> channels_;  ///< that wait or are at work
   std::unordered_set<Channel> failed_;              ///< the last notice failed; a memory only, so that it may forget
   std::list<Worker> workers_;
@@ -137,7 +147,7 @@ class Work : public std::enable_shared_from_this<Work> {
   std::shared_ptr<const Tls> tls_;
 };
 
-void Work::notify(Channel channel) {
+void Work::notify(Channel channel, std::string_view receiver) {
   std::vector<std::thread> gone;
   bool is_stuck = false;
   {
@@ -148,7 +158,7 @@ void Work::notify(Channel channel) {
       if (at->second.asked) at->second.again = true;
       return;
     }
-    enqueue(channel);
+    enqueue(channel, std::string(receiver));
     is_stuck = hired_ == 0;
     for (auto worker = workers_.begin(); worker != workers_.end();) {
       if (worker->over) {
@@ -163,11 +173,35 @@ void Work::notify(Channel channel) {
   if (is_stuck) say(LogLevel::error, "web callbacks: the system gives no thread for them; the next notification tries again");
 }
 
-void Work::enqueue(Channel channel) {
+void Work::enqueue(Channel channel, std::string receiver) {
   // Receivers that failed wait in a line of their own, and the source is asked only when there is room for one.
-  (failed_.count(channel) != 0 ? slow_ : fresh_).push_back({channel});
-  if (servable() > idle_) hire();
+  const bool slow = failed_.count(channel) != 0;
+  (slow ? slow_ : fresh_).push_back({channel, std::move(receiver)});
+  if (idle_ == 0 && is_servable()) hire();
   changed_.notify_one();
+}
+
+std::deque<Work::Job>::const_iterator Work::next_of(const std::deque<Job>& line, bool slow) const {
+  if (slow && slow_at_work_ >= slow_most_) return line.end();
+  return std::find_if(line.begin(), line.end(), [&](const Job& job) {
+    const auto load = loads_.find(job.receiver);
+    if (load == loads_.end()) return true;
+    return load->second.at_work < share(4) && (!slow || load->second.slow_at_work < share(8));
+  });
+}
+
+void Work::begin(const Job& job, bool slow) {
+  Load& load = loads_[job.receiver];
+  ++load.at_work;
+  if (!slow) return;
+  ++load.slow_at_work;
+  ++slow_at_work_;
+}
+
+void Work::end(const std::string& receiver, bool slow) noexcept {
+  const auto load = loads_.find(receiver);
+  if (slow) --load->second.slow_at_work, --slow_at_work_;
+  if (--load->second.at_work == 0) loads_.erase(load);
 }
 
 void Work::hire() {
@@ -184,15 +218,18 @@ void Work::hire() {
 }
 
 std::optional<Work::Job> Work::next_job(bool& slow) {
-  const bool slow_can = !slow_.empty() && slow_at_work_ < slow_most_;
-  if (!slow_can && fresh_.empty()) return std::nullopt;
-  slow = slow_can && (fresh_.empty() || slow_turn_);  // in turns: neither line can starve the other
+  const auto fresh_one = next_of(fresh_, false), slow_one = next_of(slow_, true);
+  const bool slow_can = slow_one != slow_.end(), fresh_can = fresh_one != fresh_.end();
+  if (!slow_can && !fresh_can) return std::nullopt;
+  slow = slow_can && (!fresh_can || slow_turn_);  // in turns: neither line can starve the other
   slow_turn_ = !slow_turn_;
-  std::deque<Job>& line = slow ? slow_ : fresh_;
-  Job job = std::move(line.front());
-  line.pop_front();
-  if (slow) ++slow_at_work_;
+  Job job = slow ? *slow_one : *fresh_one;
+  begin(job, slow);
+  if (slow) slow_.erase(slow_one);
+  else fresh_.erase(fresh_one);
   channels_[job.channel].asked = true;
+  if (idle_ > 0 && is_servable()) changed_.notify_one();
+  else if (is_servable()) hire();
   return job;
 }
 
@@ -202,20 +239,19 @@ void Work::work(Worker& worker) noexcept {
     bool slow = false;
     if (std::optional<Job> job = next_job(slow)) {
       const Channel channel = job->channel;
+      const std::string receiver = job->receiver;
       try {
         serve(lock, worker, *std::move(job), slow);
       } catch (...) {  // no memory for the lines: the channel starts anew with its next notification
         if (!lock.owns_lock()) lock.lock();
         channels_.erase(channel);
       }
-      if (slow) {
-        --slow_at_work_;
-        changed_.notify_one();  // there is room for the next of them
-      }
+      end(receiver, slow);
+      if (is_servable()) changed_.notify_one();  // there is room for the next
       continue;
     }
     ++idle_;
-    const bool called = changed_.wait_for(lock, details_.idle_time, [&] { return stopping_ || servable() > 0; });
+    const bool called = changed_.wait_for(lock, details_.idle_time, [&] { return stopping_ || is_servable(); });
     --idle_;
     if (stopping_) break;
     auto surplus = kept_.take_surplus(details_.kept, steady_clock::now() - details_.kept_time);
@@ -225,7 +261,7 @@ void Work::work(Worker& worker) noexcept {
       surplus.clear();
       lock.lock();
     }
-    if (!called && servable() == 0 && (hired_ > 1 || kept_.empty())) break;  // the last one stays for the connections
+    if (!called && !is_servable() && (hired_ > 1 || kept_.empty())) break;  // the last one stays for the connections
   }
   --hired_;
   worker.over = true;
@@ -240,10 +276,12 @@ void Work::serve(Lock& lock, Worker& worker, Job job, bool& slow) {
   if (stopping_) return;
   if (notice) {
     if (notice->failed_before && !slow) {  // found out late, after a restart for example
-      if (slow_at_work_ >= slow_most_) {
-        slow_.push_back({channel, std::move(notice)});
+      Load& load = loads_[job.receiver];
+      if (slow_at_work_ >= slow_most_ || load.slow_at_work >= share(8)) {
+        slow_.push_back({channel, std::move(job.receiver), std::move(notice)});
         return;
       }
+      ++load.slow_at_work;
       ++slow_at_work_;
       slow = true;
     }
@@ -268,7 +306,7 @@ void Work::serve(Lock& lock, Worker& worker, Job job, bool& slow) {
   }
   if (channels_[channel].again) {
     channels_[channel] = {};
-    enqueue(channel);
+    enqueue(channel, std::move(job.receiver));
   } else {
     channels_.erase(channel);
   }
@@ -448,7 +486,7 @@ class HttplibDeliverer final : public Deliverer {
   HttplibDeliverer(const HttplibDeliverer&) = delete;
   HttplibDeliverer& operator=(const HttplibDeliverer&) = delete;
 
-  void notify(Channel channel) override { work_->notify(channel); }
+  void notify(Channel channel, std::string_view receiver) override { work_->notify(channel, receiver); }
   void stop() noexcept override { work_->stop(); }
 
  private:
