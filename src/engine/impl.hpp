@@ -242,6 +242,7 @@ class Engine::Impl {
   };
   /// 503 when there are too many, 400 or 403 for a URL that may not be called.
   std::optional<http::Response> refused_subscription(const Context& context, Protocol protocol);
+  bool is_this_server(const subscription::CallbackUrl& url) const;
   std::optional<http::Response> refused_receiver(const Context& context, const std::string& url);
   SubscriptionResource& make_subscription(Wish wish, Protocol protocol, std::size_t base, std::string id, Utc created);
   http::Response created(const Context& context, SubscriptionResource& made);
@@ -340,6 +341,7 @@ class Engine::Impl {
   std::shared_ptr<Door> door_ = std::make_shared<Door>();
   std::vector<std::string> bases_;             // [0] is the public one or that of the listening address
   std::vector<std::string> hosts_;             // accepted, lower-case with port
+  std::uint16_t port_ = 0;                     // that is listened on
   std::uint64_t structure_ = 1;                // moves with every add and remove
   std::unordered_map<std::string_view, Resource*> by_path_;
   std::map<std::string, std::unique_ptr<ThingNode>, std::less<>> things_;  // by path, "/baxter/right_s1"

@@ -63,6 +63,7 @@ void Engine::Impl::listens_on(std::string_view address, std::uint16_t port, bool
   const std::uint16_t default_port = secure ? 443 : 80;
   const std::string suffix = ":" + std::to_string(port);
   const std::string numeric = address.find(':') == std::string_view::npos ? std::string(address) : "[" + std::string(address) + "]";
+  port_ = port;
   hosts_.clear();
   const auto accept = [&](std::string host) {
     const std::string default_suffix = ":" + std::to_string(default_port);

@@ -92,7 +92,7 @@ Result<void> Engine::Impl::restore(std::string_view saved) {
     if (const auto made = rdf::lexical::parse_instant(text(vocab::dcterms::created)))
       parked.created = Utc(std::chrono::duration_cast<Utc::duration>(*made));
     const Result<subscription::CallbackUrl> url = subscription::parse_callback_url(parked.wish.url);
-    if (!url || !allowed_ || !allowed_->names(url->host, url->port)) {
+    if (!url || !allowed_ || !allowed_->names(url->host, url->port) || is_this_server(*url)) {
       leave_out(url ? "this server may not call " + url->authority : url.error().message);
       continue;
     }

@@ -95,9 +95,17 @@ std::optional<http::Response> Engine::Impl::refused_subscription(const Context& 
   return response;
 }
 
+/// A robot that notifies itself would carry out as a command what it says of itself, for whoever asks.
+bool Engine::Impl::is_this_server(const subscription::CallbackUrl& url) const {
+  const bool here = url.host == "localhost" || url.host == "[::1]" || url.host.compare(0, 4, "127.") == 0;
+  const auto answers_for = [this](const std::string& host) { return std::find(hosts_.begin(), hosts_.end(), host) != hosts_.end(); };
+  return (here && url.port == port_) || answers_for(url.authority) || answers_for(url.host + ":" + std::to_string(url.port));
+}
+
 std::optional<http::Response> Engine::Impl::refused_receiver(const Context& context, const std::string& url) {
   const Result<subscription::CallbackUrl> parsed = subscription::parse_callback_url(url);
   if (!parsed) return problem(context, 400, "callback URL: " + parsed.error().message);
+  if (is_this_server(*parsed)) return problem(context, 403, "callback URL: " + parsed->authority + " is this server itself");
   if (allowed_ && allowed_->names(parsed->host, parsed->port)) return std::nullopt;
   return problem(context, 403, "callback URL: this server may not call " + parsed->authority);
 }

@@ -78,6 +78,14 @@ TEST_CASE("a callback that is missing, no URL or not allowed makes nothing", "[e
     CHECK(status(std::string("\nCallback: ") + stranger) == 403);
   CHECK(status("\nCallback: http://127.0.0.1:9/r\nAccept: image/png") == 406);
   CHECK(arm.bench.get("/arm/subscriptions").linked("related").empty());
+  // The robot itself: it would carry out what it says of itself.
+  arm.bench.engine.listens_on("127.0.0.1", 9000);
+  for (const char* self : {"http://127.0.0.1:9000/arm/actions/turn", "http://localhost:9000/", "http://127.0.0.2:9000/", "http://[::1]:9000/"}) {
+    const Answer answer = arm.bench.ask("GET /arm/angle\nHost: localhost:9000\nUpgrade: callback\nCallback: " + std::string(self));
+    CHECK(answer.status == 403);
+    CHECK(answer.says("this server itself"));
+  }
+  CHECK(arm.bench.ask("GET /arm/angle\nHost: localhost:9000\nUpgrade: callback\nCallback: http://127.0.0.1:9001/").status == 201);
 
   Arm closed(allowing({}));  // the default: nobody may be called
   CHECK(closed.bench.ask("GET /arm/angle" + callback).status == 403);
@@ -325,9 +333,9 @@ TEST_CASE("what is saved and damaged, or allowed no more, brings nothing back an
     return "[] a hybrit:WebCallback ; dcterms:identifier \"" + id + "\" ; dcterms:isPartOf <http://localhost/> ; hybrit:onResource <" + path +
            "> ; hybrit:callbackURL \"" + url + "\" ; hybrit:mediaType \"text/turtle\" ; lrt:queueLength 0 ; lrt:minimumInterval 0 . ";
   };
-  CHECK(arm.bench.engine.restore(prefixes + entry("a", "http://127.0.0.1/") + entry("a", "http://127.0.0.1/") + entry("../b", "http://127.0.0.1/") +
-                                 entry("c", "http://evil.example/") + entry("d", "http://127.0.0.1/", "http://elsewhere/arm/angle") +
-                                 "[] a hybrit:WebCallback . " + entry("e", "http://127.0.0.1/", "http://localhost/not/there")));
+  CHECK(arm.bench.engine.restore(prefixes + entry("a", "http://127.0.0.1:9/") + entry("a", "http://127.0.0.1:9/") + entry("../b", "http://127.0.0.1:9/") +
+                                 entry("c", "http://evil.example/") + entry("d", "http://127.0.0.1:9/", "http://elsewhere/arm/angle") +
+                                 "[] a hybrit:WebCallback . " + entry("e", "http://127.0.0.1:9/", "http://localhost/not/there")));
   CHECK(arm.bench.get("/arm/subscriptions").linked("related") == std::vector<std::string>{"http://localhost/arm/subscriptions/a"});
   // The one whose resource is not there waits, and stays in the file.
   CHECK(arm.bench.engine.take_saved()->find("not/there") != std::string::npos);
