@@ -5,6 +5,7 @@
 #include <lrt/base/iri.hpp>
 #include <lrt/base/utf8.hpp>
 #include <lrt/http/head.hpp>
+#include <lrt/http/websocket.hpp>
 
 #include "src/engine/impl.hpp"
 
@@ -102,7 +103,7 @@ std::optional<http::Response> Engine::Impl::find_base(Context& context, const ht
   // The common case first: a base that was made before.
   for (std::size_t i = 0; i < bases_.size(); ++i) {
     const std::string& base = bases_[i];
-    if (base.size() == scheme.size() + authority.size() && base.compare(0, scheme.size(), scheme) == 0 &&
+    if (answered_[i] && base.size() == scheme.size() + authority.size() && base.compare(0, scheme.size(), scheme) == 0 &&
         base.compare(scheme.size(), std::string::npos, authority) == 0) {
       context.base = i;
       return std::nullopt;
@@ -117,11 +118,32 @@ std::optional<http::Response> Engine::Impl::find_base(Context& context, const ht
   if (!host.empty() && host.back() == ':') host.pop_back();
   if (std::find(hosts_.begin(), hosts_.end(), host) == hosts_.end())
     return problem(context, 421, "this server does not answer for the host \"" + host + "\"");
-  std::string base = std::string(scheme) + host;
-  const auto known = std::find(bases_.begin(), bases_.end(), base);
-  context.base = static_cast<std::size_t>(known - bases_.begin());
-  if (known == bases_.end()) bases_.push_back(std::move(base));
+  context.base = intern_base(std::string(scheme) + host, true);
   return std::nullopt;
+}
+
+std::size_t Engine::Impl::intern_base(std::string base, bool answered) {
+  const auto known = std::find(bases_.begin(), bases_.end(), base);
+  const auto at = static_cast<std::size_t>(known - bases_.begin());
+  if (known == bases_.end()) {
+    bases_.push_back(std::move(base));
+    answered_.push_back(answered);
+  }
+  answered_[at] = answered_[at] || answered;
+  return at;
+}
+
+bool Engine::Impl::is_from_foreign_page(const Context& context) const {
+  const http::Request& request = context.request;
+  const auto origin = request.find("Origin");
+  if (!origin) return false;
+  const bool safe = request.method == "GET" || request.method == "HEAD" || request.method == "OPTIONS";
+  if (safe && (options_.allowed_origins.empty() || !request.can_upgrade || !http::asks_for_upgrade(request, "websocket"))) return false;
+  const std::string& base = bases_[context.base];
+  const std::string_view own = std::string_view(base).substr(0, base.find('/', base.find("://") + 3));
+  if (request.count("Origin") == 1 && http::iequals(*origin, own)) return false;
+  return std::none_of(options_.allowed_origins.begin(), options_.allowed_origins.end(),
+                      [&](const std::string& allowed) { return allowed == "*" || http::iequals(*origin, allowed); });
 }
 
 std::optional<http::Response> Engine::Impl::find_resource(Context& context, const http::Target& target) {
@@ -174,6 +196,9 @@ Outcome Engine::Impl::route(Context& context, bool fresh) {
   const auto target = http::split_target(request.target);
   if (!target) return problem(context, 400, "target: expected a path, an http(s) URI or *");
   if (auto answer = find_base(context, *target)) return *std::move(answer);
+  if (is_from_foreign_page(context)) return problem(context, 403, "pages of " + std::string(*request.find("Origin")) + " may not send this");
+  if (request.find(notification_field) == instance_)
+    return problem(context, 403, "this is a notification of this server: it does not obey itself");
   if (options_.authorize) {
     const Result<Access> access = guarded<Access>([&]() -> Result<Access> { return options_.authorize(request); });
     if (!access) {

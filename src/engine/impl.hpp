@@ -166,6 +166,9 @@ class Engine::Impl {
   Outcome route(Context& context, bool fresh);
   http::Response options(const Context& context);
   std::optional<http::Response> find_base(Context& context, const http::Target& target);
+  std::size_t intern_base(std::string base, bool answered);
+  /// Whether a page elsewhere has made a browser send this (RFC 6454 7), and may not.
+  bool is_from_foreign_page(const Context& context) const;
   std::optional<http::Response> find_resource(Context& context, const http::Target& target);
   Outcome defer(const Context& context, std::chrono::milliseconds most, Ticket& ticket);
   Waiting* find_waiting(Ticket ticket);
@@ -261,6 +264,8 @@ class Engine::Impl {
   void changed(Resource& resource);
   void tell(Resource& resource);
   void note(SubscriptionResource& s);
+  void queue(SubscriptionResource& s);
+  const Rendering* render_for(SubscriptionResource& s);
   void schedule(SubscriptionResource& s);
   void set_timer(SubscriptionResource& s);
   void clear_timer(SubscriptionResource& s);
@@ -340,6 +345,7 @@ class Engine::Impl {
   const Clock& clock_;
   std::shared_ptr<Door> door_ = std::make_shared<Door>();
   std::vector<std::string> bases_;             // [0] is the public one or that of the listening address
+  std::vector<bool> answered_;                 // of each: requests may name it; not those of restored subscriptions
   std::vector<std::string> hosts_;             // accepted, lower-case with port
   std::uint16_t port_ = 0;                     // that is listened on
   std::uint64_t structure_ = 1;                // moves with every add and remove
@@ -381,6 +387,7 @@ class Engine::Impl {
     std::string path, base, id;
     Utc created;
     Wish wish;
+    bool refused = false;                      // its receiver may not be called now: kept for a start when it may
   };
   std::vector<Parked> parked_;
   bool callbacks_changed_ = false;             // since take_saved()
@@ -396,6 +403,10 @@ class Engine::Impl {
   bool looking_ = false;
   std::chrono::steady_clock::time_point next_look_{};
   unsigned quiet_looks_ = 0;
+  bool telling_ = false;                       // the time to render for queues
+  std::vector<Channel> marked_;                // with a queue, and something new since it was that time
+  std::size_t queued_bytes_ = 0;               // of all subscribers
+  const std::string instance_ = RandomIds().next();  // by which notifications of this server are known
 };
 
 /// Calls user code; whatever it throws becomes an Error.
@@ -424,6 +435,9 @@ bool is_container(const Resource& resource) noexcept;
 inline constexpr std::string_view subscriptions_shape = "subscriptions";
 inline constexpr std::chrono::seconds longest_interval{86'400};
 inline constexpr std::size_t longest_secret = 200;
+
+/// Names the server that a notification is of, so that it does not take it for a command.
+inline constexpr std::string_view notification_field = "Lrt-Notification-Of";
 
 /// Of a container without its members (LDP 7.2.2, PreferMinimalContainer).
 inline constexpr std::size_t minimal_page = 0;

@@ -25,19 +25,32 @@ void Engine::Impl::tell(Resource& resource) {
   for (SubscriptionResource* s : resource.observers) note(*s);
 }
 
-/// There is something new for a subscriber.
+/// There is something new for a subscriber. What a queue gets is rendered at looks only, whose share of time is bounded, and for commands:
+/// a request that finds news must not pay for all who want to have it in three syntaxes.
 void Engine::Impl::note(SubscriptionResource& s) {
-  if (s.backlog.policy().queues() && !s.patience.suspended()) {
-    const Result<const Rendering*> rendering = render(s.observed, s.base, s.syntax, 1);
-    if (!rendering) return log(LogLevel::error, s.observed.path + ": " + rendering.error().message);
-    const std::string& tag = (*rendering)->tag;
-    const std::string& last = s.backlog.newest() ? s.backlog.newest()->tag : s.last_tag;
-    if (tag == last) return;
-    s.backlog.push({(*rendering)->body, tag});
-  } else {
+  if (!s.backlog.policy().queues() || s.patience.suspended()) {
     s.backlog.note();
+    return schedule(s);
   }
+  if (telling_ || s.observed.kind == Kind::action || s.observed.kind == Kind::invocation) return queue(s);
+  if (!std::exchange(s.marked, true)) marked_.push_back(s.channel);
+  if (!looking_) start_looking();
+}
+
+void Engine::Impl::queue(SubscriptionResource& s) {
+  const Rendering* rendering = render_for(s);
+  if (!rendering) return;
+  const std::string& last = s.backlog.newest() ? s.backlog.newest()->tag : s.last_tag;
+  if (rendering->tag == last) return;
+  s.backlog.push({rendering->body, rendering->tag});
   schedule(s);
+}
+
+const Rendering* Engine::Impl::render_for(SubscriptionResource& s) {
+  const Result<const Rendering*> rendering = render(s.observed, s.base, s.syntax, 1);
+  if (!rendering && !s.failing) log(LogLevel::error, s.observed.path + ": " + rendering.error().message);
+  s.failing = !rendering;
+  return rendering ? *rendering : nullptr;
 }
 
 void Engine::Impl::schedule(SubscriptionResource& s) {
@@ -61,15 +74,15 @@ void Engine::Impl::clear_timer(SubscriptionResource& s) {
 /// What to give a subscriber now. After nothing it is named again when there is something.
 std::optional<subscription::Item> Engine::Impl::next_item(SubscriptionResource& s, TimePoint now) {
   std::optional<subscription::Item> item;
+  s.named = false;
   if (!s.backlog.empty() && now.steady < s.backlog.due()) {
     set_timer(s);
   } else if (!(item = s.backlog.take_item()) && s.backlog.take_note()) {
-    const Result<const Rendering*> rendering = render(s.observed, s.base, s.syntax, 1);
-    if (!rendering) log(LogLevel::error, s.observed.path + ": " + rendering.error().message);
-    else if ((*rendering)->tag != s.last_tag) item = subscription::Item{(*rendering)->body, (*rendering)->tag};
+    const Rendering* rendering = render_for(s);
+    if (rendering && rendering->tag != s.last_tag) item = subscription::Item{rendering->body, rendering->tag};
   }
-  s.named = item.has_value();
   if (!item) return std::nullopt;
+  s.named = true;
   s.last_tag = item->tag;
   s.backlog.given(now.steady);
   return item;
@@ -84,13 +97,16 @@ std::optional<Channel> Engine::Impl::next_ready(TimePoint now) {
     if (looking_ ? next_look_ <= now.steady : !bell_->asleep() && !(watched_.empty() && watched_invocations_.empty())) look(now);
     if (structure_news_) {
       structure_news_ = false;
+      telling_ = true;
       for (const auto& [number, s] : by_channel_)
         if (s->observed.kind == Kind::thing || s->observed.kind == Kind::state) {
           if (s->backlog.policy().queues()) note(*s);
           else s->backlog.note_again(), schedule(*s);
         }
+      telling_ = false;
     }
   } catch (const std::exception& e) {
+    telling_ = false;
     log(LogLevel::error, std::string("telling of changes failed inside: ") + e.what());
   }
   for (std::deque<Channel>* list : {&urgent_, &ready_}) {
@@ -153,6 +169,7 @@ std::optional<subscription::Notice> Engine::Impl::next_notice(Channel channel, T
     notice.secret = s->secret.empty() ? options_.subscriptions.callbacks.secret : s->secret;
     notice.failed_before = s->patience.tried();
     notice.fields.add("Content-Type", rdf::media_type(s->syntax));
+    notice.fields.add(notification_field, instance_);
     notice.fields.add("ETag", item->tag);
     http::LinkWriter links;
     links.add(bases_[s->base] + s->observed.path, "about");
@@ -276,7 +293,7 @@ void Engine::Impl::start_looking() {
 }
 
 bool Engine::Impl::has_news() const {
-  return std::any_of(watched_.begin(), watched_.end(),
+  return !marked_.empty() || std::any_of(watched_.begin(), watched_.end(),
                      [](const Watched& w) { return w.slot ? w.slot->has_news() : w.property->spec->changes->has_news(); }) ||
          std::any_of(watched_invocations_.begin(), watched_invocations_.end(), [](const InvocationResource* i) {
            return !i->finished() && i->core->fraction() != i->progress;
@@ -288,7 +305,14 @@ void Engine::Impl::look(TimePoint now) {
   const subscription::Options& options = options_.subscriptions;
   looking_ = true;
   next_look_ = now.steady + options.push_period;
-  bool news = false;
+  telling_ = true;
+  bool news = !marked_.empty();
+  for (const Channel channel : std::exchange(marked_, {})) {
+    SubscriptionResource* s = find_channel(channel);
+    if (!s) continue;
+    s->marked = false;
+    queue(*s);
+  }
   for (const Watched& w : watched_) {
     if (w.slot ? !w.slot->has_news() : !w.property->spec->changes->take()) continue;
     news = true;
@@ -300,6 +324,10 @@ void Engine::Impl::look(TimePoint now) {
     (void)sync(*invocation);
     news |= invocation->progress != before;
   }
+  telling_ = false;
+  // Whoever asks for much must not take all the time there is.
+  const auto after = clock_.now().steady;
+  next_look_ = std::max(next_look_, after + 4 * (after - now.steady));
   quiet_looks_ = news ? 0 : quiet_looks_ + 1;
   if (watched_.empty() && watched_invocations_.empty()) {
     looking_ = false;

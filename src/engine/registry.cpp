@@ -86,7 +86,8 @@ void Engine::Impl::listens_on(std::string_view address, std::uint16_t port, bool
   for (const auto& [path, resource] : by_path_) forget_renderings(*resource);
   for (const auto& [path, thing] : things_) thing->door.clear();
   bases_.clear();
-  bases_.push_back(options_.public_base.empty() ? (secure ? "https://" : "http://") + hosts_.front() : options_.public_base);
+  answered_.clear();
+  intern_base(options_.public_base.empty() ? (secure ? "https://" : "http://") + hosts_.front() : options_.public_base, true);
 }
 
 bool Engine::Impl::take_path(Resource& resource) { return by_path_.emplace(resource.path, &resource).second; }

@@ -171,12 +171,12 @@ enum class Protocol : std::uint8_t { websocket, callback };
 /// Somebody who is told when a resource changes (paper 5.3).
 struct SubscriptionResource final : Resource {
   SubscriptionResource(std::string p, ThingNode* t, std::string i, Channel c, Resource& r, subscription::Policy policy,
-                       const subscription::Options& options)
+                       const subscription::Options& options, std::size_t& queued_bytes)
       : Resource(Kind::subscription, std::move(p), t),
         id(std::move(i)),
         channel(c),
         observed(r),
-        backlog(policy, options.queue_bytes),
+        backlog(policy, options.queue_bytes, options.all_queue_bytes, queued_bytes),
         patience(options.callbacks) {}
 
   std::string id;
@@ -190,6 +190,8 @@ struct SubscriptionResource final : Resource {
 
   subscription::Backlog backlog;
   std::string last_tag;                      ///< of what was given last
+  bool marked = false;                       ///< among those for whose queue there is something new
+  bool failing = false;                      ///< its representation could not be made the last time
   bool named = false;                        ///< to who delivers, and not answered with nothing since
   std::optional<std::multimap<std::chrono::steady_clock::time_point, Channel>::iterator> timer;
 

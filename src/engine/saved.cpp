@@ -44,25 +44,31 @@ std::optional<std::string> Engine::Impl::take_saved() {
 Result<void> Engine::Impl::restore(std::string_view saved) {
   rdf::ReadOptions read_options;
   read_options.base = placeholder_base;
-  read_options.max_triples = 16 * options_.subscriptions.callbacks.most;
+  read_options.max_triples = 100'000;
   const Result<rdf::Graph> graph = rdf::read(saved, rdf::Syntax::turtle, read_options);
   if (!graph) return Unexpected{graph.error()};
   const auto type = graph->find(vocab::rdf::type), callback = graph->find(vocab::hybrit::WebCallback);
   if (!type || !callback) return {};
   for (const rdf::Triple& t : graph->match(std::nullopt, *type, *callback)) {
-    const auto text = [&](Iri predicate) -> std::string {
+    const auto text = [&](Iri predicate, bool iri = false) -> std::string {
       const auto p = graph->find(predicate);
       const auto found = p ? graph->object(t.subject, *p) : std::nullopt;
-      return found ? std::string(graph->term(*found).text) : std::string();
+      return found && graph->term(*found).is_iri() == iri ? std::string(graph->term(*found).text) : std::string();
     };
     Parked parked;
     parked.id = text(vocab::dcterms::identifier);
-    parked.base = text(vocab::dcterms::isPartOf);
-    const std::string observed = text(vocab::hybrit::onResource);
+    parked.base = text(vocab::dcterms::isPartOf, true);
+    const std::string observed = text(vocab::hybrit::onResource, true);
     parked.wish.url = text(vocab::hybrit::callbackURL);
     parked.wish.secret = text(vocab::lrt::secret);
+    const auto say = [&](const std::string& what) {
+      std::string line = "the saved subscription \"" + parked.id + "\" " + what;
+      for (char& c : line)
+        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';  // the file may be anybody's
+      log(LogLevel::warning, line);
+    };
     const auto leave_out = [&](const std::string& why) {
-      log(LogLevel::warning, "the saved subscription \"" + parked.id + "\" is left out: " + why);
+      say("is left out: " + why);
       callbacks_changed_ = true;
     };
     const Result<std::string> id = model::encode_path(parked.id);
@@ -82,8 +88,8 @@ Result<void> Engine::Impl::restore(std::string_view saved) {
     const auto interval = rdf::lexical::parse_double(text(vocab::lrt::minimumInterval));
     const auto length = rdf::lexical::parse_uint64(text(vocab::lrt::queueLength));
     if (!syntax || !interval || !(*interval >= 0) || *interval > static_cast<double>(longest_interval.count()) || !length ||
-        *length > options_.subscriptions.longest_queue) {
-      leave_out("its media type, interval or queue length is not possible");
+        *length > options_.subscriptions.longest_queue || parked.wish.secret.size() > longest_secret) {
+      leave_out("its media type, interval, queue length or secret is not possible");
       continue;
     }
     parked.wish.syntax = *syntax;
@@ -92,9 +98,13 @@ Result<void> Engine::Impl::restore(std::string_view saved) {
     if (const auto made = rdf::lexical::parse_instant(text(vocab::dcterms::created)))
       parked.created = Utc(std::chrono::duration_cast<Utc::duration>(*made));
     const Result<subscription::CallbackUrl> url = subscription::parse_callback_url(parked.wish.url);
-    if (!url || !allowed_ || !allowed_->names(url->host, url->port) || is_this_server(*url)) {
-      leave_out(url ? "this server may not call " + url->authority : url.error().message);
+    if (!url) {
+      leave_out(url.error().message);
       continue;
+    }
+    if (!allowed_ || !allowed_->names(url->host, url->port) || is_this_server(*url)) {
+      say("waits: this server may not call " + url->authority + " now");
+      parked.refused = true;
     }
     const auto twin = [&](const auto& other) { return other.id == parked.id; };
     if (std::any_of(parked_.begin(), parked_.end(), twin) || callbacks_ + parked_.size() >= options_.subscriptions.callbacks.most) {
@@ -113,15 +123,13 @@ void Engine::Impl::adopt_parked() {
     Resource* observed = find(parked_[i].path);
     const bool fits = observed && observed->thing && (observed->kind == Kind::thing || observed->kind == Kind::state ||
                                                       observed->kind == Kind::property || observed->kind == Kind::action);
-    if (!fits || find(observed->thing->subscriptions.path + "/" + parked_[i].id)) {
+    if (!fits || parked_[i].refused || find(observed->thing->subscriptions.path + "/" + parked_[i].id)) {
       ++i;
       continue;
     }
     Parked parked = std::move(parked_[i]);
     parked_.erase(parked_.begin() + static_cast<std::ptrdiff_t>(i));
-    const auto known = std::find(bases_.begin(), bases_.end(), parked.base);
-    const auto base = static_cast<std::size_t>(known - bases_.begin());
-    if (known == bases_.end()) bases_.push_back(std::move(parked.base));
+    const std::size_t base = intern_base(std::move(parked.base), false);
     parked.wish.observed = observed;
     make_subscription(std::move(parked.wish), Protocol::callback, base, std::move(parked.id), parked.created);
   }

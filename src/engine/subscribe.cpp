@@ -75,6 +75,7 @@ Result<void> Engine::Impl::check() const {
 std::optional<Protocol> Engine::Impl::asked_protocol(const Context& context) const {
   if (context.request.method != "GET" || !context.request.find("Upgrade") || !observable(*context.resource)) return std::nullopt;
   if (context.request.can_upgrade && http::asks_for_upgrade(context.request, "websocket")) return Protocol::websocket;
+  if (context.request.version < 11) return std::nullopt;  // RFC 9110 7.8
   if (http::asks_for_upgrade(context.request, "callback") || http::asks_for_upgrade(context.request, "webhook")) return Protocol::callback;
   return std::nullopt;
 }
@@ -87,8 +88,7 @@ subscription::Policy Engine::Impl::default_policy(const Resource& observed) cons
 
 std::optional<http::Response> Engine::Impl::refused_subscription(const Context& context, Protocol protocol) {
   const bool callback = protocol == Protocol::callback;
-  const std::size_t callbacks = callbacks_ + parked_.size();
-  if (by_channel_.size() < options_.subscriptions.most && (!callback || callbacks < options_.subscriptions.callbacks.most)) return std::nullopt;
+  if (by_channel_.size() < options_.subscriptions.most && (!callback || callbacks_ < options_.subscriptions.callbacks.most)) return std::nullopt;
   http::Response response = problem(context, 503, callback ? "there are as many web callbacks as this server keeps"
                                                            : "there are as many subscriptions as this server keeps");
   response.fields.set("Retry-After", std::to_string(options_.retry_after.count()));
@@ -104,7 +104,7 @@ bool Engine::Impl::is_this_server(const subscription::CallbackUrl& url) const {
 
 std::optional<http::Response> Engine::Impl::refused_receiver(const Context& context, const std::string& url) {
   const Result<subscription::CallbackUrl> parsed = subscription::parse_callback_url(url);
-  if (!parsed) return problem(context, 400, "callback URL: " + parsed.error().message);
+  if (!parsed) return problem(context, 400, parsed.error().message);
   if (is_this_server(*parsed)) return problem(context, 403, "callback URL: " + parsed->authority + " is this server itself");
   if (allowed_ && allowed_->names(parsed->host, parsed->port)) return std::nullopt;
   return problem(context, 403, "callback URL: this server may not call " + parsed->authority);
@@ -270,7 +270,7 @@ Resource* Engine::Impl::find_iri(std::string_view iri) const {
 SubscriptionResource& Engine::Impl::make_subscription(Wish wish, Protocol protocol, std::size_t base, std::string id, Utc created) {
   ThingNode& thing = *wish.observed->thing;
   auto made = std::make_unique<SubscriptionResource>(thing.subscriptions.path + "/" + id, &thing, std::move(id), Channel{next_channel_++},
-                                                     *wish.observed, wish.policy, options_.subscriptions);
+                                                     *wish.observed, wish.policy, options_.subscriptions, queued_bytes_);
   SubscriptionResource& s = *made;
   s.protocol = protocol;
   s.base = base;
@@ -289,10 +289,12 @@ SubscriptionResource& Engine::Impl::make_subscription(Wish wish, Protocol protoc
     ++callbacks_;
     callbacks_changed_ = true;
   }
-  note(s);  // SPEC 3.6: the first one at once
+  if (wish.policy.queues()) queue(s);  // SPEC 3.6: the first one at once
+  else note(s);
   return s;
 }
 
+/// With If-Match it is cancelled only if its counters have not moved (R0.11).
 Outcome Engine::Impl::delete_subscription(Context& context) {
   if (auto answer = precondition(context)) return *std::move(answer);
   http::Response response = no_content(context);

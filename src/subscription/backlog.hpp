@@ -30,7 +30,12 @@ struct Policy {
 class Backlog {
  public:
   using Instant = std::chrono::steady_clock::time_point;
-  Backlog(Policy policy, std::size_t most_bytes) : policy_(policy), most_bytes_(most_bytes) {}
+  /// @param most_bytes  of the items here; `most_of_all`: of those of all backlogs, which `bytes_of_all` counts
+  Backlog(Policy policy, std::size_t most_bytes, std::size_t most_of_all, std::size_t& bytes_of_all)
+      : policy_(policy), most_bytes_(most_bytes), most_of_all_(most_of_all), bytes_of_all_(bytes_of_all) {}
+  ~Backlog() { bytes_of_all_ -= bytes_; }
+  Backlog(const Backlog&) = delete;
+  Backlog& operator=(const Backlog&) = delete;
 
   const Policy& policy() const noexcept { return policy_; }
   bool empty() const noexcept { return !noted_ && items_.empty(); }
@@ -47,16 +52,16 @@ class Backlog {
   bool take_note() noexcept { return std::exchange(noted_, false); }
 
   void push(Item item) {
-    bytes_ += item.body->size();
+    count(item);
     items_.push_back(std::move(item));
-    while (items_.size() > policy_.queue_length || (bytes_ > most_bytes_ && items_.size() > 1)) {
+    while (items_.size() > policy_.queue_length || (is_full() && items_.size() > 1)) {
       drop_first();
       ++dropped_;
     }
   }
   /// The last one before the end: there is room for it whatever the policy.
   void push_last(Item item) {
-    bytes_ += item.body->size();
+    count(item);
     items_.push_back(std::move(item));
   }
   /// What was taken and not delivered. It is the oldest, and goes first if there is no room.
@@ -65,7 +70,7 @@ class Backlog {
       ++dropped_;
       return;
     }
-    bytes_ += item.body->size();
+    count(item);
     items_.push_front(std::move(item));
   }
   std::optional<Item> take_item() {
@@ -78,8 +83,7 @@ class Backlog {
   const Item* newest() const noexcept { return items_.empty() ? nullptr : &items_.back(); }
   void drop_items() noexcept {
     dropped_ += items_.size();
-    items_.clear();
-    bytes_ = 0;
+    while (!items_.empty()) drop_first();
   }
 
   /// When the next notification may go.
@@ -88,13 +92,20 @@ class Backlog {
   void not_before(Instant time) noexcept { due_ = time; }
 
  private:
+  bool is_full() const noexcept { return bytes_ > most_bytes_ || bytes_of_all_ > most_of_all_; }
+  void count(const Item& item) noexcept {
+    bytes_ += item.body->size();
+    bytes_of_all_ += item.body->size();
+  }
   void drop_first() noexcept {
     bytes_ -= items_.front().body->size();
+    bytes_of_all_ -= items_.front().body->size();
     items_.pop_front();
   }
 
   const Policy policy_;
-  const std::size_t most_bytes_;
+  const std::size_t most_bytes_, most_of_all_;
+  std::size_t& bytes_of_all_;
   bool noted_ = false;
   std::deque<Item> items_;
   std::size_t bytes_ = 0;

@@ -153,14 +153,15 @@ struct Rig {
     deliverer->notify(channel, alone(channel));
   }
   Receipt deliver(Notice n) {
-    static std::uint64_t next = 1'000'000;
-    const Channel channel{next++};
+    constexpr Channel channel{1'000'000};  // one subscription, so that its connection may be used again
     post(channel, std::move(n));
+    ++delivered_;
     Receipt result;
     const bool came = source.wait_until([&](const auto& receipts) {
-      const auto found = std::find_if(receipts.begin(), receipts.end(), [&](const auto& r) { return r.first == channel; });
-      if (found != receipts.end()) result = found->second;
-      return found != receipts.end();
+      std::size_t seen = 0;
+      for (const auto& r : receipts)
+        if (r.first == channel && ++seen == delivered_) result = r.second;
+      return seen >= delivered_;
     });
     if (!came) throw std::runtime_error("no receipt");
     return result;
@@ -170,6 +171,9 @@ struct Rig {
   std::mutex mutex;
   std::vector<std::string> log;
   std::unique_ptr<Deliverer> deliverer;
+
+ private:
+  std::size_t delivered_ = 0;  // by deliver()
 };
 
 bool says(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
@@ -273,6 +277,7 @@ TEST_CASE("the ways to frame an answer", "[delivery]") {
       {"interim", "HTTP/1.1 100 Continue\r\n\r\nHTTP/1.1 204 No Content\r\n\r\n", true},
       {"without a reason", "HTTP/1.1 200\r\nContent-Length: 0\r\n\r\n", true},
       {"more than was announced", "HTTP/1.1 200 OK\r\nContent-Length: 5\r\n\r\nhelloHTTP/1.1 500 Later\r\n\r\n", false},
+      {"204 with a length", "HTTP/1.1 204 No Content\r\nContent-Length: 5\r\n\r\n", false},
       {"compressed, which is nobody's business", "HTTP/1.1 200 OK\r\nContent-Encoding: gzip\r\nContent-Length: 5\r\n\r\nhello", true},
   };
   for (const Case& item : cases) {
@@ -287,6 +292,36 @@ TEST_CASE("the ways to frame an answer", "[delivery]") {
     CHECK(rig.deliver(notice(receiver.url())).status / 100 == 2);
     CHECK(rig.deliver(notice(receiver.url())).status / 100 == 2);
     CHECK(receiver.connections() == (item.keeps ? 1 : 2));
+  }
+}
+
+TEST_CASE("an answer whose end two readers could see at different places is none", "[delivery][security]") {
+  for (const char* bytes : {"HTTP/1.1 200 OK\r\nContent-Length: 5\r\nContent-Length: 3\r\n\r\nhello",
+                            "HTTP/1.1 200 OK\r\nContent-Length: 5\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n"}) {
+    const Receiver receiver([&](Peer& peer) {
+      while (!peer.read_request().empty()) peer.send(bytes);
+    });
+    Rig rig;
+    CHECK(rig.deliver(notice(receiver.url())).status == 0);
+    CHECK(rig.deliver(notice(receiver.url())).status == 0);
+    CHECK(receiver.connections() == 2);
+  }
+}
+
+TEST_CASE("what one subscription's receiver sends too much is no answer to another's notice", "[delivery][security]") {
+  const Receiver receiver([&](Peer& peer) {
+    std::string request = peer.read_request();
+    const bool stray = request.find("POST /stray") == 0;
+    while (!request.empty()) {
+      peer.send("HTTP/1.1 200 OK\r\nContent-Length: 0\r\n\r\n");
+      if (stray) peer.send("HTTP/1.1 410 Gone\r\nContent-Length: 0\r\n\r\n");
+      request = peer.read_request();
+    }
+  });
+  Rig rig;
+  for (std::uint64_t i = 0; i < 50; ++i) rig.post(Channel{1 + i % 2}, notice(receiver.url() + (i % 2 == 0 ? "stray" : "good")));
+  for (const auto& [channel, receipt] : rig.source.wait_for(50)) {
+    if (channel == Channel{2}) CHECK(receipt.status == 200);
   }
 }
 
@@ -783,7 +818,7 @@ TEST_CASE("no more than the stated number of exchanges at once, and one for each
   CHECK(rig.source.wait_for(channels * each).size() == channels * each);
   CHECK(rig.source.one_at_a_time());
   CHECK(rig.source.most_at_work() <= 3);
-  CHECK(receiver.connections() <= 3 + 1);
+  CHECK(static_cast<std::uint64_t>(receiver.connections()) <= channels);  // one each
 }
 
 TEST_CASE("a channel that is notified while it is at work is asked again", "[delivery]") {

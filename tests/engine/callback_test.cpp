@@ -122,6 +122,18 @@ TEST_CASE("a notification is the representation with its ETag, the resource and 
   CHECK(missing(arm.bench.get("/arm/subscriptions/i1"), "<http://localhost/arm/subscriptions/i1> lrt:delivered 2 .") == "");
 }
 
+TEST_CASE("a server does not take its own notification for a command", "[engine][R0.16][security]") {
+  Arm arm;
+  REQUIRE(arm.bench.ask("GET /arm/angle" + callback).status == 201);
+  const auto notice = arm.notice(arm.due().at(0));
+  REQUIRE(notice);
+  const std::string mark = notice->fields.joined("Lrt-Notification-Of");
+  CHECK_FALSE(mark.empty());
+  CHECK(arm.bench.ask("POST /arm/actions/home\nLrt-Notification-Of: " + mark).status == 403);
+  CHECK(arm.bench.ask("POST /arm/actions/home\nLrt-Notification-Of: another").status == 204);
+  CHECK(arm.robot.homed == 1);
+}
+
 TEST_CASE("a failed notification is tried again after longer and longer pauses, in order", "[engine][R0.16][delivery]") {
   Arm arm;
   REQUIRE(arm.bench.ask("GET /arm/angle?queueLength=10" + callback).status == 201);
@@ -337,6 +349,9 @@ TEST_CASE("what is saved and damaged, or allowed no more, brings nothing back an
                                  entry("c", "http://evil.example/") + entry("d", "http://127.0.0.1:9/", "http://elsewhere/arm/angle") +
                                  "[] a hybrit:WebCallback . " + entry("e", "http://127.0.0.1:9/", "http://localhost/not/there")));
   CHECK(arm.bench.get("/arm/subscriptions").linked("related") == std::vector<std::string>{"http://localhost/arm/subscriptions/a"});
-  // The one whose resource is not there waits, and stays in the file.
-  CHECK(arm.bench.engine.take_saved()->find("not/there") != std::string::npos);
+  // The one whose resource is not there waits, and so does the one that may not be called now: both stay in the file.
+  const std::string kept = arm.bench.engine.take_saved().value_or("");
+  CHECK(kept.find("not/there") != std::string::npos);
+  CHECK(kept.find("evil.example") != std::string::npos);
+  CHECK(arm.bench.ask("GET /arm\nHost: elsewhere").status == 421);
 }

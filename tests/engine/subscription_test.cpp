@@ -178,6 +178,56 @@ TEST_CASE("a queue is bounded in bytes too", "[engine][delivery]") {
   CHECK(bytes <= 1000);
 }
 
+TEST_CASE("a request that finds news does not render for queues, a look does", "[engine][delivery]") {
+  Arm arm;
+  const Channel channel = arm.bench.open("/arm/angle?queueLength=100");
+  (void)arm.bench.messages(channel);
+  arm.robot.angle_handle->publish(33);
+  const std::string now = body(arm.bench, "/arm/angle");
+  CHECK_FALSE(arm.bench.engine.next_push(channel, arm.bench.clock.now()));
+  REQUIRE(arm.bench.engine.next_deadline());
+  arm.bench.look();
+  CHECK(arm.bench.messages(channel) == std::vector<std::string>{now});
+}
+
+TEST_CASE("all queues together are bounded in bytes", "[engine][limits]") {
+  engine::Options options;
+  options.subscriptions.all_queue_bytes = 4000;
+  Arm arm(options);
+  std::vector<Channel> channels;
+  for (int i = 0; i < 5; ++i) channels.push_back(arm.bench.open("/arm/angle?queueLength=100"));
+  (void)arm.bench.pushes();
+  for (int i = 1; i <= 50; ++i) {
+    arm.publish(i);
+    while (arm.bench.engine.next_ready(arm.bench.clock.now())) {
+    }
+  }
+  std::size_t bytes = 0;
+  for (const Channel c : channels) {
+    std::size_t count = 0;
+    while (const auto push = arm.bench.engine.next_push(c, arm.bench.clock.now())) bytes += push->message->size(), ++count;
+    CHECK(count >= 1);  // the newest, whatever the others have
+  }
+  CHECK(bytes <= 4000 + 5 * 1000);
+}
+
+TEST_CASE("pages elsewhere may not send commands, nor open WebSockets where the integrator says who may", "[engine][security]") {
+  engine::Options options;
+  options.allowed_origins = {"https://dashboard.example"};
+  for (const bool named : {false, true}) {
+    Arm arm(named ? options : engine::Options{});
+    const auto post = [&](const std::string& origin) { return arm.bench.ask("POST /arm/actions/home\nOrigin: " + origin).status; };
+    CHECK(post("http://evil.example") == 403);
+    CHECK(post("null") == 403);
+    CHECK(post("http://localhost") == 204);
+    CHECK(post("https://dashboard.example") == (named ? 204 : 403));
+    CHECK(arm.bench.ask("GET /arm/angle\nOrigin: http://evil.example").status == 200);  // whose page cannot read the answer
+    CHECK(arm.bench.upgrade("/arm/angle", "Origin: http://evil.example\n").answer.status == (named ? 403 : 101));
+    CHECK(arm.bench.upgrade("/arm/angle", "Origin: https://dashboard.example\n").channel);
+    CHECK(arm.robot.homed == (named ? 2 : 1));
+  }
+}
+
 TEST_CASE("between two notifications lies the interval that the subscriber asked for", "[engine][delivery]") {
   Arm arm;
   const Channel channel = arm.bench.open("/arm/angle?minimumInterval=0.5");

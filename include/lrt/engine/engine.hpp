@@ -31,6 +31,7 @@ enum class Access : std::uint8_t {
   unauthenticated,  ///< 401, with Options::challenge
   forbidden,        ///< 403
 };
+/// A GET with `Upgrade: callback` makes the robot post to a URL: who may only look should not be granted it.
 using Authorizer = std::function<Access(const http::Request&)>;
 
 struct Options {
@@ -38,6 +39,9 @@ struct Options {
   std::string public_base;
   /// Further hosts that a request may name when there is no public base: "robot.local" (with the listening port) or "name:port".
   std::vector<std::string> allowed_hosts;
+  /// Pages of other origins ("https://dashboard.example") that may send commands from a browser, besides those of this server; "*": any. If
+  /// there are some, WebSockets that name another origin are refused, too.
+  std::vector<std::string> allowed_origins;
   std::chrono::milliseconds host_time{2'000};    ///< a request waits so long for the host to run a lambda; then 503
   std::chrono::seconds retry_after{1};           ///< said with that 503
   std::chrono::seconds longest_wait{60};         ///< of `Prefer: wait`; more is taken as this

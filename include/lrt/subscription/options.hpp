@@ -35,9 +35,11 @@ struct Options {
   std::size_t longest_queue = 1'000;             ///< notifications a client may ask to be queued; more: 422, in a query 400
   std::size_t queue = 64;                        ///< of actions and invocations, when the client does not say
   std::size_t queue_bytes = 256 * 1024;          ///< of what is queued for one subscriber; older ones are dropped
+  std::size_t all_queue_bytes = 32 * 1024 * 1024;  ///< of all queues; beyond that one notification each
   /// How often observed pulled properties are read that do not say themselves (Property::sample); 0: on changed() only.
   std::chrono::milliseconds sample_period{100};
-  /// While observed properties are being published, the network side looks for news this often, and publish() makes no system call.
+  /// While observed properties are being published, the network side looks for news this often, and publish() makes no system call. Less
+  /// often when a look takes long: it has a fifth of the time at most.
   std::chrono::microseconds push_period{500};
   /// After so many looks without news it sleeps, and the next publish() of an observed property wakes it: one system call.
   unsigned looks_before_sleep = 20;

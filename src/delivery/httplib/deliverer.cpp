@@ -116,7 +116,7 @@ class Work : public std::enable_shared_from_this<Work> {
   /// With the lock, which it gives up meanwhile. `slow`: counted among those that failed before.
   void serve(Lock& lock, Worker& worker, Job job, bool& slow);
   std::optional<Notice> ask(Channel channel) noexcept;
-  Receipt deliver(Worker& worker, const Notice& notice);
+  Receipt deliver(Worker& worker, Channel channel, const Notice& notice);
   Result<std::unique_ptr<Wire>> connect(Worker& worker, const CallbackUrl& url, Instant connect_until, bool& refused);
   Result<std::vector<Address>> look_up(Worker& worker, const CallbackUrl& url);
   Result<std::shared_ptr<const Tls>> tls();
@@ -288,7 +288,7 @@ void Work::serve(Lock& lock, Worker& worker, Job job, bool& slow) {
     lock.unlock();
     Receipt receipt;
     try {
-      receipt = deliver(worker, *notice);
+      receipt = deliver(worker, channel, *notice);
     } catch (const std::exception& e) {
       receipt.error = e.what();
     } catch (...) {
@@ -330,7 +330,7 @@ std::optional<Notice> Work::ask(Channel channel) noexcept {
   return std::nullopt;
 }
 
-Receipt Work::deliver(Worker& worker, const Notice& notice) {
+Receipt Work::deliver(Worker& worker, Channel channel, const Notice& notice) {
   const Result<CallbackUrl> url = subscription::parse_callback_url(notice.url);
   if (!url) return {0, url.error().message, true};
   if (!allowed_.names(url->host, url->port)) return {0, "\"" + url->host + "\" is not allowed", true};
@@ -338,7 +338,9 @@ Receipt Work::deliver(Worker& worker, const Notice& notice) {
   const Instant start = steady_clock::now();
   const Patience patience{start + options_.answer_time, ended_};
   const Instant connect_until = start + std::min(options_.connect_time, options_.answer_time);
-  const std::string receiver = (url->secure ? "s " : "p ") + url->host + " " + std::to_string(url->port);
+  // A connection serves one subscription: what one path of a receiver sends too much must not become the answer to another's notice.
+  const std::string receiver = (url->secure ? "s " : "p ") + url->host + " " + std::to_string(url->port) + " " +
+                               std::to_string(static_cast<std::uint64_t>(channel));
   std::unique_ptr<Wire> wire;
   {
     const Lock lock(mutex_);

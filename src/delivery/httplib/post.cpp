@@ -126,6 +126,17 @@ bool says_close(const httplib::Response& response) {
   return false;
 }
 
+/// RFC 9112 6.3: where two readers could see different ends of the answer, what follows it is nobody's answer.
+bool is_framed_twice(const httplib::Response& response) {
+  const auto lengths = response.headers.count("Content-Length"), codings = response.headers.count("Transfer-Encoding");
+  return lengths + codings > 1;
+}
+bool has_stray_body(const httplib::Response& response) {
+  const bool bodyless = response.status == 204 || response.status == 304;
+  const std::string length = response.get_header_value("Content-Length");
+  return bodyless && (response.headers.count("Transfer-Encoding") != 0 || (!length.empty() && length != "0"));
+}
+
 }  // namespace
 
 Answer post(Wire& wire, const subscription::CallbackUrl& url, const subscription::Notice& notice, std::size_t answer_bytes,
@@ -155,9 +166,13 @@ Answer post(Wire& wire, const subscription::CallbackUrl& url, const subscription
   httplib::Error error = httplib::Error::Success;
   const bool complete = Messages(url).process_request(stream, request, response, false, error);
   Answer answer;
+  if (complete && !stream.error() && is_framed_twice(response)) {
+    answer.error = "its answer has more than one length";
+    return answer;
+  }
   if (complete && !stream.error() && response.status >= 200) {
     answer.status = response.status;
-    answer.keep = stream.is_clean() && response.version == "HTTP/1.1" && !says_close(response);
+    answer.keep = stream.is_clean() && !has_stray_body(response) && response.version == "HTTP/1.1" && !says_close(response);
     return answer;
   }
   if (complete && !stream.error()) {  // 102, 103: cpp-httplib takes any but 100 for the answer
