@@ -1,10 +1,11 @@
 // Baxter's right arm as Linked Robotic Things: a 1 kHz control loop that also polls the server.
 //
-//   baxter [--port N] [--bind ADDRESS] [--demo] [--allow-callback HOST]... [--subscriptions FILE]
+//   baxter [--port N] [--bind ADDRESS] [--demo] [--allow-callback HOST]... [--subscriptions FILE] [--tls DIR]
 //
 // --demo                  the arm moves by itself
 // --allow-callback HOST   web callbacks may go there too: a name, an address or a network, with or without a port
 // --subscriptions FILE    where web callbacks are kept, so that they survive a restart
+// --tls DIR               HTTPS with DIR/server.pem and DIR/server-key.pem (examples/make-certificate.sh DIR); SIGHUP reads them again
 
 #include <charconv>
 #include <chrono>
@@ -20,6 +21,7 @@
 namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
+volatile std::sig_atomic_t hung_up = 0;
 
 /// With --demo each joint swings slowly through a third of its range, unless a command moves it.
 void demonstrate(baxter::RightArm& arm) {
@@ -48,13 +50,18 @@ int main(int argc, char** argv) {
       callbacks.emplace_back(argv[++i]);
     } else if (arg == "--subscriptions" && i + 1 < argc) {
       options.subscriptions_file = argv[++i];
+    } else if (arg == "--tls" && i + 1 < argc) {
+      const std::string folder = argv[++i];
+      options.tls.emplace();
+      options.tls->certificate_file = folder + "/server.pem";
+      options.tls->key_file = folder + "/server-key.pem";
     } else if (arg == "--port" && i + 1 < argc) {
       const std::string text = argv[++i];
       const char* const end = text.data() + text.size();
       const auto [read_to, error] = std::from_chars(text.data(), end, options.port);
       if (error != std::errc() || read_to != end) return std::fprintf(stderr, "baxter: --port wants 0 to 65535\n"), 2;
     } else {
-      std::fprintf(stderr, "usage: baxter [--port N] [--bind ADDRESS] [--demo] [--allow-callback HOST]... [--subscriptions FILE]\n");
+      std::fprintf(stderr, "usage: baxter [--port N] [--bind ADDRESS] [--demo] [--allow-callback HOST]... [--subscriptions FILE] [--tls DIR]\n");
       return arg == "--help" ? 0 : 2;
     }
   }
@@ -70,11 +77,16 @@ int main(int argc, char** argv) {
 
   std::signal(SIGINT, [](int) { interrupted = 1; });
   std::signal(SIGTERM, [](int) { interrupted = 1; });
+  if (options.tls) std::signal(SIGHUP, [](int) { hung_up = 1; });
   std::printf("Baxter's right arm is at %s (Ctrl-C ends)\n", server->url().c_str());
   std::fflush(stdout);
 
   auto next = std::chrono::steady_clock::now();
   while (!interrupted) {
+    if (hung_up) {
+      hung_up = 0;
+      if (auto read = server->reload_tls(); !read) std::fprintf(stderr, "baxter: the old certificate stays: %s\n", read.error().message.c_str());
+    }
     if (demo) demonstrate(arm);
     arm.step();
     linked.publish();

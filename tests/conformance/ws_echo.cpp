@@ -1,6 +1,8 @@
 // A target for external WebSocket probes: lrt's transport with a handler of its own, no engine.
 //
-//   ws_echo [--port 8080] [--bind 127.0.0.1]
+//   ws_echo [--port 8080] [--bind 127.0.0.1] [--tls DIR]
+//
+// With --tls it speaks wss with DIR/server.pem and DIR/server-key.pem (see examples/make-certificate.sh).
 //
 // Any path becomes a WebSocket that echoes every message, text as text and binary as binary. Messages to 64 MiB, as many as there are.
 
@@ -97,7 +99,8 @@ int main(int argc, char** argv) {
   for (int i = 1; i + 1 < argc; i += 2) {
     if (std::strcmp(argv[i], "--port") == 0) options.port = static_cast<std::uint16_t>(std::atoi(argv[i + 1]));
     else if (std::strcmp(argv[i], "--bind") == 0) options.address = argv[i + 1];
-    else return std::fprintf(stderr, "usage: ws_echo [--port N] [--bind ADDRESS]\n"), 2;
+    else if (std::strcmp(argv[i], "--tls") == 0) options.tls = transport::Tls{argv[i + 1] + std::string("/server.pem"), argv[i + 1] + std::string("/server-key.pem"), {}, false};
+    else return std::fprintf(stderr, "usage: ws_echo [--port N] [--bind ADDRESS] [--tls DIR]\n"), 2;
   }
   Echo echo;
   const auto server = transport::make_asio(options);
@@ -107,7 +110,7 @@ int main(int argc, char** argv) {
   std::signal(SIGTERM, on_signal);
   if (auto started = server->start(echo); !started) return std::fprintf(stderr, "%s\n", started.error().message.c_str()), 1;
   const bool v6 = options.address.find(':') != std::string::npos;
-  std::printf("listening on ws://%s%s%s:%u/\n", v6 ? "[" : "", options.address.c_str(), v6 ? "]" : "", unsigned{server->port()});
+  std::printf("listening on ws%s://%s%s%s:%u/\n", options.tls ? "s" : "", v6 ? "[" : "", options.address.c_str(), v6 ? "]" : "", unsigned{server->port()});
   std::fflush(stdout);
   while (!ended) server->poll(std::chrono::milliseconds(1), std::chrono::hours(1));
   std::signal(SIGINT, SIG_IGN);  // a second one finds no waker

@@ -52,7 +52,8 @@ class AsioTransport final : public Transport {
   milliseconds poll(std::chrono::microseconds budget, milliseconds wait) override;
   std::shared_ptr<Waker> waker() const noexcept override { return waker_; }
   void stop() override;
-  Capabilities capabilities() const noexcept override { return {true, true, false}; }
+  Capabilities capabilities() const noexcept override { return {true, true, true}; }
+  Result<void> reload_tls() override;
   std::uint16_t port() const noexcept override { return listener_.port(); }
 
  private:
@@ -77,6 +78,9 @@ class AsioTransport final : public Transport {
 
 Result<void> AsioTransport::start(engine::Handler& handler) {
   if (started()) return unexpected(Errc::invalid_option, "the transport was started already");
+  if (loop_.options.tls) {
+    if (auto loaded = reload_tls(); !loaded) return loaded;
+  }
   if (!wake_event_.is_open()) {
     const int descriptor = ::dup(waker_->descriptor());  // asio closes its own, the waker lives on
     boost::system::error_code error;
@@ -93,6 +97,11 @@ Result<void> AsioTransport::start(engine::Handler& handler) {
   loop_.context.stopping = false;
   left_ = false;
   return {};
+}
+
+Result<void> AsioTransport::reload_tls() {
+  if (!loop_.options.tls) return unexpected(Errc::invalid_option, "the port speaks plain HTTP: there is no TLS to reload");
+  return loop_.tls.load(*loop_.options.tls);
 }
 
 void AsioTransport::wait_for_wake() {

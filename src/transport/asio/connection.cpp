@@ -38,8 +38,13 @@ static_assert(static_cast<std::size_t>(Session::Phase::writing) == Deadlines::bl
 
 }  // namespace
 
-Connection::Connection(Loop& loop, Socket socket, std::string peer)
-    : Client(loop), socket_(std::move(socket)), session_(loop.context, std::move(peer)), epoch_(session_.epoch() - 1) {}
+Connection::Connection(Loop& loop, Socket socket, std::string peer, Addresses::Place place, std::unique_ptr<TlsStream> tls)
+    : Client(loop),
+      socket_(std::move(socket)),
+      session_(loop.context, std::move(peer)),
+      tls_(std::move(tls)),
+      place_(std::move(place)),
+      epoch_(session_.epoch() - 1) {}
 
 void Connection::open(TimePoint now) {
   join();
@@ -90,6 +95,8 @@ void Connection::close() {
   }
   if (session_.phase() == Session::Phase::upgraded) loop_.context.handler->closed(session_.take_upgrade().channel);
   if (refused_) --loop_.refused;
+  if (tls_) tls_->end();
+  place_ = {};
   boost::system::error_code ignored;
   socket_.close(ignored);
   leave();
@@ -104,7 +111,7 @@ void Connection::upgrade(TimePoint now) {
   closed_ = true;
   loop_.deadlines.clear(*this);
   unlink_idle();
-  auto next = std::make_shared<WebSocket>(loop_, std::move(socket_), session_.take_upgrade(), watched_);
+  auto next = std::make_shared<WebSocket>(loop_, std::move(socket_), session_.take_upgrade(), watched_, std::move(place_), std::move(tls_));
   auto& websocket = *next;
   make_way(std::move(next));
   websocket.open(now);
@@ -114,14 +121,15 @@ void Connection::upgrade(TimePoint now) {
 
 void Connection::on_ready(bool broken) {
   if (closed_) return;
-  if (!session_.wants_input()) return broken ? close() : update(loop_.clock.now());
+  if (!wants_input()) return broken ? close() : update(loop_.clock.now());
   const auto now = loop_.clock.now();
   auto& scratch = loop_.scratch;
   for (int turn = 0; turn < reads_per_turn; ++turn) {
-    const auto got = ::recv(socket_.native_handle(), scratch.data(), scratch.size(), 0);
+    const auto got = receive(scratch.data(), scratch.size());
     if (got < 0) {
       if (errno == EINTR) continue;
       if (errno == EAGAIN || errno == EWOULDBLOCK) break;
+      if (errno == EPROTO && tls_) return on_tls_failure(now);
       return close();
     }
     if (got == 0) session_.end_of_input(now);
@@ -130,7 +138,45 @@ void Connection::on_ready(bool broken) {
     if (closed_) return;
     if (static_cast<std::size_t>(got) < scratch.size() || !session_.wants_input()) break;
   }
+  if (tls_) write(now);  // what waited for the handshake, or belongs to TLS
   update(now);
+}
+
+ssize_t Connection::receive(char* to, std::size_t size) {
+  // After close_notify nobody needs to understand what still comes.
+  if (!tls_ || half_closed_) return ::recv(socket_.native_handle(), to, size, 0);
+  const bool was_open = tls_->is_open();
+  const auto got = tls_->receive(to, size);
+  const int error = errno;
+  if (!was_open && tls_->is_open()) session_.set_secure(tls_->client_certificate());
+  return errno = error, got;
+}
+
+void Connection::on_tls_failure(TimePoint now) {
+  if (tls_->is_plain()) {  // nothing was sent yet: the client is answered as it asked
+    tls_.reset();
+    http::Response response;
+    response.status = 400;
+    response.fields.add("Content-Type", "text/plain");
+    response.set_body("This port speaks HTTPS: the URL begins with https://\n");
+    session_.refuse(std::move(response), now);
+    write(now);
+  } else if (tls_->is_open()) {
+    return close();
+  } else {
+    session_.hang_up();  // so that the client reads the alert
+  }
+  update(now);
+}
+
+/// What receive() has left in the TLS stream comes without an event of the socket.
+void Connection::read_later() {
+  if (reads_later_) return;
+  reads_later_ = true;
+  loop_.later([self = self()] {
+    self->reads_later_ = false;
+    self->on_ready(false);
+  });
 }
 
 // ------------------------------------------------------------------------------------------------------------- writing
@@ -140,20 +186,14 @@ void Connection::write(TimePoint now) {
   if (closed_ || waits_writable_) return;
   for (int turn = 0; turn < writes_per_turn; ++turn) {
     const auto output = session_.output();
-    if (output.empty()) return;
-    ssize_t sent = 0;
-    if (output.second.empty()) {
-      sent = ::send(socket_.native_handle(), output.first.data(), output.first.size(), MSG_NOSIGNAL);
-    } else {
-      iovec parts[2] = {{const_cast<char*>(output.first.data()), output.first.size()},
-                        {const_cast<char*>(output.second.data()), output.second.size()}};
-      msghdr message{};
-      message.msg_iov = parts;
-      message.msg_iovlen = 2;
-      sent = ::sendmsg(socket_.native_handle(), &message, MSG_NOSIGNAL);
+    if (output.empty()) {
+      if (tls_ && tls_->owes() && tls_->flush() != 0) wait_writable();
+      return;
     }
+    const auto sent = send(output);
     if (sent < 0) {
       if (errno == EINTR) continue;
+      if (errno == EINPROGRESS && tls_) return;  // on_ready() goes on
       if (errno != EAGAIN && errno != EWOULDBLOCK) return close();
       return wait_writable();
     }
@@ -161,6 +201,17 @@ void Connection::write(TimePoint now) {
     if (!session_.output().empty() && loop_.readiness.is_over()) break;
   }
   if (!session_.output().empty()) continue_later();
+}
+
+ssize_t Connection::send(const Session::Output& output) {
+  if (output.second.empty() && !tls_) return ::send(socket_.native_handle(), output.first.data(), output.first.size(), MSG_NOSIGNAL);
+  iovec parts[2] = {{const_cast<char*>(output.first.data()), output.first.size()},
+                    {const_cast<char*>(output.second.data()), output.second.size()}};
+  if (tls_) return tls_->send(parts, 2);
+  msghdr message{};
+  message.msg_iov = parts;
+  message.msg_iovlen = 2;
+  return ::sendmsg(socket_.native_handle(), &message, MSG_NOSIGNAL);
 }
 
 /// Lets the others have their turn.
@@ -186,6 +237,7 @@ void Connection::update(TimePoint now) {
   if (phase == Session::Phase::waiting) keep_ticket();
   if (phase == Session::Phase::lingering && !half_closed_) {
     half_closed_ = true;
+    if (tls_) tls_->end();
     ::shutdown(socket_.native_handle(), SHUT_WR);
   }
   const bool anew = epoch_ != session_.epoch();
@@ -216,7 +268,8 @@ void Connection::keep_ticket() {
 
 /// Tells the loop whether input is wanted; that a client is gone it tells anyway.
 void Connection::watch() {
-  const bool wanted = session_.wants_input();
+  const bool wanted = wants_input();
+  if (wanted && tls_ && tls_->has_more() && !half_closed_) read_later();
   if (watched_ && wanted == input_watched_) return;
   input_watched_ = wanted;
   loop_.readiness.watch(*this, socket_.native_handle(), wanted, watched_);

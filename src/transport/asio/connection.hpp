@@ -8,6 +8,7 @@
 #include "src/transport/asio/deadlines.hpp"
 #include "src/transport/asio/loop.hpp"
 #include "src/transport/asio/session.hpp"
+#include "src/transport/asio/tls.hpp"
 
 namespace lrt::transport {
 
@@ -17,7 +18,7 @@ namespace lrt::transport {
 /// is needed only while something is being read.
 class Connection final : public Client, public Deadlines::Entry, public IdleEntry {
  public:
-  Connection(Loop& loop, Socket socket, std::string peer);
+  Connection(Loop& loop, Socket socket, std::string peer, Addresses::Place place, std::unique_ptr<TlsStream> tls);
 
   /// Enters the loop's list and begins to read.
   void open(TimePoint now);
@@ -35,14 +36,21 @@ class Connection final : public Client, public Deadlines::Entry, public IdleEntr
   void close() override;
 
   /// True between requests and before the first, as far as is known: input may have arrived that on_ready() has not seen.
-  bool is_idle() const noexcept { return !closed_ && session_.phase() == Session::Phase::idle; }
+  bool is_idle() const noexcept {
+    return !closed_ && session_.phase() == Session::Phase::idle && !(tls_ && tls_->is_under_way());
+  }
 
  private:
+  ssize_t receive(char* to, std::size_t size);
+  bool wants_input() const noexcept { return session_.wants_input() || (tls_ && !tls_->is_open() && !half_closed_); }
+  void on_tls_failure(TimePoint now);
   void write(TimePoint now);
+  ssize_t send(const Session::Output& output);
   void update(TimePoint now);
   void watch();
   void unlink_idle();
   void continue_later();
+  void read_later();
   void keep_ticket();
   void wait_writable();
   void upgrade(TimePoint now);
@@ -50,11 +58,14 @@ class Connection final : public Client, public Deadlines::Entry, public IdleEntr
 
   Socket socket_;
   Session session_;
+  std::unique_ptr<TlsStream> tls_;  ///< nullptr: plain
+  Addresses::Place place_;
   std::uint32_t epoch_ = 0;
   std::uint64_t ticket_ = 0;  ///< that loop_.tickets has for this connection; 0: none
   bool watched_ = false;
   bool input_watched_ = false;
   bool waits_writable_ = false;
+  bool reads_later_ = false;
   bool half_closed_ = false;
   bool refused_ = false;
   bool closed_ = false;

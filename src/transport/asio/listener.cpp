@@ -41,9 +41,10 @@ std::string numeric_address(const sockaddr_storage& address) {
   return text;
 }
 
-/// Without waiting: what the client sends later meets a closed connection, and it may lose the answer over that.
-void refuse_at_once(int descriptor) noexcept {
-  [[maybe_unused]] const auto sent = ::send(descriptor, no_room.data(), no_room.size(), MSG_NOSIGNAL);
+/// Without waiting: what the client sends later meets a closed connection, and it may lose the answer over that. One that expects TLS
+/// gets none.
+void refuse_at_once(int descriptor, bool secure) noexcept {
+  [[maybe_unused]] const auto sent = secure ? 0 : ::send(descriptor, no_room.data(), no_room.size(), MSG_NOSIGNAL);
   ::shutdown(descriptor, SHUT_WR);
   char discarded[4096];
   for (int turn = 0; turn < discards_at_once && ::recv(descriptor, discarded, sizeof discarded, 0) > 0; ++turn) {}
@@ -143,15 +144,24 @@ void Listener::admit(int descriptor, std::string peer) {
   const auto now = loop_.clock.now();
   const int on = 1;
   ::setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  const bool full = !has_room() && !make_room();
-  if (full && loop_.refused >= refused_at_once) return refuse_at_once(descriptor);
+  const bool secure = loop_.options.tls.has_value();
+  auto place = loop_.addresses.take(peer);
+  const bool full = !place || (!has_room() && !make_room());
+  if (full && loop_.refused >= refused_at_once) return refuse_at_once(descriptor, secure);
+  std::unique_ptr<TlsStream> tls;
+  if (secure && !(tls = loop_.tls.make(descriptor))) {
+    ::close(descriptor);
+    return loop_.log(LogLevel::warning, "a connection is dropped: no memory for TLS");
+  }
   Socket socket(loop_.io);
   boost::system::error_code error;
   if (socket.assign(protocol_, descriptor, error)) {
     ::close(descriptor);
     return pause(error.message().c_str());
   }
-  const auto connection = std::make_shared<Connection>(loop_, std::move(socket), std::move(peer));
+  if (full) place.reset();
+  const auto connection =
+      std::make_shared<Connection>(loop_, std::move(socket), std::move(peer), std::move(place).value_or(Addresses::Place()), std::move(tls));
   if (full) connection->open_refused(now);
   else connection->open(now);
 }
@@ -188,7 +198,7 @@ bool Listener::refuse_with_reserve() {
   ::close(reserve_);
   const int descriptor = ::accept4(acceptor_.native_handle(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
   const bool refused = descriptor >= 0;
-  if (refused) refuse_at_once(descriptor);
+  if (refused) refuse_at_once(descriptor, loop_.options.tls.has_value());
   reserve_ = open_reserve();
   return refused;
 }

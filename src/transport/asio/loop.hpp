@@ -17,9 +17,11 @@
 #include <lrt/base/clock.hpp>
 #include <lrt/transport/transport.hpp>
 
+#include "src/transport/asio/addresses.hpp"
 #include "src/transport/asio/deadlines.hpp"
 #include "src/transport/asio/readiness.hpp"
 #include "src/transport/asio/session.hpp"
+#include "src/transport/asio/tls.hpp"
 
 namespace lrt::transport {
 
@@ -50,7 +52,8 @@ struct Loop {
         clock(options.clock ? *options.clock : system_clock()),
         io(BOOST_ASIO_CONCURRENCY_HINT_UNSAFE),
         readiness(io),
-        context(options.limits) {}
+        context(options.limits),
+        addresses(options.limits.connections_per_address) {}
 
   void log(LogLevel level, std::string_view text) const {
     if (options.log) options.log(level, text);
@@ -68,6 +71,8 @@ struct Loop {
   boost::asio::io_context io;  ///< run inside poll() and stop() only, hence without locks
   Readiness readiness;
   SessionContext context;
+  TlsPort tls;  ///< used when options.tls is set
+  Addresses addresses;
   Deadlines deadlines;
   IdleOrder idle;
   std::vector<std::shared_ptr<Client>> clients;

@@ -43,6 +43,12 @@ Session::Session(SessionContext& context, std::string peer) : context_(context),
   request_.peer = peer_;
 }
 
+void Session::set_secure(std::string client_certificate) {
+  client_certificate_ = std::move(client_certificate);
+  request_.secure = true;
+  request_.client_certificate = client_certificate_;
+}
+
 void Session::enter(Phase phase) noexcept {
   phase_ = phase;
   ++epoch_;
@@ -324,15 +330,19 @@ Session::Upgrade Session::take_upgrade() {
 }
 
 void Session::refuse(int status, std::string reason, TimePoint now) {
-  keep_alive_ = false;
-  ticket_.reset();
-  upgrade_.reset();
-  rest_ = {};
   http::Response response;
   response.status = status;
   response.fields.add("Content-Type", "application/problem+json");
   if (status == 503) response.fields.add("Retry-After", "1");
   response.set_body(http::to_json({status, std::move(reason)}));
+  refuse(std::move(response), now);
+}
+
+void Session::refuse(http::Response response, TimePoint now) {
+  keep_alive_ = false;
+  ticket_.reset();
+  upgrade_.reset();
+  rest_ = {};
   answer(std::move(response), now);
 }
 

@@ -78,6 +78,12 @@ class Session {
   Upgrade take_upgrade();
   /// Refuses whatever the client wants, with this status, and closes.
   void refuse(int status, std::string reason, TimePoint now);
+  /// The same, in these words.
+  void refuse(http::Response response, TimePoint now);
+  /// Lingers without an answer: there was no request and cannot be one.
+  void hang_up() noexcept { enter(input_ended_ ? Phase::closed : Phase::lingering); }
+  /// Requests come over TLS, from a client with a certificate of this subject (empty: without one).
+  void set_secure(std::string client_certificate);
   /// The time of the present phase is over.
   void expire(TimePoint now);
 
@@ -118,6 +124,7 @@ class Session {
 
   SessionContext& context_;
   const std::string peer_;
+  std::string client_certificate_;
   Phase phase_ = Phase::idle;
   std::uint32_t epoch_ = 0;
   bool input_ended_ = false;

@@ -85,7 +85,7 @@ std::unique_ptr<Waiting> waiting_for(Handler&& handler) {
 
 }  // namespace
 
-/// What Beast's stream stands on: the bytes that came with the handshake, then the socket. TLS will stand between this and the socket.
+/// What Beast's stream stands on: the bytes that came with the handshake, then the socket, or TLS on it.
 ///
 /// A write completes when all of it is sent. With `direct` set the next one does so in the call itself if the socket takes all at once:
 /// Asio promises a later completion; a message's write in Beast, whose state has moved into the handler by then, does not need that. All
@@ -94,8 +94,8 @@ class WebSocket::Wire {
  public:
   using executor_type = asio::io_context::executor_type;
 
-  Wire(WebSocket& owner, Loop& loop, Socket socket_, std::string early)
-      : socket(std::move(socket_)), owner_(owner), loop_(loop), early_(std::move(early)) {}
+  Wire(WebSocket& owner, Loop& loop, Socket socket_, std::string early, std::unique_ptr<TlsStream> tls)
+      : socket(std::move(socket_)), owner_(owner), loop_(loop), tls_(std::move(tls)), early_(std::move(early)) {}
 
   executor_type get_executor() noexcept { return loop_.io.get_executor(); }
 
@@ -111,6 +111,7 @@ class WebSocket::Wire {
     }
     reader_ = waiting_for(std::forward<Handler>(handler));
     if (!owner_.input_watched_) owner_.watch(true);
+    if (has_more()) owner_.read_later();
   }
 
   template <class Buffers, class Handler>
@@ -163,7 +164,12 @@ class WebSocket::Wire {
 
   bool wants_input() const noexcept { return reader_ != nullptr; }
   /// What recv() says, for the read that waits.
-  ssize_t receive() { return ::recv(socket.native_handle(), into_.data(), into_.size(), 0); }
+  ssize_t receive() {
+    auto* const to = static_cast<char*>(into_.data());
+    return tls_ ? tls_->receive(to, into_.size()) : ::recv(socket.native_handle(), to, into_.size(), 0);
+  }
+  /// There may be input that the socket will not tell of.
+  bool has_more() const noexcept { return tls_ && tls_->has_more(); }
   std::size_t wanted_bytes() const noexcept { return into_.size(); }
   void complete_read(error_code error, std::size_t bytes) {
     auto* const reader = reader_.get();
@@ -179,7 +185,12 @@ class WebSocket::Wire {
   /// Bytes that the socket has taken.
   std::uint64_t sent_bytes() const noexcept { return sent_bytes_; }
 
+  /// Says what TLS has to say at the end.
+  void end() {
+    if (tls_) tls_->end();
+  }
   void close() {
+    end();
     error_code ignored;
     socket.close(ignored);
     const auto reader = std::move(reader_);
@@ -197,6 +208,7 @@ class WebSocket::Wire {
 
   WebSocket& owner_;
   Loop& loop_;
+  std::unique_ptr<TlsStream> tls_;
   std::string early_;
   std::size_t early_used_ = 0;
   std::unique_ptr<Waiting> reader_;
@@ -214,7 +226,7 @@ bool WebSocket::Wire::send_parts(error_code& error) {
     msghdr message{};
     message.msg_iov = &parts_[parts_used_];
     message.msg_iovlen = parts_count_ - parts_used_;
-    const auto sent = ::sendmsg(socket.native_handle(), &message, MSG_NOSIGNAL);
+    const auto sent = tls_ ? tls_->send(message.msg_iov, message.msg_iovlen) : ::sendmsg(socket.native_handle(), &message, MSG_NOSIGNAL);
     if (sent < 0) {
       if (errno == EINTR) continue;
       if (errno == EAGAIN || errno == EWOULDBLOCK) return false;
@@ -234,7 +246,8 @@ bool WebSocket::Wire::send_parts(error_code& error) {
 }
 
 struct WebSocket::Stream {
-  Stream(WebSocket& owner, Loop& loop, Socket socket, std::string early) : beast(owner, loop, std::move(socket), std::move(early)) {}
+  Stream(WebSocket& owner, Loop& loop, Socket socket, std::string early, std::unique_ptr<TlsStream> tls)
+      : beast(owner, loop, std::move(socket), std::move(early), std::move(tls)) {}
   Wire& wire() noexcept { return beast.next_layer(); }
   int descriptor() noexcept { return wire().socket.native_handle(); }
 
@@ -249,11 +262,13 @@ auto WebSocket::alive(Step step) {
   };
 }
 
-WebSocket::WebSocket(Loop& loop, Socket socket, Session::Upgrade upgrade, bool watched)
+WebSocket::WebSocket(Loop& loop, Socket socket, Session::Upgrade upgrade, bool watched, Addresses::Place place,
+                     std::unique_ptr<TlsStream> tls)
     : Client(loop),
       upgrade_(std::move(upgrade)),
+      place_(std::move(place)),
       channel_(upgrade_.channel),
-      stream_(std::make_unique<Stream>(*this, loop, std::move(socket), std::move(upgrade_.early))),
+      stream_(std::make_unique<Stream>(*this, loop, std::move(socket), std::move(upgrade_.early), std::move(tls))),
       watched_(watched) {}
 
 WebSocket::~WebSocket() = default;
@@ -341,6 +356,17 @@ void WebSocket::on_ready(bool broken) {
     wire.complete_read({}, static_cast<std::size_t>(got));
     if (static_cast<std::size_t>(got) < wanted || phase_ > Phase::closing || !wire.wants_input()) return;
   }
+}
+
+/// What TLS has decrypted comes without an event of the socket.
+void WebSocket::read_later() {
+  if (std::exchange(reads_later_, true)) return;
+  loop_.later([weak = weak_from_this(), this] {
+    const auto self = weak.lock();
+    if (!self) return;
+    reads_later_ = false;
+    if (phase_ != Phase::closed && stream_->wire().wants_input() && stream_->wire().has_more()) on_ready(false);
+  });
 }
 
 void WebSocket::read() {
@@ -472,6 +498,7 @@ void WebSocket::finish(const error_code& error) {
   loop_.deadlines.clear(progress_);
   if (TurnEntry::is_linked()) TurnEntry::unlink();
   release_channel();
+  stream_->wire().end();
   ::shutdown(stream_->descriptor(), SHUT_WR);
   watch(true);
 }
@@ -484,6 +511,7 @@ void WebSocket::close() {
   if (TurnEntry::is_linked()) TurnEntry::unlink();
   release_channel();
   stream_->wire().close();
+  place_ = {};
   leave();
 }
 

@@ -24,7 +24,8 @@ namespace lrt::transport {
 class WebSocket final : public Client, public TurnEntry {
  public:
   /// @param watched  whether the loop's Readiness has the socket already
-  WebSocket(Loop& loop, Socket socket, Session::Upgrade upgrade, bool watched);
+  /// @param tls  nullptr: plain
+  WebSocket(Loop& loop, Socket socket, Session::Upgrade upgrade, bool watched, Addresses::Place place, std::unique_ptr<TlsStream> tls);
   ~WebSocket() override;
 
   /// Its place in the loop's list is taken. Answers 101.
@@ -72,6 +73,7 @@ class WebSocket final : public Client, public TurnEntry {
   void on_silence(TimePoint now);
   void on_stuck(TimePoint) { close(); }
   void on_blocked();
+  void read_later();
   void wait_writable();
   void on_writable();
   void watch(bool wanted);
@@ -81,6 +83,7 @@ class WebSocket final : public Client, public TurnEntry {
   auto alive(Step step);
 
   Session::Upgrade upgrade_;
+  Addresses::Place place_;
   const engine::Channel channel_;
   std::unique_ptr<Stream> stream_;
   Phase phase_ = Phase::opening;
@@ -95,6 +98,7 @@ class WebSocket final : public Client, public TurnEntry {
   bool sending_ = false;  ///< send() is under way
   bool pinged_ = false;   ///< and heard nothing since
   bool pinging_ = false;  ///< the ping is being sent
+  bool reads_later_ = false;
   bool watched_;
   bool input_watched_ = false;
   bool owes_closed_ = true;  ///< to the handler
