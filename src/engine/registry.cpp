@@ -57,7 +57,9 @@ Engine::Impl::Impl(Options options)
   listens_on("127.0.0.1", 80, false);
 }
 
-Engine::Impl::~Impl() = default;
+Engine::Impl::~Impl() {
+  things_.clear();  // before what their subscriptions count in
+}
 
 void Engine::Impl::listens_on(std::string_view address, std::uint16_t port, bool secure) {
   const std::uint16_t default_port = secure ? 443 : 80;

@@ -68,7 +68,8 @@ class Handler {
   /// The client of a deferred answer is gone; the ticket is forgotten.
   virtual void abandon(Ticket ticket) noexcept = 0;
 
-  /// The next channel that has a push by `now`; call until nullopt when next_reply() is called. Urgent ones come first.
+  /// The next channel that has a push by `now`; call until nullopt when next_reply() is called, and at every poll while a channel is open:
+  /// what one client writes is news to the others, and nothing wakes for it. Urgent ones come first.
   virtual std::optional<Channel> next_ready(TimePoint now) {
     (void)now;
     return std::nullopt;
