@@ -90,6 +90,9 @@ bool plain(std::string_view path) noexcept {
   return true;
 }
 
+/// RFC 9110 9.2.1
+bool is_safe(std::string_view method) noexcept { return method == "GET" || method == "HEAD" || method == "OPTIONS"; }
+
 constexpr std::string_view methods[] = {"GET", "HEAD", "OPTIONS", "PUT", "POST", "DELETE", "PATCH"};
 
 }  // namespace
@@ -135,10 +138,11 @@ std::size_t Engine::Impl::intern_base(std::string base, bool answered) {
 
 bool Engine::Impl::is_from_foreign_page(const Context& context) const {
   const http::Request& request = context.request;
+  if (is_safe(request.method) &&
+      (options_.allowed_origins.empty() || !request.can_upgrade || !http::asks_for_upgrade(request, "websocket")))
+    return false;
   const auto origin = request.find("Origin");
   if (!origin) return false;
-  const bool safe = request.method == "GET" || request.method == "HEAD" || request.method == "OPTIONS";
-  if (safe && (options_.allowed_origins.empty() || !request.can_upgrade || !http::asks_for_upgrade(request, "websocket"))) return false;
   const std::string& base = bases_[context.base];
   const std::string_view own = std::string_view(base).substr(0, base.find('/', base.find("://") + 3));
   if (request.count("Origin") == 1 && http::iequals(*origin, own)) return false;
@@ -197,7 +201,7 @@ Outcome Engine::Impl::route(Context& context, bool fresh) {
   if (!target) return problem(context, 400, "target: expected a path, an http(s) URI or *");
   if (auto answer = find_base(context, *target)) return *std::move(answer);
   if (is_from_foreign_page(context)) return problem(context, 403, "pages of " + std::string(*request.find("Origin")) + " may not send this");
-  if (request.find(notification_field) == instance_)
+  if (!is_safe(request.method) && request.find(notification_field) == instance_)
     return problem(context, 403, "this is a notification of this server: it does not obey itself");
   if (options_.authorize) {
     const Result<Access> access = guarded<Access>([&]() -> Result<Access> { return options_.authorize(request); });
