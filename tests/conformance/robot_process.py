@@ -140,6 +140,10 @@ class Robot:
         found = objects(answer.body, LRT + "lastError") if answer.status == 200 else []
         return plain(found[0]) if found else None
 
+    def is_sanitized(self):
+        with open(f"/proc/{self.process.pid}/maps", encoding="ascii", errors="replace") as maps:
+            return any("libasan" in line or "libtsan" in line for line in maps)
+
     def resident_kib(self):
         with open(f"/proc/{self.process.pid}/status") as status:
             return int(re.search(r"VmRSS:\s+(\d+)", status.read()).group(1))
