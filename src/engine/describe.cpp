@@ -282,10 +282,10 @@ void Engine::Impl::describe_invocation(Graph& graph, InvocationResource& invocat
 }
 
 /// Figure 4, with our policy terms and counters (SPEC 3.5).
-void Engine::Impl::describe_subscription(Graph& graph, const SubscriptionResource& s, const std::string& base) {
+void Engine::Impl::describe_subscription(Graph& graph, SubscriptionResource& s, const std::string& base) {
   About about(graph, base + s.path);
   const subscription::Policy& policy = s.backlog.policy();
-  about.a(vocab::hybrit::Subscription).a(s.protocol == Protocol::callback ? vocab::hybrit::WebCallback : vocab::hybrit::WebSocket);
+  describe_type(graph, s, about.subject());
   about.link(vocab::hybrit::onResource, bases_[s.base] + s.observed.path);
   if (s.protocol == Protocol::callback) about.add(vocab::hybrit::callbackURL, rdf::literal(s.url, vocab::xsd::anyURI));
   about.add(vocab::hybrit::mediaType, rdf::literal(rdf::media_type(s.syntax)));

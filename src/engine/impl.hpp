@@ -210,6 +210,9 @@ class Engine::Impl {
   std::variant<Body, http::Response> read_body(Context& context);
   /// The value in a body; the answer if it is none (SPEC 3.3).
   std::variant<rdf::Value, http::Response> read_value(Context& context, const rdf::Type& type, const rdf::Facets& facets);
+  /// The answer if a node does not conform to the shape of that name in the Blueprint; no node is judged as nothing said about <>.
+  std::optional<http::Response> refused_by_shape(Context& context, const rdf::Graph& graph, std::optional<rdf::TermId> node,
+                                                 std::string_view name);
   /// 422 with the report (SPEC 3.4).
   http::Response violation(Context& context, const shacl::Report& report);
 
@@ -286,7 +289,7 @@ class Engine::Impl {
   void describe_property(rdf::Graph& graph, PropertyResource& property, const std::string& base);
   void describe_action(rdf::Graph& graph, ActionResource& action, const std::string& base);
   void describe_invocation(rdf::Graph& graph, InvocationResource& invocation, const std::string& base);
-  void describe_subscription(rdf::Graph& graph, const SubscriptionResource& s, const std::string& base);
+  void describe_subscription(rdf::Graph& graph, SubscriptionResource& s, const std::string& base);
   void describe_container(rdf::Graph& graph, Resource& container, const std::string& base, std::size_t page);
   void describe_type(rdf::Graph& graph, Resource& resource, rdf::TermId subject);
   void add_statements(rdf::Graph& graph, rdf::TermId subject, const std::vector<Statement>& statements, const std::string& base);
@@ -435,6 +438,8 @@ bool is_container(const Resource& resource) noexcept;
 inline constexpr std::string_view subscriptions_shape = "subscriptions";
 inline constexpr std::chrono::seconds longest_interval{86'400};
 inline constexpr std::size_t longest_secret = 200;
+/// Of a number of seconds; nullopt: it is none, or not from 0 to longest_interval.
+std::optional<std::chrono::milliseconds> interval_of(std::string_view seconds);
 
 /// Names the server that a notification is of, so that it does not take it for a command.
 inline constexpr std::string_view notification_field = "Lrt-Notification-Of";

@@ -85,15 +85,14 @@ Result<void> Engine::Impl::restore(std::string_view saved) {
     parked.path = observed.substr(parked.base.size() - 1);
     parked.base.pop_back();
     const auto syntax = rdf::syntax_of(text(vocab::hybrit::mediaType));
-    const auto interval = rdf::lexical::parse_double(text(vocab::lrt::minimumInterval));
+    const auto interval = interval_of(text(vocab::lrt::minimumInterval));
     const auto length = rdf::lexical::parse_uint64(text(vocab::lrt::queueLength));
-    if (!syntax || !interval || !(*interval >= 0) || *interval > static_cast<double>(longest_interval.count()) || !length ||
-        *length > options_.subscriptions.longest_queue || parked.wish.secret.size() > longest_secret) {
+    if (!syntax || !interval || !length || *length > options_.subscriptions.longest_queue || parked.wish.secret.size() > longest_secret) {
       leave_out("its media type, interval, queue length or secret is not possible");
       continue;
     }
     parked.wish.syntax = *syntax;
-    parked.wish.policy.minimum_interval = std::chrono::milliseconds(static_cast<std::int64_t>(*interval * 1000 + 0.5));
+    parked.wish.policy.minimum_interval = *interval;
     parked.wish.policy.queue_length = static_cast<std::size_t>(*length);
     if (const auto made = rdf::lexical::parse_instant(text(vocab::dcterms::created)))
       parked.created = Utc(std::chrono::duration_cast<Utc::duration>(*made));

@@ -5,7 +5,6 @@
 #include <lrt/http/negotiate.hpp>
 #include <lrt/http/websocket.hpp>
 #include <lrt/rdf/lexical.hpp>
-#include <lrt/shacl/validator.hpp>
 
 #include "src/engine/impl.hpp"
 
@@ -37,12 +36,6 @@ std::optional<std::string> parameter(std::string_view query, std::string_view na
   return std::nullopt;
 }
 
-std::optional<std::chrono::milliseconds> interval_of(std::string_view seconds) {
-  const std::optional<double> value = rdf::lexical::parse_double(seconds);
-  if (!value || !(*value >= 0) || *value > static_cast<double>(longest_interval.count())) return std::nullopt;
-  return std::chrono::milliseconds(std::llround(*value * 1000));
-}
-
 /// SPEC 3.5 as of SHACL: the node that describes the subscription. `<>`, or the only subject that says what it observes.
 std::vector<rdf::TermId> focus_nodes(const rdf::Graph& graph, const std::string& here) {
   const auto self = graph.find(rdf::iri(here));
@@ -61,6 +54,12 @@ std::vector<rdf::TermId> focus_nodes(const rdf::Graph& graph, const std::string&
 }
 
 }  // namespace
+
+std::optional<std::chrono::milliseconds> interval_of(std::string_view seconds) {
+  const std::optional<double> value = rdf::lexical::parse_double(seconds);
+  if (!value || !(*value >= 0) || *value > static_cast<double>(longest_interval.count())) return std::nullopt;
+  return std::chrono::milliseconds(std::llround(*value * 1000));
+}
 
 Result<void> Engine::Impl::check() const {
   if (!allowed_) return Unexpected{allowed_.error()};
@@ -198,16 +197,8 @@ Outcome Engine::Impl::post_subscription(Context& context) {
   if (is_a(vocab::hybrit::WebSocket))
     return problem(context, 422, "a WebSocket is opened by GET of the observed resource with Upgrade: websocket, here only web callbacks are made");
 
-  const Result<const shacl::Shapes*> shapes = shapes_of(thing, context.base);
-  if (!shapes) return problem(context, 500, "the blueprint: " + shapes.error().message);
-  shacl::ValidateOptions limits;
-  limits.max_results = 64;
-  limits.max_steps = 1'000'000;
-  const std::string shape = names_base(thing, bases_[context.base]) + "#" + std::string(subscriptions_shape);
-  const Result<shacl::Report> report =
-      shacl::validate(**shapes, graph, nodes.empty() ? rdf::iri(here) : graph.term(nodes.front()), rdf::iri(shape), limits);
-  if (!report) return problem(context, 422, "body: it could not be judged: " + report.error().message);
-  if (!report->conforms()) return violation(context, *report);
+  const auto node = nodes.empty() ? std::nullopt : std::optional(nodes.front());
+  if (auto answer = refused_by_shape(context, graph, node, subscriptions_shape)) return *std::move(answer);
   if (nodes.empty()) return problem(context, 422, "body: expected triples about <> or one subscription, found none");
 
   // The shape, which may be the user's own, has been asked; what is needed here is asked for again.

@@ -89,18 +89,9 @@ std::variant<rdf::Value, http::Response> Engine::Impl::read_value(Context& conte
   }
   if (nodes.empty() && type.kind == rdf::Type::Kind::optional && graph.empty()) return rdf::Value();
 
-  // Nothing said about anything is judged as nothing said about <>, so that the report tells what is missing.
   ThingNode& thing = *context.resource->thing;
-  const std::string shape = names_base(thing, bases_[context.base]) + "#" + shape_name(*context.resource);
-  const Result<const shacl::Shapes*> shapes = shapes_of(thing, context.base);
-  if (!shapes) return problem(context, 500, "the blueprint: " + shapes.error().message);
-  shacl::ValidateOptions limits;
-  limits.max_results = 64;  // more help nobody
-  limits.max_steps = 1'000'000;
-  const Result<shacl::Report> report =
-      shacl::validate(**shapes, graph, nodes.empty() ? rdf::iri(here) : graph.term(nodes.front()), rdf::iri(shape), limits);
-  if (!report) return problem(context, 422, "body: it could not be judged: " + report.error().message);
-  if (!report->conforms()) return violation(context, *report);
+  const auto node = nodes.empty() ? std::nullopt : std::optional(nodes.front());
+  if (auto answer = refused_by_shape(context, graph, node, shape_name(*context.resource))) return *std::move(answer);
   if (nodes.empty()) return problem(context, 422, "body: expected triples about <> or one node that carries the value, found none");
 
   std::vector<rdf::Mismatch> mismatches;
@@ -111,6 +102,23 @@ std::variant<rdf::Value, http::Response> Engine::Impl::read_value(Context& conte
   std::string detail;
   for (const rdf::Mismatch& m : mismatches) detail += (detail.empty() ? "" : "; ") + m.path + ": " + m.message;
   return problem(context, 422, std::move(detail));
+}
+
+std::optional<http::Response> Engine::Impl::refused_by_shape(Context& context, const rdf::Graph& graph, std::optional<rdf::TermId> node,
+                                                             std::string_view name) {
+  ThingNode& thing = *context.resource->thing;
+  const Result<const shacl::Shapes*> shapes = shapes_of(thing, context.base);
+  if (!shapes) return problem(context, 500, "the blueprint: " + shapes.error().message);
+  shacl::ValidateOptions limits;
+  limits.max_results = 64;  // more help nobody
+  limits.max_steps = 1'000'000;
+  // Nothing said about anything is judged as nothing said about <>, so that the report tells what is missing.
+  const std::string here = iri_of(context, context.resource->path);
+  const std::string shape = names_base(thing, bases_[context.base]) + "#" + std::string(name);
+  const Result<shacl::Report> report = shacl::validate(**shapes, graph, node ? graph.term(*node) : rdf::iri(here), rdf::iri(shape), limits);
+  if (!report) return problem(context, 422, "body: it could not be judged: " + report.error().message);
+  if (!report->conforms()) return violation(context, *report);
+  return std::nullopt;
 }
 
 Outcome Engine::Impl::put(Context& context) {

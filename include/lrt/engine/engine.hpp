@@ -111,8 +111,8 @@ class Engine final : public Handler {
   void delivered(Channel channel, const subscription::Receipt& receipt, TimePoint now);
   /// All callback subscriptions as Turtle, if there are others than at the last call. With their secrets.
   std::optional<std::string> take_saved();
-  /// Brings back what take_saved() gave in another life. A subscription lives on as soon as its resource is there; one that is not allowed
-  /// any more is left out, and the log says so. After listens_on().
+  /// Brings back what take_saved() gave in another life. A subscription lives on as soon as its resource is there; one whose
+  /// receiver may not be called now waits, one that makes no sense is left out, and the log says so. After listens_on().
   /// @par Errors  expected_rdf, limit_exceeded; nothing is brought back then
   Result<void> restore(std::string_view saved);
 
