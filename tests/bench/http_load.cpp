@@ -19,11 +19,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "tests/bench/cpu.hpp"
 
 namespace {
 
@@ -35,17 +35,6 @@ struct Connection {
   std::size_t expected = 0;  ///< bytes of the whole answer; 0 while its head is incomplete
   Clock::time_point begin;
 };
-
-/// Time on a CPU so far, of all threads.
-double cpu_microseconds(int pid) {
-  double total = 0;
-  for (const auto& task : std::filesystem::directory_iterator("/proc/" + std::to_string(pid) + "/task")) {
-    std::ifstream file(task.path() / "schedstat");
-    double nanoseconds = 0;
-    if (file >> nanoseconds) total += nanoseconds / 1e3;
-  }
-  return total;
-}
 
 std::size_t content_length(std::string_view head) {
   static constexpr std::string_view name = "\r\nContent-Length: ";
@@ -106,7 +95,7 @@ int main(int argc, char** argv) {
   long sent = 0;
   long done = 0;
   long bad = 0;
-  const double cpu_before = pid ? cpu_microseconds(pid) : 0;
+  const double cpu_before = pid ? bench::cpu_microseconds(pid) : 0;
   const auto begin = Clock::now();
   const auto deadline = begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
   const auto send_next = [&](Connection& connection) {
@@ -141,7 +130,7 @@ int main(int argc, char** argv) {
     }
   }
   const double elapsed = std::chrono::duration<double>(Clock::now() - begin).count();
-  const double cpu = pid ? cpu_microseconds(pid) - cpu_before : 0;
+  const double cpu = pid ? bench::cpu_microseconds(pid) - cpu_before : 0;
   std::sort(latencies.begin(), latencies.end());
   const auto percentile = [&](double p) {
     if (latencies.empty()) return 0.0;

@@ -13,10 +13,9 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
-#include <filesystem>
-#include <fstream>
 #include <vector>
 
+#include "tests/bench/cpu.hpp"
 #include "tests/bench/ws_client.hpp"
 
 namespace {
@@ -26,16 +25,6 @@ struct Client {
   std::string received;
   long first = -1, last = -1, messages = 0;
 };
-
-double cpu_microseconds(int pid) {
-  double total = 0;
-  for (const auto& task : std::filesystem::directory_iterator("/proc/" + std::to_string(pid) + "/task")) {
-    std::ifstream file(task.path() / "schedstat");
-    double nanoseconds = 0;
-    if (file >> nanoseconds) total += nanoseconds / 1e3;
-  }
-  return total;
-}
 
 std::string_view quoted_after(std::string_view text, std::string_view word) {
   const std::size_t at = text.find(word);
@@ -97,7 +86,7 @@ int main(int argc, char** argv) {
   while (Clock::now() < end) {
     if (!measuring && Clock::now() >= warm) {
       measuring = true;
-      if (pid) cpu = cpu_microseconds(pid);
+      if (pid) cpu = bench::cpu_microseconds(pid);
     }
     epoll_event events[256];
     const int ready = ::epoll_wait(epoll, events, 256, 10);
@@ -128,7 +117,7 @@ int main(int argc, char** argv) {
       client.received = rest;
     }
   }
-  const double spent = pid ? cpu_microseconds(pid) - cpu : 0;
+  const double spent = pid ? bench::cpu_microseconds(pid) - cpu : 0;
   long published = 0;
   for (const Client& c : all)
     if (c.messages > 0) published += c.last - c.first + 1;

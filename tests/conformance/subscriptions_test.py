@@ -29,6 +29,7 @@ except ImportError as missing:
 
 sys.dont_write_bytecode = True  # nothing is left in the source tree
 from robot_process import HYBRIT, LRT, PATIENCE, Receiver, Robot, http_request, objects, plain, self_signed, triples, until
+from websocket_frames import frame
 
 CASES = []
 S1 = "baxter/right_s1"
@@ -93,22 +94,6 @@ def location_of(ws):
 
 def modified(turtle):
     return re.search(r'dcterms:modified "([^"]+)"', turtle).group(1)
-
-
-def frame(opcode, payload=b"", fin=True, rsv=0, mask=True, length=None):
-    size = len(payload) if length is None else length
-    head = bytes([(0x80 if fin else 0) | rsv << 4 | opcode])
-    bit = 0x80 if mask else 0
-    if size < 126:
-        head += bytes([bit | size])
-    elif size < 65536:
-        head += bytes([bit | 126]) + struct.pack("!H", size)
-    else:
-        head += bytes([bit | 127]) + struct.pack("!Q", size)
-    if not mask:
-        return head + payload
-    key = b"\x12\x34\x56\x78"
-    return head + key + bytes(byte ^ key[i % 4] for i, byte in enumerate(payload))
 
 
 HANDSHAKE = ("GET /{path} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"

@@ -12,6 +12,8 @@ import subprocess
 import sys
 import traceback
 
+from websocket_frames import frame
+
 try:
     import websockets
     from websockets.exceptions import ConnectionClosed, InvalidStatusCode
@@ -30,22 +32,6 @@ def case(function):
 
 def connect(url, **options):
     return websockets.connect(url, **{"compression": None, "max_size": None, "ping_interval": None, "close_timeout": 10, **options})
-
-
-def frame(opcode, payload=b"", fin=True, rsv=0, mask=True, length=None):
-    size = len(payload) if length is None else length
-    head = bytes([(0x80 if fin else 0) | rsv << 4 | opcode])
-    bit = 0x80 if mask else 0
-    if size < 126:
-        head += bytes([bit | size])
-    elif size < 65536:
-        head += bytes([bit | 126]) + struct.pack("!H", size)
-    else:
-        head += bytes([bit | 127]) + struct.pack("!Q", size)
-    if not mask:
-        return head + payload
-    key = b"\x12\x34\x56\x78"
-    return head + key + bytes(byte ^ key[i % 4] for i, byte in enumerate(payload))
 
 
 async def raw(url, *parts):
