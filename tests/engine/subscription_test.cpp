@@ -46,7 +46,7 @@ class CountingWaker final : public Waker {
 
 }  // namespace
 
-TEST_CASE("an opened WebSocket is told at once what GET would answer, and again after each change", "[engine][R0.12][R0.14]") {
+TEST_CASE("an opened WebSocket is told at once what GET would answer, and again after each change", "[engine][R0.12][R0.14][R0.15]") {
   Arm arm;
   const Channel channel = arm.bench.open("/arm/angle");
   CHECK(arm.bench.messages(channel) == std::vector<std::string>{body(arm.bench, "/arm/angle")});
