@@ -19,6 +19,6 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/lrtConfig.cmake.in ${P
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/cmake/lrtConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/cmake/lrtConfig.cmake ${PROJECT_BINARY_DIR}/cmake/lrtConfigVersion.cmake
               ${PROJECT_SOURCE_DIR}/cmake/FindRedland.cmake ${PROJECT_SOURCE_DIR}/cmake/FindPCRE2.cmake
-              ${PROJECT_SOURCE_DIR}/cmake/FindCppHttplib.cmake
+              ${PROJECT_SOURCE_DIR}/cmake/FindCppHttplib.cmake ${PROJECT_SOURCE_DIR}/cmake/FindLibwebsockets.cmake
         DESTINATION ${LRT_INSTALL_CMAKEDIR})
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

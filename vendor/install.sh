@@ -8,7 +8,7 @@
 # vendor/README.md names each package with its version and licence.
 set -eu
 
-build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost-dev libcpp-httplib-dev libssl-dev catch2"
+build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost-dev libcpp-httplib-dev libwebsockets-dev libssl-dev catch2"
 tests="python3 python3-websockets curl openssl"
 ci="clang libclang-rt-14-dev shellcheck"
 

@@ -1,10 +1,11 @@
 // Baxter's right arm as Linked Robotic Things: a 1 kHz control loop that also polls the server.
 //
-//   baxter [--port N] [--bind ADDRESS] [--demo] [--allow-callback HOST]... [--subscriptions FILE] [--tls DIR]
+//   baxter [--port N] [--bind ADDRESS] [--demo] [--allow-callback HOST]... [--subscriptions FILE] [--transport NAME] [--tls DIR]
 //
 // --demo                  the arm moves by itself
 // --allow-callback HOST   web callbacks may go there too: a name, an address or a network, with or without a port
 // --subscriptions FILE    where web callbacks are kept, so that they survive a restart
+// --transport NAME        asio or classic, as far as they are built
 // --tls DIR               HTTPS with DIR/server.pem and DIR/server-key.pem (examples/make-certificate.sh DIR); SIGHUP reads them again
 
 #include <charconv>
@@ -15,6 +16,8 @@
 #include <string>
 #include <thread>
 #include <vector>
+
+#include <lrt/transport/named.hpp>
 
 #include "examples/baxter/linked_arm.hpp"
 
@@ -50,6 +53,8 @@ int main(int argc, char** argv) {
       callbacks.emplace_back(argv[++i]);
     } else if (arg == "--subscriptions" && i + 1 < argc) {
       options.subscriptions_file = argv[++i];
+    } else if (arg == "--transport" && i + 1 < argc) {
+      options.transport = [name = std::string(argv[++i])](lrt::transport::Options t) { return lrt::transport::make_named(name, std::move(t)); };
     } else if (arg == "--tls" && i + 1 < argc) {
       const std::string folder = argv[++i];
       options.tls.emplace();
@@ -61,7 +66,8 @@ int main(int argc, char** argv) {
       const auto [read_to, error] = std::from_chars(text.data(), end, options.port);
       if (error != std::errc() || read_to != end) return std::fprintf(stderr, "baxter: --port wants 0 to 65535\n"), 2;
     } else {
-      std::fprintf(stderr, "usage: baxter [--port N] [--bind ADDRESS] [--demo] [--allow-callback HOST]... [--subscriptions FILE] [--tls DIR]\n");
+      std::fprintf(stderr, "usage: baxter [--port N] [--bind ADDRESS] [--demo] [--allow-callback HOST]... [--subscriptions FILE]\n"
+                           "              [--transport asio|classic] [--tls DIR]\n");
       return arg == "--help" ? 0 : 2;
     }
   }

@@ -32,7 +32,7 @@ struct Options {
   transport::Limits limits;                  ///< of connections and messages
   /// Runs the lambdas of things with Dispatch::executor. Must run each once, some time.
   std::function<void(std::function<void()>)> executor;
-  /// Makes the transport; empty: transport::make_asio.
+  /// Makes the transport; empty: the first of transport::names().
   std::function<std::unique_ptr<transport::Transport>(transport::Options)> transport;
   /// Listening on an address that is not of this machine, without TLS and without an authorizer, is refused unless this says so:
   /// whoever reaches the port moves the robot (R0.2).
@@ -71,6 +71,10 @@ class Server {
   /// is used up. When idle: no allocation, and no system call with Io::own_thread, one with Io::in_poll.
   /// @return  how long the caller may sleep; zero when there is more to do
   std::chrono::milliseconds poll(std::chrono::microseconds budget = std::chrono::microseconds(200)) noexcept;
+  /// Readable whenever poll() has something to do, what is due by now and what a budget left over included: a host that sleeps in its own
+  /// poll(), epoll or select adds it there. The server's; not to be read from. From the first call on, until stop(). -1: the transport
+  /// has none, and only what poll() returns says how long to sleep.
+  int descriptor() noexcept;
   /// Polls and waits until stop().
   void run() noexcept;
   /// run() on a thread of its own.

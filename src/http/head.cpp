@@ -312,6 +312,22 @@ std::optional<Refusal> check_raw_head(std::string_view head) {
   return std::nullopt;
 }
 
+void split_head(std::string_view head, Request& request) {
+  const auto take = [&head](std::string_view until) {
+    const auto part = head.substr(0, head.find(until));
+    head.remove_prefix(part.size() + until.size());
+    return part;
+  };
+  request.method = take(" ");
+  request.target = take(" ");
+  request.version = take("\r\n") == "HTTP/1.0" ? 10 : 11;
+  request.fields.clear();
+  while (head != "\r\n") {
+    const auto name = take(":");
+    request.fields.push_back({name, trim(take("\r\n"))});
+  }
+}
+
 std::optional<Refusal> check_head(const Request& request) {
   if (request.version != 10 && request.version != 11) return Refusal{505, "request line: expected HTTP/1.1 or HTTP/1.0"};
   if (request.method.empty() || method_end(request.method) != request.method.size()) {

@@ -171,8 +171,7 @@ std::string_view reason_phrase(int status) noexcept {
   }
 }
 
-void write_head(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version) {
-  const std::string_view phrase = reason_phrase(response.status);
+AddedFields added_fields(const Response& response, bool keep_alive, int version) noexcept {
   bool has_date = false;
   bool has_length = false;
   bool has_transfer_encoding = false;
@@ -182,21 +181,33 @@ void write_head(std::string& out, const Response& response, std::string_view dat
     has_length = has_length || iequals(name, "Content-Length");
     has_transfer_encoding = has_transfer_encoding || iequals(name, "Transfer-Encoding");
   }
+  AddedFields added;
+  added.date = !has_date;
+  added.content_length = may_have_body(response.status) && !has_length && !has_transfer_encoding;
+  if (response.status >= 200) {  // an interim response ends nothing
+    if (!keep_alive || response.close) added.connection = "close";
+    else if (version == 10) added.connection = "keep-alive";
+  }
+  return added;
+}
+
+void write_head(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version) {
+  const AddedFields added = added_fields(response, keep_alive, version);
   out += "HTTP/1.1 ";
   append_number(out, static_cast<std::uint64_t>(response.status));
   out += ' ';
-  out += phrase;
-  if (!has_date) {
+  out += reason_phrase(response.status);
+  if (added.date) {
     out += "\r\nDate: ";
     out += date;
   }
-  if (may_have_body(response.status) && !has_length && !has_transfer_encoding) {
+  if (added.content_length) {
     out += "\r\nContent-Length: ";
     append_number(out, response.content().size());
   }
-  if (response.status >= 200) {  // an interim response ends nothing
-    if (!keep_alive || response.close) out += "\r\nConnection: close";
-    else if (version == 10) out += "\r\nConnection: keep-alive";
+  if (!added.connection.empty()) {
+    out += "\r\nConnection: ";
+    out += added.connection;
   }
   out += "\r\n";
   out += response.fields.block();

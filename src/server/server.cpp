@@ -6,7 +6,7 @@
 #include <optional>
 #include <thread>
 
-#include <lrt/transport/asio.hpp>
+#include <lrt/transport/named.hpp>
 
 #include "src/engine/mailbox.hpp"
 #include "src/server/saved_file.hpp"
@@ -17,6 +17,8 @@ namespace lrt {
 namespace {
 
 constexpr auto forever = std::chrono::milliseconds::max();
+/// Of one turn on a loop that the host has other work for, too.
+constexpr std::chrono::microseconds host_loop_budget{200};
 
 bool is_loopback(const std::string& address) { return address == "::1" || address.compare(0, 4, "127.") == 0; }
 
@@ -29,9 +31,13 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
         clock_(options_.engine.clock ? *options_.engine.clock : system_clock()),
         engine_(options_.engine) {}
 
-  ~Impl() override { stop(); }
+  ~Impl() override {
+    stop();
+    transport_.reset();  // first: a turn on the host's loop may be under way
+  }
 
   Result<void> listen() {
+    const std::lock_guard not_yet(serve_mutex_);  // on a loop of the host's, turns come as soon as the transport starts
     if (options_.engine.dispatch == Dispatch::executor && !options_.executor)
       return unexpected(Errc::invalid_option, "Dispatch::executor needs Options::executor");
     if (Result<void> checked = engine_.check(); !checked) return checked;
@@ -42,8 +48,12 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     t.tls = options_.tls;
     t.clock = &clock_;
     t.log = options_.engine.log;
-    transport_ = options_.transport ? options_.transport(std::move(t)) : default_transport(std::move(t));
+    t.turn = [this] { poll(host_loop_budget); };
+    transport_ = options_.transport ? options_.transport(std::move(t)) : transport::make_named({}, std::move(t));
     if (!transport_) return unexpected(Errc::invalid_option, "there is no transport");
+    if (transport_->capabilities().on_host_loop && options_.io != Io::in_poll)
+      return unexpected(Errc::invalid_option, "the transport lives on a loop of the host's: that needs Io::in_poll");
+    descriptor_is_used_ = transport_->capabilities().on_host_loop;
     if (options_.tls && !transport_->capabilities().tls) return unexpected(Errc::invalid_option, "the transport has no TLS");
     if (transport_->capabilities().network && !is_loopback(options_.address) && !options_.tls && !options_.engine.authorize &&
         !options_.allow_unprotected_network)
@@ -85,6 +95,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       const auto end = std::chrono::steady_clock::now() + budget;
       const bool serves = options_.io == Io::in_poll;
       std::chrono::milliseconds rest = forever;
+      if (!serves && rest_.is_awake()) rest_.clear();
       if (serves) rest = serve_once(budget, std::chrono::milliseconds(0));
       bool ran = false;
       do {
@@ -97,7 +108,9 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       } while (std::chrono::steady_clock::now() < end);
       // What the lambdas gave goes out in the same step.
       if (serves && ran) rest = serve_once(std::chrono::microseconds(0), std::chrono::milliseconds(0));
-      return due_.empty() && arrived_.empty() ? rest : std::chrono::milliseconds(0);
+      if (due_.empty() && arrived_.empty()) return rest;
+      if (descriptor_is_used_) wake();  // so that it shows that there is more to do
+      return std::chrono::milliseconds(0);
     } catch (...) {
       return std::chrono::milliseconds(0);
     }
@@ -113,6 +126,12 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       } catch (...) {
       }
     }
+  }
+
+  int descriptor() noexcept {
+    descriptor_is_used_ = true;
+    if (options_.io == Io::own_thread) return rest_.descriptor();
+    return transport_ ? transport_->descriptor() : -1;
   }
 
   void start() {
@@ -210,8 +229,6 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
  private:
-  static std::unique_ptr<transport::Transport> default_transport(transport::Options options);
-
   /// One step of the transport, by one thread at a time; a stop that came meanwhile is carried out here.
   std::chrono::milliseconds serve_once(std::chrono::microseconds budget, std::chrono::milliseconds wait) {
     const std::lock_guard lock(serve_mutex_);
@@ -317,21 +334,12 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   engine::Mailbox<UniqueFunction<void()>> arrived_;       // jobs for the host
   std::deque<UniqueFunction<void()>> due_;                // taken, not yet run: the host's thread only
   transport::EventWaker rest_;                            // where run() waits when there is nothing to do
-  std::atomic<bool> stopping_{false}, finished_{false};
+  std::atomic<bool> stopping_{false}, finished_{false}, descriptor_is_used_{false};
   std::atomic<std::thread::id> serving_{};                // who is inside the transport
   std::mutex serve_mutex_;                                // one at a time inside the transport
   std::mutex threads_mutex_;                              // guards io_ and runner_, not the joining
   std::thread io_, runner_;
 };
-
-std::unique_ptr<transport::Transport> Server::Impl::default_transport(transport::Options options) {
-#if LRT_HAS_ASIO
-  return transport::make_asio(std::move(options));
-#else
-  (void)options;
-  return nullptr;
-#endif
-}
 
 Server::Server(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Server::Server(Server&&) noexcept = default;
@@ -347,6 +355,7 @@ Result<Server> Server::create(Options options) {
 Result<void> Server::add(Thing thing) { return impl_->add(std::move(thing)); }
 Result<void> Server::remove(std::string_view path) { return impl_->remove(path); }
 std::chrono::milliseconds Server::poll(std::chrono::microseconds budget) noexcept { return impl_->poll(budget); }
+int Server::descriptor() noexcept { return impl_->descriptor(); }
 void Server::run() noexcept { impl_->run(); }
 void Server::start() { impl_->start(); }
 void Server::wake() noexcept { impl_->wake(); }

@@ -32,6 +32,9 @@ class EventWaker final : public Waker {
   /// Readable after wake(); -1 if the system gave none.
   int descriptor() const noexcept { return descriptor_; }
 
+  /// A wake() has not been cleared.
+  bool is_awake() const noexcept { return awake_.load(std::memory_order_acquire); }
+
   /// Makes the descriptor unreadable. Call before looking at what the wakers left.
   void clear() noexcept {
     std::uint64_t count = 0;

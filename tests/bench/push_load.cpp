@@ -1,6 +1,6 @@
 // WebSocket subscribers for tests/bench: how long after publish() a value arrives, and how many are missed.
 //
-//   push_load --port N [--path /arm/joint/angle] [--clients 50] [--seconds 5] [--stalled 0] [--buffer 0] [--pid SERVER]
+//   push_load --port N [--path /arm/joint/angle] [--clients 50] [--seconds 5] [--stalled 0] [--buffer 0] [--pid SERVER] [--tls]
 //
 // The server publishes a number that grows by 0.001 at each step (pushed_server --publish). Latency is from dcterms:modified, which is
 // the time of publish(), to recv() here, by the same clock. With --buffer each socket's receive buffer has so many bytes: when clients are
@@ -12,16 +12,20 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <ctime>
 #include <vector>
 
 #include "tests/bench/cpu.hpp"
+#include "tests/bench/stream.hpp"
 #include "tests/bench/ws_client.hpp"
 
 namespace {
 
+volatile std::sig_atomic_t ended = 0;
+
 struct Client {
-  int fd = -1;
+  bench::Stream stream;
   std::string received;
   long first = -1, last = -1, messages = 0;
 };
@@ -41,15 +45,38 @@ double time_of(std::string_view text) {
   return static_cast<double>(::timegm(&tm)) * 1e6 + std::atof(zone.c_str() + 19) * 1e6;
 }
 
+/// As bench::open_websocket(), plain or TLS.
+void open(Client& client, int port, const std::string& path, int buffer_bytes, bool tls) {
+  client.stream.connect(port, tls, buffer_bytes);
+  client.stream.finish_handshake();
+  client.stream.send(bench::websocket_request(port, path));
+  char buffer[4096];
+  std::size_t end;
+  while ((end = client.received.find("\r\n\r\n")) == std::string::npos) {
+    const ssize_t n = client.stream.receive(buffer, sizeof buffer);
+    if (n < 0) std::fprintf(stderr, "websocket: no answer\n"), std::exit(1);
+    if (n == 0) client.stream.wait();
+    client.received.append(buffer, static_cast<std::size_t>(n));
+  }
+  if (client.received.compare(0, 12, "HTTP/1.1 101") != 0) std::fprintf(stderr, "websocket: %s\n", client.received.c_str()), std::exit(1);
+  client.received.erase(0, end + 4);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   int port = 8080, clients = 50, stalled = 0, buffer_bytes = 0, pid = 0;
   double seconds = 5;
+  bool tls = false;
   std::string path = "/arm/joint/angle";
-  for (int i = 1; i + 1 < argc; i += 2) {
+  for (int i = 1; i < argc; ++i) {
     const std::string_view name = argv[i];
-    const char* const value = argv[i + 1];
+    if (name == "--tls") {
+      tls = true;
+      continue;
+    }
+    if (++i == argc) return std::fprintf(stderr, "%s needs a value\n", argv[i - 1]), 2;
+    const char* const value = argv[i];
     if (name == "--port") port = std::atoi(value);
     else if (name == "--path") path = value;
     else if (name == "--clients") clients = std::atoi(value);
@@ -57,21 +84,19 @@ int main(int argc, char** argv) {
     else if (name == "--stalled") stalled = std::atoi(value);
     else if (name == "--buffer") buffer_bytes = std::atoi(value);
     else if (name == "--pid") pid = std::atoi(value);
-    else return std::fprintf(stderr, "unknown option %s\n", argv[i]), 2;
+    else return std::fprintf(stderr, "unknown option %s\n", argv[i - 1]), 2;
   }
-  std::vector<int> never_read;
-  for (int i = 0; i < stalled; ++i) {
-    std::string ignored;
-    never_read.push_back(bench::open_websocket(port, path, ignored, 4096));
-  }
+  std::signal(SIGTERM, [](int) { ended = 1; });
+  std::vector<Client> never_read(static_cast<std::size_t>(stalled));
+  for (Client& client : never_read) open(client, port, path, 4096, tls);
   const int epoll = ::epoll_create1(EPOLL_CLOEXEC);
   std::vector<Client> all(static_cast<std::size_t>(clients));
   for (std::size_t i = 0; i < all.size(); ++i) {
-    all[i].fd = bench::open_websocket(port, path, all[i].received, buffer_bytes);
+    open(all[i], port, path, buffer_bytes, tls);
     epoll_event event{};
     event.events = EPOLLIN;
     event.data.u64 = i;
-    ::epoll_ctl(epoll, EPOLL_CTL_ADD, all[i].fd, &event);
+    ::epoll_ctl(epoll, EPOLL_CTL_ADD, all[i].stream.fd(), &event);
   }
 
   std::vector<float> latencies;
@@ -83,7 +108,7 @@ int main(int argc, char** argv) {
   double cpu = 0;
   bool measuring = false;
   long messages = 0;
-  while (Clock::now() < end) {
+  while (!ended && Clock::now() < end) {
     if (!measuring && Clock::now() >= warm) {
       measuring = true;
       if (pid) cpu = bench::cpu_microseconds(pid);
@@ -92,31 +117,32 @@ int main(int argc, char** argv) {
     const int ready = ::epoll_wait(epoll, events, 256, 10);
     for (int i = 0; i < ready; ++i) {
       Client& client = all[events[i].data.u64];
-      const ssize_t n = ::recv(client.fd, buffer.data(), buffer.size(), 0);
-      if (n <= 0) {
-        if (n < 0 && errno == EAGAIN) continue;
-        return std::fprintf(stderr, "a socket was closed\n"), 1;
-      }
-      const double now =
-          static_cast<double>(std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch()).count());
-      std::string_view bytes(buffer.data(), static_cast<std::size_t>(n));
-      if (!client.received.empty()) {
-        client.received.append(bytes);
-        bytes = client.received;
-      }
-      for (std::string_view payload; bench::next_frame(bytes, payload);) {
-        if (payload.empty() || !measuring) continue;
-        latencies.push_back(static_cast<float>(now - time_of(quoted_after(payload, "dcterms:modified "))));
-        const long number = std::lround(std::atof(std::string(quoted_after(payload, "vom:numericalValue ")).c_str()) * 1000);
-        if (client.first < 0) client.first = number;
-        client.last = number;
-        ++client.messages;
-        ++messages;
-      }
-      const std::string rest(bytes);
-      client.received = rest;
+      do {
+        const ssize_t n = client.stream.receive(buffer.data(), buffer.size());
+        if (n < 0) return std::fprintf(stderr, "a socket was closed\n"), 1;
+        if (n == 0) break;
+        const double now =
+            static_cast<double>(std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch()).count());
+        std::string_view bytes(buffer.data(), static_cast<std::size_t>(n));
+        if (!client.received.empty()) {
+          client.received.append(bytes);
+          bytes = client.received;
+        }
+        for (std::string_view payload; bench::next_frame(bytes, payload);) {
+          if (payload.empty() || !measuring) continue;
+          latencies.push_back(static_cast<float>(now - time_of(quoted_after(payload, "dcterms:modified "))));
+          const long number = std::lround(std::atof(std::string(quoted_after(payload, "vom:numericalValue ")).c_str()) * 1000);
+          if (client.first < 0) client.first = number;
+          client.last = number;
+          ++client.messages;
+          ++messages;
+        }
+        const std::string rest(bytes);
+        client.received = rest;
+      } while (client.stream.pending());
     }
   }
+  const double measured = std::chrono::duration<double>(Clock::now() - warm).count();
   const double spent = pid ? bench::cpu_microseconds(pid) - cpu : 0;
   long published = 0;
   for (const Client& c : all)
@@ -125,7 +151,7 @@ int main(int argc, char** argv) {
   std::sort(latencies.begin(), latencies.end());
   const auto at = [&](double part) { return static_cast<double>(latencies[static_cast<std::size_t>(part * static_cast<double>(latencies.size() - 1))]) / 1000; };
   std::printf("%d clients, %d stalled: %.0f messages/s, latency median %.3f ms, 99 %% %.3f ms, max %.3f ms, missed %ld of %ld", clients, stalled,
-              static_cast<double>(messages) / seconds, at(0.5), at(0.99), at(1), published - messages, published);
+              static_cast<double>(messages) / measured, at(0.5), at(0.99), at(1), published - messages, published);
   if (pid) std::printf(", server CPU %.2f us per message", spent / static_cast<double>(messages));
   std::printf("\n");
 }

@@ -1,6 +1,6 @@
 // The server under tests/bench/http_load: one pushed property, optionally among many things and published at 1 kHz.
 //
-//   pushed_server [--things 1] [--publish] [--keep N] [--tick]
+//   pushed_server [--things 1] [--publish] [--period 1000 (us)] [--keep N] [--tick] [--transport asio|classic] [--tls DIR]
 //
 // The property is at /arm/joint/angle. Ends on SIGINT or SIGTERM and prints its resident memory.
 
@@ -14,6 +14,8 @@
 
 #include <lrt/lrt.hpp>
 
+#include "tests/bench/transport_option.hpp"
+
 namespace {
 volatile std::sig_atomic_t ended = 0;
 }
@@ -22,18 +24,23 @@ int main(int argc, char** argv) {
   std::size_t things = 1;
   bool publish = false, tick = false;
   std::size_t keep = 0;
+  long period = 1000;
+  lrt::Options options;
   for (int i = 1; i < argc; ++i) {
     const std::string arg = argv[i];
     if (arg == "--things" && i + 1 < argc) things = static_cast<std::size_t>(std::atol(argv[++i]));
     else if (arg == "--publish") publish = true;
+    else if (arg == "--period" && i + 1 < argc) period = std::atol(argv[++i]);
     else if (arg == "--keep" && i + 1 < argc) keep = static_cast<std::size_t>(std::atol(argv[++i]));
     else if (arg == "--tick") tick = true;
-    else return std::fprintf(stderr, "usage: pushed_server [--things N] [--publish] [--keep N] [--tick]\n"), 2;
+    else if (arg == "--transport" && i + 1 < argc) bench::use_transport(argv[++i], options);
+    else if (arg == "--tls" && i + 1 < argc) bench::use_tls(argv[++i], options);
+    else return std::fprintf(stderr, "usage: pushed_server [--things N] [--publish] [--period US] [--keep N] [--tick] [--transport NAME] "
+                                     "[--tls DIR]\n"), 2;
   }
   std::signal(SIGINT, [](int) { ended = 1; });
   std::signal(SIGTERM, [](int) { ended = 1; });
 
-  lrt::Options options;
   options.port = 0;
   options.limits.connections = 4096;
   options.engine.subscriptions.most = 4096;
@@ -58,7 +65,7 @@ int main(int argc, char** argv) {
   while (!ended) {
     if (publish) angle.publish(t += 0.001);
     server->poll();
-    next += std::chrono::milliseconds(publish ? 1 : 50);
+    next += std::chrono::microseconds(publish ? period : 50'000);
     std::this_thread::sleep_until(next);
   }
   server->stop();

@@ -14,6 +14,7 @@ output=$(mktemp -d)
 start() {  # name, program and arguments: sets port_<name> and pid_<name>
   local name=$1
   shift
+  : > "$output/$name"  # it is read before the other process may have opened it
   "$@" > "$output/$name" &
   pids+=($!)
   printf -v "pid_$name" %s $!

@@ -15,6 +15,7 @@ echo "== publish()"
 "$build/publish_bench" --tick
 
 output=$(mktemp -d)
+: > "$output/server"  # it is read before the other process may have opened it
 "$build/pushed_server" --publish --keep 64 > "$output/server" &
 pid=$!
 trap 'kill "$pid" 2>/dev/null || true; rm -rf "$output"' EXIT

@@ -1,15 +1,29 @@
 #include "tests/conformance/cases.hpp"
 
+#include <algorithm>
+#include <fstream>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
+#include <set>
 
 #include <lrt/server.hpp>
 #include <lrt/transport/loopback.hpp>
+#if LRT_HAS_ASIO
+#include <lrt/transport/asio.hpp>
+#endif
+#if LRT_HAS_CLASSIC
+#include <lrt/transport/classic.hpp>
+#endif
+
+#include "examples/ex_own_transport/epoll_transport.hpp"
 
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/sample_robot.hpp"
 #include "tests/support/socket.hpp"
+#include "tests/support/tls_socket.hpp"
 
 using namespace lrt;
 using namespace lrt::test;
@@ -22,6 +36,7 @@ class Target {
   virtual ~Target() = default;
   virtual Answer ask(const std::string& request) = 0;
   virtual std::string host() const = 0;
+  virtual bool secure() const { return false; }
   /// Runs what the robot's state change has left to be done.
   virtual void settle() = 0;
 
@@ -89,13 +104,54 @@ class LoopbackTarget final : public Target {
   std::unique_ptr<Server> server_;
 };
 
+struct Served {
+  std::function<std::unique_ptr<transport::Transport>(transport::Options)> make;
+  bool tls;
+};
+
+/// By its name in src/README.md; nullopt if it has not been compiled in.
+std::optional<Served> served(const std::string& name) {
+  const bool tls = name.find(" over TLS") != std::string::npos;
+  const std::string plain = name.substr(0, name.find(" over TLS"));
+#if LRT_HAS_ASIO
+  if (plain == "asio") return Served{[](transport::Options o) { return transport::make_asio(std::move(o)); }, tls};
+#endif
+#if LRT_HAS_CLASSIC
+  if (plain == "classic") return Served{[](transport::Options o) { return transport::make_classic(std::move(o)); }, tls};
+#endif
+  if (name == "a transport of one's own") return Served{make_epoll_transport, false};
+  return std::nullopt;
+}
+
+/// The certificate that every server over TLS shows here, and a client that trusts it.
+struct TlsSide {
+  TlsFolder folder;
+  Certificate authority = make_certificate({"authority", {}, -3600, 3600, true});
+  Certificate own = make_certificate({"robot", "DNS:localhost,IP:127.0.0.1"}, &authority);
+  SslContext client = tls_client(authority);
+  transport::Tls options;
+
+  TlsSide() {
+    options.certificate_file = folder.put("server.pem", {&own});
+    options.key_file = folder.put_key("server-key.pem", own);
+  }
+  static TlsSide& get() {
+    static TlsSide made;
+    return made;
+  }
+};
+
 class SocketTarget final : public Target {
  public:
-  SocketTarget() {
-    server_ = std::make_unique<Server>(Server::create(server_options(clock)).value());
+  explicit SocketTarget(const Served& served) : tls_(served.tls) {
+    Options o = server_options(clock);
+    o.transport = served.make;
+    if (tls_) o.tls = TlsSide::get().options;
+    server_ = std::make_unique<Server>(Server::create(std::move(o)).value());
     server_->add(robot.arm()).value();
     server_->add(robot.tool()).value();
-    client_ = std::make_unique<Socket>(server_->port());  // one connection for all of a case
+    // One connection for all of a case.
+    client_ = std::make_unique<Socket>(server_->port(), tls_ ? std::make_unique<TlsLayer>(TlsSide::get().client.get()) : nullptr);
   }
   Answer ask(const std::string& text) override {
     Answer answer = client_->ask(text, [this] { server_->poll(); });
@@ -103,52 +159,62 @@ class SocketTarget final : public Target {
     return answer;
   }
   std::string host() const override { return "127.0.0.1:" + std::to_string(server_->port()); }
+  bool secure() const override { return tls_; }
   void settle() override {
     for (int i = 0; i < 3; ++i) server_->poll();
   }
 
  private:
+  bool tls_;
   std::unique_ptr<Server> server_;
   std::unique_ptr<Socket> client_;
 };
 
-void set(Target& target, const std::string& what) {
-  SampleRobot& robot = target.robot;
-  const std::string name = what.substr(0, what.find(' ')), value = what.substr(what.find(' ') + 1);
-  if (name == "angle") {
-    robot.angle_handle->publish(std::stod(value));
-  } else if (name == "count") {
-    robot.count = std::stoi(value);
-  } else if (name == "locked") {
-    robot.locked = value != "0";
-  } else if (name == "clock") {
-    target.clock.advance(std::chrono::milliseconds(std::stol(value)));
-  } else if (name == "grip") {
-    REQUIRE_FALSE(robot.grips.empty());
-    Responder grip = std::move(robot.grips.back());
-    robot.grips.pop_back();
-    if (value == "progress") grip.progress(0.5), robot.grips.push_back(std::move(grip));
-    else if (value == "succeed") std::move(grip).succeed();
-    else if (value == "fail") std::move(grip).fail("it slipped");
-    else REQUIRE(value == "drop");
-  } else {
-    FAIL("unknown: set " << what);
-  }
-  target.settle();
-}
-
+/// Carries out a case and collects what was not as expected; one judgement for tests that assert and for counting.
 class Run {
  public:
-  Run(Target& target, const Case& c) : target_(target), case_(c) { words_["{host}"] = target.host(), words_["{base}"] = "http://" + target.host(); }
+  Run(Target& target, const Case& c) : target_(target), case_(c) {
+    words_["{host}"] = target.host(), words_["{base}"] = (target.secure() ? "https://" : "http://") + target.host();
+  }
 
-  void all() {
-    for (const Step& step : case_.steps) {
-      if (!step.set.empty()) set(target_, step.set);
-      else exchange(step);
+  /// Empty if the case holds.
+  std::string all() {
+    try {
+      for (const Step& step : case_.steps) {
+        if (!step.set.empty()) set(step.set);
+        else exchange(step);
+      }
+    } catch (const std::exception& e) {
+      failures_ += std::string("threw: ") + e.what() + "\n";
     }
+    return failures_;
   }
 
  private:
+  void set(const std::string& what) {
+    SampleRobot& robot = target_.robot;
+    const std::string name = what.substr(0, what.find(' ')), value = what.substr(what.find(' ') + 1);
+    if (name == "angle") {
+      robot.angle_handle->publish(std::stod(value));
+    } else if (name == "count") {
+      robot.count = std::stoi(value);
+    } else if (name == "locked") {
+      robot.locked = value != "0";
+    } else if (name == "clock") {
+      target_.clock.advance(std::chrono::milliseconds(std::stol(value)));
+    } else if (name == "grip") {
+      if (robot.grips.empty()) throw std::runtime_error("there is no open action: set " + what);
+      Responder grip = std::move(robot.grips.back());
+      robot.grips.pop_back();
+      if (value == "progress") grip.progress(0.5), robot.grips.push_back(std::move(grip));
+      else if (value == "succeed") std::move(grip).succeed();
+      else if (value == "fail") std::move(grip).fail("it slipped");
+      else if (value != "drop") throw std::runtime_error("unknown: set " + what);
+    } else {
+      throw std::runtime_error("unknown: set " + what);
+    }
+    target_.settle();
+  }
   std::string filled(std::string text) const {
     for (const auto& [word, value] : words_)
       for (std::size_t at = 0; (at = text.find(word, at)) != std::string::npos; at += value.size()) text.replace(at, word.size(), value);
@@ -157,55 +223,123 @@ class Run {
   void exchange(const Step& step) {
     std::string request = filled(step.request);
     if (request.find("\nHost: ") == std::string::npos) request.insert(std::min(request.find('\n'), request.size()), "\nHost: " + target_.host());
-    INFO(request);
     const Answer answer = target_.ask(request);
-    INFO(answer.fields.block() << answer.body);
-    CHECK(answer.status == step.status);
+    const std::size_t before = failures_.size();
+    const auto expect = [&](bool holds, const std::string& what) {
+      if (!holds) failures_ += "expected " + what + "\n";
+    };
+    expect(answer.status == step.status, std::to_string(step.status) + ", found " + std::to_string(answer.status));
     for (const auto& [name, pattern] : step.fields) {
-      INFO("field " << name << ": " << pattern);
       if (name[0] == '!') {
-        CHECK_FALSE(answer.has(name.substr(1)));
+        expect(!answer.has(name.substr(1)), "no field " + name.substr(1));
       } else if (pattern[0] == '$' && words_.count(pattern) == 0) {
-        REQUIRE(answer.has(name));
+        expect(answer.has(name), "a field " + name);
         words_[pattern] = answer.field(name);
       } else {
-        CHECK(fits(filled(pattern), answer.field(name)));
+        expect(fits(filled(pattern), answer.field(name)), name + ": " + filled(pattern));
       }
     }
-    for (const std::string& text : step.texts) CHECK(answer.says(filled(text)));
-    if (step.size >= 0) CHECK(answer.body.size() == static_cast<std::size_t>(step.size));
+    for (const std::string& text : step.texts) expect(answer.says(filled(text)), "the text " + filled(text));
+    if (step.size >= 0) expect(answer.body.size() == static_cast<std::size_t>(step.size), std::to_string(step.size) + " bytes");
     const std::string base = words_.at("{base}") + "/";
-    if (!step.triples.empty()) CHECK(missing(answer, filled(step.triples), base) == "");
-    if (!step.absent.empty()) CHECK(missing(answer, filled(step.absent), base) != "");
+    if (!step.triples.empty()) {
+      const std::string lacks = missing(answer, filled(step.triples), base);
+      expect(lacks.empty(), "the triples; missing: " + lacks);
+    }
+    if (!step.absent.empty()) expect(!missing(answer, filled(step.absent), base).empty(), "not all of the triples " + filled(step.absent));
+    if (failures_.size() != before) failures_ += "of\n" + request + "\nwhich was answered\n" + answer.fields.block() + answer.body + "\n";
   }
   Target& target_;
   const Case& case_;
+  std::string failures_;
   std::map<std::string, std::string> words_;
 };
 
-template <class T>
-void run_cases() {
-  static const std::vector<Case> cases = read_cases(LRT_SOURCE_DIR "/tests/conformance/cases.txt");
-  REQUIRE(cases.size() >= 80);
+const std::vector<Case>& cases() {
+  static const std::vector<Case> read = read_cases(LRT_SOURCE_DIR "/tests/conformance/cases.txt");
+  return read;
+}
+
+template <class Make>
+void run_cases(Make make) {
+  REQUIRE(cases().size() >= 80);
   std::set<std::string> ids;
-  for (const Case& c : cases) {
+  for (const Case& c : cases()) {
     CHECK(ids.insert(c.id).second);
     DYNAMIC_SECTION(c.id << " [" << c.tags << "]") {
-      T target;
-      Run(target, c).all();
+      const auto target = make();
+      CHECK(Run(*target, c).all() == "");
     }
   }
+}
+
+void run_served_cases(const std::string& name) {
+  const auto transport = served(name);
+  if (!transport) WARN("not compiled in: " << name);
+  else run_cases([&] { return std::make_unique<SocketTarget>(*transport); });
+}
+
+/// How many cases hold.
+std::size_t count_cases(const Served& transport) {
+  std::size_t passed = 0;
+  for (const Case& c : cases()) {
+    SocketTarget target(transport);
+    passed += Run(target, c).all().empty() ? 1 : 0;
+  }
+  return passed;
+}
+
+/// Rows of the Markdown table between these two lines, without its head; cells without white space around them.
+std::vector<std::vector<std::string>> table(const std::string& path, const std::string& begin, const std::string& end) {
+  std::ifstream in(path);
+  std::vector<std::vector<std::string>> rows;
+  std::string line;
+  while (std::getline(in, line) && line != begin) {}
+  while (std::getline(in, line) && line != end) {
+    if (line.empty() || line[0] != '|') continue;
+    rows.emplace_back();
+    for (std::size_t at = 1; at < line.size();) {
+      const std::size_t bar = std::min(line.find('|', at), line.size());
+      const std::size_t first = std::min(line.find_first_not_of(' ', at), bar);
+      const std::size_t last = line.find_last_not_of(' ', bar - 1) + 1;
+      rows.back().push_back(line.substr(first, std::max(last, first) - first));
+      at = bar + 1;
+    }
+  }
+  if (line != end || rows.size() < 3) throw std::runtime_error(path + ": expected a table between " + begin + " and " + end);
+  rows.erase(rows.begin(), rows.begin() + 2);
+  return rows;
 }
 
 }  // namespace
 
 TEST_CASE("the cases hold on the engine", "[conformance][R0.3][R0.4][R0.5][R0.6][R0.7][R0.8][R0.9][R0.10][R0.11][R1.2][R1.8][R1.9][R1.10][R1.11]") {
-  run_cases<EngineTarget>();
+  run_cases([] { return std::make_unique<EngineTarget>(); });
 }
 
-TEST_CASE("the cases hold on loopback", "[conformance][loopback]") { run_cases<LoopbackTarget>(); }
+TEST_CASE("the cases hold on loopback", "[conformance][loopback]") {
+  run_cases([] { return std::make_unique<LoopbackTarget>(); });
+}
 
-TEST_CASE("the cases hold on a real socket", "[conformance][asio]") { run_cases<SocketTarget>(); }
+TEST_CASE("the cases hold on asio", "[conformance][asio]") { run_served_cases("asio"); }
+TEST_CASE("the cases hold on asio over TLS", "[conformance][asio][tls][R0.2]") { run_served_cases("asio over TLS"); }
+TEST_CASE("the cases hold on classic", "[conformance][classic]") { run_served_cases("classic"); }
+TEST_CASE("the cases hold on classic over TLS", "[conformance][classic][tls][R0.2]") { run_served_cases("classic over TLS"); }
+TEST_CASE("the cases hold on a transport of one's own", "[conformance][own]") { run_served_cases("a transport of one's own"); }
+
+TEST_CASE("the table of transports in src/README.md is true", "[conformance][asio][classic][own]") {
+  const auto rows = table(LRT_SOURCE_DIR "/src/README.md", "<!-- conformance -->", "<!-- /conformance -->");
+  std::set<std::string> names;
+  for (const auto& row : rows) {
+    REQUIRE(row.size() == 3);
+    INFO(row[0] << ": " << row[1] << " of " << row[2]);
+    CHECK(names.insert(row[0]).second);
+    CHECK(row[2] == std::to_string(cases().size()));
+    if (const auto transport = served(row[0])) CHECK(row[1] == std::to_string(count_cases(*transport)));
+    else WARN("not compiled in, so its row is not checked: " << row[0]);
+  }
+  CHECK(names == std::set<std::string>{"asio", "asio over TLS", "classic", "classic over TLS", "a transport of one's own"});
+}
 
 TEST_CASE("patterns of fields", "[conformance]") {
   CHECK(fits("", ""));

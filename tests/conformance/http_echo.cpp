@@ -1,6 +1,6 @@
 // A target for external HTTP probes: lrt's transport with a handler of its own, no engine.
 //
-//   http_echo [--port 8080] [--bind 127.0.0.1] [--tls DIR]
+//   http_echo [--port 8080] [--bind 127.0.0.1] [--transport asio|classic] [--tls DIR]
 //
 // With --tls it speaks https with DIR/server.pem and DIR/server-key.pem (see examples/make-certificate.sh).
 //
@@ -17,7 +17,7 @@
 #include <lrt/engine/handler.hpp>
 #include <lrt/http/head.hpp>
 #include <lrt/http/problem.hpp>
-#include <lrt/transport/asio.hpp>
+#include <lrt/transport/named.hpp>
 
 namespace {
 
@@ -93,14 +93,17 @@ class Echo final : public engine::Handler {
 
 int main(int argc, char** argv) {
   transport::Options options;
+  const char* transport = "";
   for (int i = 1; i + 1 < argc; i += 2) {
     if (std::strcmp(argv[i], "--port") == 0) options.port = static_cast<std::uint16_t>(std::atoi(argv[i + 1]));
     else if (std::strcmp(argv[i], "--bind") == 0) options.address = argv[i + 1];
+    else if (std::strcmp(argv[i], "--transport") == 0) transport = argv[i + 1];
     else if (std::strcmp(argv[i], "--tls") == 0) options.tls = transport::Tls{argv[i + 1] + std::string("/server.pem"), argv[i + 1] + std::string("/server-key.pem"), {}, false};
-    else return std::fprintf(stderr, "usage: http_echo [--port N] [--bind ADDRESS] [--tls DIR]\n"), 2;
+    else return std::fprintf(stderr, "usage: http_echo [--port N] [--bind ADDRESS] [--transport asio|classic] [--tls DIR]\n"), 2;
   }
   Echo echo;
-  const auto server = transport::make_asio(options);
+  const auto server = transport::make_named(transport, options);
+  if (!server) return std::fprintf(stderr, "http_echo: there is no transport \"%s\" in this build\n", transport), 2;
   const auto shared_waker = server->waker();
   waker = shared_waker.get();
   std::signal(SIGINT, on_signal);
@@ -111,5 +114,7 @@ int main(int argc, char** argv) {
               unsigned{server->port()});
   std::fflush(stdout);
   while (!ended) server->poll(std::chrono::milliseconds(1), std::chrono::hours(1));
+  std::signal(SIGINT, SIG_IGN);  // a second one finds no waker
+  std::signal(SIGTERM, SIG_IGN);
   server->stop();
 }

@@ -1,5 +1,6 @@
 """What the system tests share: the baxter example as a process, a plain HTTP client, a receiver of web callbacks."""
 
+import asyncio
 import collections
 import http.client
 import http.server
@@ -49,9 +50,60 @@ class Answer:
         return self
 
 
+class Way:
+    """How the programs under test are reached: arguments that all of them get, and whom to trust. Plain HTTP until set() says otherwise."""
+
+    arguments = []
+    ca_file = None
+    context = None
+
+    @classmethod
+    def set(cls, transport=None, tls_folder=None):
+        if transport:
+            cls.arguments = [*cls.arguments, "--transport", transport]
+        if tls_folder:
+            script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "examples", "make-certificate.sh")
+            subprocess.run([script, tls_folder], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            cls.arguments = [*cls.arguments, "--tls", tls_folder]
+            cls.ca_file = os.path.join(tls_folder, "ca.pem")
+            cls.context = ssl.create_default_context(cafile=cls.ca_file)
+
+    @classmethod
+    def streams(cls, port):
+        """asyncio's reader and writer."""
+        return asyncio.open_connection("127.0.0.1", port, ssl=cls.context)
+
+    @classmethod
+    def connected(cls, s, port):
+        """A socket that was not connected yet."""
+        s.connect(("127.0.0.1", port))
+        return cls.context.wrap_socket(s, server_hostname="127.0.0.1") if cls.context else s
+
+
+def run_on_way(main, *, usage):
+    """Calls main(words) with --transport NAME and --tls taken out of the command line."""
+    words, transport, tls = sys.argv[1:], None, False
+    while words and words[0].startswith("--"):
+        word = words.pop(0)
+        if word == "--tls":
+            tls = True
+        elif word == "--transport" and words:
+            transport = words.pop(0)
+        else:
+            sys.exit(f"usage: {usage}")
+    if not words:
+        sys.exit(f"usage: {usage}")
+    with tempfile.TemporaryDirectory() as folder:
+        Way.set(transport, folder if tls else None)
+        return main(words)
+
+
 def http_request(method, url, body=None, headers=None):
     parts = urllib.parse.urlsplit(url)
-    connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=PATIENCE)
+    if parts.scheme == "https":
+        connection = http.client.HTTPSConnection(parts.hostname, parts.port, timeout=PATIENCE, context=Way.context)
+    else:
+        connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=PATIENCE)
     try:
         target = parts.path + ("?" + parts.query if parts.query else "")
         connection.request(method, target, body.encode() if isinstance(body, str) else body, headers or {})
@@ -86,10 +138,10 @@ class Robot:
 
     def __init__(self, *arguments, port=0):
         self.log = tempfile.TemporaryFile("w+")
-        self.process = subprocess.Popen([Robot.program, "--port", str(port), *arguments], stdout=subprocess.PIPE, stderr=self.log, text=True)
+        self.process = subprocess.Popen([Robot.program, "--port", str(port), *Way.arguments, *arguments], stdout=subprocess.PIPE, stderr=self.log, text=True)
         ready, _, _ = select.select([self.process.stdout], [], [], PATIENCE)
         line = self.process.stdout.readline() if ready else ""
-        match = re.search(r"(http://\S+/) ", line)
+        match = re.search(r"(https?://\S+/) ", line)
         assert match, f"baxter did not start: {line!r} {self.said()}"
         self.url = match.group(1)
         self.port = urllib.parse.urlsplit(self.url).port

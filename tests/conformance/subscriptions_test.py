@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Subscriptions as strangers see them: Debian's python3-websockets, command-line clients and a receiver of callbacks against the baxter example.
 
-usage: subscriptions_test.py PATH_OF_BAXTER [WORD]...     only cases with one of the words; exit code 77: the package is missing
+usage: subscriptions_test.py [--transport NAME] [--tls] PATH_OF_BAXTER [WORD]...     only cases with one of the words; exit code 77: the package is missing
 """
 
 import asyncio
@@ -28,7 +28,7 @@ except ImportError as missing:
     sys.exit(77)
 
 sys.dont_write_bytecode = True  # nothing is left in the source tree
-from robot_process import HYBRIT, LRT, PATIENCE, Receiver, Robot, http_request, objects, plain, self_signed, triples, until
+from robot_process import HYBRIT, LRT, PATIENCE, Receiver, Robot, Way, http_request, objects, plain, run_on_way, self_signed, triples, until
 from websocket_frames import frame
 
 CASES = []
@@ -50,7 +50,8 @@ class Skipped(Exception):
 
 def connect(url, **options):
     # Without max_queue: with 32 messages unread this client reads no more, not even the answer to its close.
-    return websockets.connect(url, **{"compression": None, "max_size": None, "max_queue": None, "ping_interval": None, "open_timeout": PATIENCE, "close_timeout": 5, **options})
+    return websockets.connect(url, **{"compression": None, "max_size": None, "max_queue": None, "ping_interval": None, "open_timeout": PATIENCE, "close_timeout": 5,
+                                        "ssl": Way.context, **options})
 
 
 async def receive(ws):
@@ -203,7 +204,7 @@ async def closing_the_socket_ends_the_subscription(robot, demo):
     await ws.close(1000)
     assert ws.close_code == 1000
     await until_async(lambda: robot.get(member).status == 404, "the subscription is gone")
-    reader, writer = await asyncio.open_connection("127.0.0.1", robot.port)  # and without a closing handshake
+    reader, writer = await Way.streams(robot.port)  # and without a closing handshake
     writer.write(handshake(robot, f"{S1}/rotation"))
     head = await asyncio.wait_for(reader.readuntil(b"\r\n\r\n"), PATIENCE)
     member = re.search(rb"Location: (\S+)", head).group(1).decode()
@@ -277,7 +278,7 @@ async def a_client_that_never_reads_costs_the_others_nothing(robot, demo):
         for _ in range(20):
             s = socket.socket()
             s.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
-            s.connect(("127.0.0.1", demo.port))
+            s = Way.connected(s, demo.port)
             s.sendall(handshake(demo, f"{S1}/state?queueLength=1000"))
             deaf.append(s)
         await until_async(lambda: len(demo.members(S1)) == 21, "all have subscribed")
@@ -319,7 +320,7 @@ async def garbage_is_closed_with_the_code_for_it(robot, demo):
             assert closed and closed.code in (code if isinstance(code, tuple) else (code,)), f"{what}: {closed}"
     rng = random.Random(5)
     for _ in range(20):
-        reader, writer = await asyncio.open_connection("127.0.0.1", robot.port)
+        reader, writer = await Way.streams(robot.port)
         writer.write(handshake(robot, f"{S1}/rotation") + rng.randbytes(2000))
         got = await asyncio.wait_for(reader.read(-1), PATIENCE) if not writer.transport.is_closing() else b""
         assert got.startswith(b"HTTP/1.1 101 "), got[:100]
@@ -371,7 +372,7 @@ def curl_reads_the_first_frame(robot, demo):
     if not shutil.which("curl"):
         raise Skipped("there is no curl")
     expected = robot.get(f"{S1}/rotation").body.encode()
-    curl = subprocess.Popen(["curl", "-isN", "--http1.1", "-H", "Connection: Upgrade", "-H", "Upgrade: websocket", "-H", "Sec-WebSocket-Version: 13",
+    curl = subprocess.Popen(["curl", "-isN", "--http1.1", *(["--cacert", Way.ca_file] if Way.ca_file else []), "-H", "Connection: Upgrade", "-H", "Upgrade: websocket", "-H", "Sec-WebSocket-Version: 13",
                              "-H", "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==", robot.at(f"{S1}/rotation")], stdout=subprocess.PIPE)
     bite = threading.Timer(PATIENCE, curl.kill)
     bite.start()
@@ -405,7 +406,7 @@ def node_reads_the_first_message(robot, demo):
                                   stderr=subprocess.DEVNULL).returncode != 0:
         raise Skipped("there is no node with a WebSocket of its own")
     run = subprocess.run([node, "--no-warnings", "--experimental-websocket", "-e", NODE, robot.ws(f"{S1}/rotation?accept=application/n-triples")],
-                         capture_output=True, text=True, timeout=PATIENCE)
+                         capture_output=True, text=True, timeout=PATIENCE, env={**os.environ, **({"NODE_EXTRA_CA_CERTS": Way.ca_file} if Way.ca_file else {})})
     assert run.returncode == 0 and run.stdout == robot.get(f"{S1}/rotation", Accept="application/n-triples").body, run
 
 
@@ -715,7 +716,7 @@ async def thousands_of_sockets_end_in_503(robot, demo):
 
             async def one():
                 try:
-                    reader, writer = await asyncio.wait_for(asyncio.open_connection("127.0.0.1", own.port), PATIENCE)
+                    reader, writer = await asyncio.wait_for(Way.streams(own.port), PATIENCE)
                     kept.append(writer)
                     writer.write(handshake(own, f"{S1}/actions/rotate"))
                     status = int((await asyncio.wait_for(reader.readline(), PATIENCE)).split()[1])
@@ -742,9 +743,9 @@ async def thousands_of_sockets_end_in_503(robot, demo):
             await receive(early)
 
 
-def main():
-    Robot.program = sys.argv[1]
-    words = sys.argv[2:]
+def main(arguments):
+    Robot.program = arguments[0]
+    words = arguments[1:]
     failed = 0
     start = time.monotonic()
     with Robot() as robot, Robot("--demo") as demo:
@@ -772,4 +773,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_on_way(main, usage="subscriptions_test.py [--transport NAME] [--tls] PATH_OF_BAXTER [WORD_OF_A_CASE...]"))

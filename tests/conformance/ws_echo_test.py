@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Runs ws_echo and talks to it with an independent implementation (Debian's python3-websockets).
 
-usage: ws_echo_test.py PATH_OF_WS_ECHO     exit code 77: the package is missing
+usage: ws_echo_test.py [--transport NAME] [--tls] PATH_OF_WS_ECHO     exit code 77: the package is missing
 """
 
 import asyncio
@@ -12,6 +12,8 @@ import subprocess
 import sys
 import traceback
 
+sys.dont_write_bytecode = True  # nothing is left in the source tree
+from robot_process import Way, run_on_way
 from websocket_frames import frame
 
 try:
@@ -31,7 +33,7 @@ def case(function):
 
 
 def connect(url, **options):
-    return websockets.connect(url, **{"compression": None, "max_size": None, "ping_interval": None, "close_timeout": 10, **options})
+    return websockets.connect(url, **{"compression": None, "max_size": None, "ping_interval": None, "close_timeout": 10, "ssl": Way.context, **options})
 
 
 async def raw(url, *parts):
@@ -48,8 +50,7 @@ async def raw(url, *parts):
 
 
 async def http(url, request):
-    host, port = url[len("ws://"):].rstrip("/").split(":")
-    reader, writer = await asyncio.open_connection(host, int(port))
+    reader, writer = await Way.streams(int(url.rstrip("/").rsplit(":", 1)[1]))
     writer.write(request.encode())
     answer = await asyncio.wait_for(reader.read(65536), 10)
     writer.close()
@@ -250,8 +251,8 @@ async def ends_with_1001(url, server):
             assert ws.close_code == 1001, ws.close_code
 
 
-def main():
-    server = subprocess.Popen([sys.argv[1], "--port", "0"], stdout=subprocess.PIPE, text=True)
+def main(arguments):
+    server = subprocess.Popen([arguments[0], "--port", "0", *Way.arguments], stdout=subprocess.PIPE, text=True)
     failed = 0
     try:
         url = server.stdout.readline().split()[-1]
@@ -275,4 +276,4 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_on_way(main, usage="ws_echo_test.py [--transport NAME] [--tls] PATH_OF_WS_ECHO"))

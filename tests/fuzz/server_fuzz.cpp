@@ -1,15 +1,27 @@
 // The whole server without a socket: bytes in chunks -> HTTP session -> engine -> a robot -> answers. Whatever comes in, each answer is a
-// whole HTTP response with a definite status, nothing is left waiting, and a refused write has not reached the robot.
+// whole HTTP response with a definite status, nothing is left waiting, and a refused write has not reached the robot. All third parties that
+// lrt was built with lead to the same statuses.
 
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <lrt/engine/engine.hpp>
 
-#include "src/transport/asio/session.hpp"
+#include <lrt/transport/session.hpp>
+
+#if LRT_HAS_ASIO
+#include "src/transport/asio/beast_protocols.hpp"
+#endif
+#if LRT_HAS_CLASSIC
+#include "src/transport/classic/classic_protocols.hpp"
+#endif
+#if !LRT_HAS_ASIO && !LRT_HAS_CLASSIC
+#error "one of LRT_TRANSPORT_ASIO and LRT_TRANSPORT_CLASSIC is needed"
+#endif
 
 namespace {
 
@@ -51,13 +63,8 @@ lrt::Thing make_joint(Robot& robot) {
   return joint;
 }
 
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  if (size < 1) return 0;
-  const std::size_t chunk = data[0] < 128 ? size : data[0] - 127u;
-  std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
-
+/// The statuses of the answers.
+std::vector<int> serve(lrt::transport::Protocols& protocols, std::string_view bytes, std::size_t chunk) {
   Robot robot;
   lrt::TimePoint now;
   lrt::engine::Options options;
@@ -68,9 +75,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
   lrt::transport::Limits limits;
   limits.head_bytes = 2048;
+  limits.line_bytes = 1024;
   limits.body_bytes = 4096;
-  lrt::transport::SessionContext context(limits);
+  lrt::transport::SessionContext context(limits, protocols);
   context.handler = &engine;
+  context.websockets = true;
   lrt::transport::Session session(context, "127.0.0.1");
   using Phase = lrt::transport::Session::Phase;
 
@@ -108,6 +117,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   bool success = session.phase() == Phase::upgraded;  // the frames are not the session's business
   if (success) engine.closed(session.take_upgrade().channel);
 
+  std::vector<int> statuses;
   std::string_view rest = written;
   while (!rest.empty()) {
     const auto end = rest.find("\r\n\r\n");
@@ -115,6 +125,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::string head(rest.substr(0, end + 4));
     const int status = std::atoi(head.c_str() + 9);
     REQUIRE_THAT(status >= 100 && status <= 505);
+    statuses.push_back(status);
     success |= status >= 200 && status < 300;
     rest.remove_prefix(end + 4);
     const auto length = head.find("\r\nContent-Length: ");
@@ -125,5 +136,25 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   REQUIRE_THAT(success || (robot.writes == 0));
   REQUIRE_THAT(robot.friction >= 0 && robot.friction <= 1);
   REQUIRE_THAT(robot.angle >= 0 && robot.angle < 360);
+  return statuses;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size < 1) return 0;
+  const std::size_t chunk = data[0] < 128 ? size : data[0] - 127u;
+  const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
+#if LRT_HAS_ASIO
+  static lrt::transport::BeastProtocols beast;
+  const auto by_beast = serve(beast, bytes, chunk);
+#endif
+#if LRT_HAS_CLASSIC
+  static lrt::transport::ClassicProtocols classic;
+  const auto by_classic = serve(classic, bytes, chunk);
+#endif
+#if LRT_HAS_ASIO && LRT_HAS_CLASSIC
+  REQUIRE_THAT(by_beast == by_classic);
+#endif
   return 0;
 }

@@ -10,19 +10,31 @@
 #include <chrono>
 #include <cstdlib>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "tests/support/message.hpp"
 
 namespace lrt::test {
 
-/// A plain HTTP/1.1 client on one connection to 127.0.0.1.
+/// An HTTP/1.1 client on one connection to 127.0.0.1.
 class Socket {
  public:
-  explicit Socket(std::uint16_t port) : descriptor_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+  /// What stands between the messages and the connection, such as TLS. Driven by the socket.
+  class Layer {
+   public:
+    virtual ~Layer() = default;
+    virtual void write(std::string_view text) = 0;         ///< the client's, to be given to the connection some time
+    virtual std::string give() = 0;                        ///< what the connection is to get now
+    virtual std::string take(std::string_view bytes) = 0;  ///< what came from the connection, as the server wrote it
+  };
+
+  explicit Socket(std::uint16_t port, std::unique_ptr<Layer> layer = nullptr)
+      : descriptor_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)), layer_(std::move(layer)) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(port);
@@ -43,11 +55,9 @@ class Socket {
     if (!r.body.empty() || r.find("Content-Type")) bytes += "Content-Length: " + std::to_string(r.body.size()) + "\r\n";
     bytes.append("\r\n").append(r.body);
     head_ = r.method == "HEAD";
-    for (std::size_t sent = 0; sent < bytes.size();) {
-      const auto n = ::send(descriptor_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
-      if (n < 0 && errno != EINTR) throw std::runtime_error("send failed");
-      if (n > 0) sent += static_cast<std::size_t>(n);
-    }
+    if (!layer_) return put(bytes);
+    layer_->write(bytes);
+    pass({});
   }
 
   /// The answer if it is complete now. Waits at most `wait` for bytes.
@@ -58,6 +68,7 @@ class Socket {
     char buffer[64 * 1024];
     const auto n = ::recv(descriptor_, buffer, sizeof buffer, 0);
     if (n <= 0) ended_ = true;
+    else if (layer_) pass({buffer, static_cast<std::size_t>(n)});
     else received_.append(buffer, static_cast<std::size_t>(n));
     return parse();
   }
@@ -95,7 +106,20 @@ class Socket {
     received_.erase(0, end + 4 + length);
     return answer;
   }
+  void put(std::string_view bytes) {
+    for (std::size_t sent = 0; sent < bytes.size();) {
+      const auto n = ::send(descriptor_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
+      if (n < 0 && errno != EINTR) throw std::runtime_error("send failed");
+      if (n > 0) sent += static_cast<std::size_t>(n);
+    }
+  }
+  void pass(std::string_view bytes) {
+    received_ += layer_->take(bytes);
+    put(layer_->give());
+  }
+
   int descriptor_;
+  std::unique_ptr<Layer> layer_;
   std::string received_;
   bool head_ = false, ended_ = false;
 };

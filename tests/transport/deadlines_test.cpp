@@ -1,4 +1,4 @@
-#include "src/transport/asio/deadlines.hpp"
+#include "src/transport/port/deadlines.hpp"
 
 #include "tests/support/catch.hpp"
 

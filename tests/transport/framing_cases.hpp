@@ -19,6 +19,7 @@ inline std::vector<FramingCase> framing_cases() {
   const S post = "POST / HTTP/1.1\r\nHost: a\r\n";
   const S chunked = post + "Transfer-Encoding: chunked\r\n\r\n";
   const S next = "GET / HTTP/1.1\r\nHost: a\r\n\r\n";
+  const S most = get + "A: " + S(6000, 'a') + "\r\nB: " + S(6000, 'b') + "\r\nC: ";
   return {
       // Well-formed.
       {"a GET", get + "\r\n", {200}, false},
@@ -140,11 +141,15 @@ inline std::vector<FramingCase> framing_cases() {
        {400},
        true},
 
-      // Sizes; the tests set the head's limit to 16384 and the body's to 1000000.
+      // Sizes; the tests leave the limits of the head at 16384 and of its lines at 8000, and set the body's to 1000000.
       {"a request line above the limit", "GET /" + S(20'000, 'a') + " HTTP/1.1\r\nHost: a\r\n\r\n", {414}, true},
-      {"a head above the limit", get + "X: " + S(20'000, 'a') + "\r\n\r\n", {431}, true},
-      {"a head of exactly the limit", get + "X: " + S(16'384 - get.size() - 7, 'a') + "\r\n\r\n" + next, {200, 200}, false},
-      {"a head one byte above the limit", get + "X: " + S(16'384 - get.size() - 6, 'a') + "\r\n\r\n" + next, {431}, true},
+      {"a request line of exactly the limit", "GET /head?" + S(8000 - 19, 'a') + " HTTP/1.1\r\nHost: a\r\n\r\n" + next, {200, 200}, false},
+      {"a request line one byte above the limit", "GET /head?" + S(8000 - 18, 'a') + " HTTP/1.1\r\nHost: a\r\n\r\n" + next, {414}, true},
+      {"a field line above the limit", get + "X: " + S(20'000, 'a') + "\r\n\r\n", {431}, true},
+      {"a field line of exactly the limit", get + "X: " + S(7997, 'a') + "\r\n\r\n" + next, {200, 200}, false},
+      {"a field line one byte above the limit", get + "X: " + S(7998, 'a') + "\r\n\r\n" + next, {431}, true},
+      {"a head of exactly the limit", most + S(16'384 - most.size() - 4, 'a') + "\r\n\r\n" + next, {200, 200}, false},
+      {"a head one byte above the limit", most + S(16'384 - most.size() - 3, 'a') + "\r\n\r\n" + next, {431}, true},
   };
 }
 

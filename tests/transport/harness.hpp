@@ -14,19 +14,39 @@
 #include <chrono>
 #include <cstdlib>
 #include <deque>
+#include <memory>
 #include <mutex>
 #include <set>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <lrt/base/clock.hpp>
 #include <lrt/engine/handler.hpp>
 #include <lrt/http/head.hpp>
+#include <lrt/transport/named.hpp>
 #include <lrt/transport/transport.hpp>
 
+#include "tests/support/catch.hpp"
+
 namespace lrt::test {
+
+/// The transport that the test case is at.
+inline std::string_view& present_transport() {
+  static std::string_view name;
+  return name;
+}
+
+inline std::unique_ptr<transport::Transport> make_transport(transport::Options options) {
+  return transport::make_named(present_transport(), std::move(options));
+}
+
+/// First in a test case: it runs once for each transport that lrt was built with, which make_transport() makes.
+#define ON_EACH_TRANSPORT()                                                            \
+  lrt::test::present_transport() = GENERATE(from_range(lrt::transport::names()));      \
+  INFO("transport " << lrt::test::present_transport())
 
 class HandClock final : public Clock {
  public:
@@ -43,7 +63,7 @@ class HandClock final : public Clock {
 
 /// GET / says hello; POST / echoes; /head tells the request's head; /defer answers when complete() says so; /big?n has n bytes;
 /// /none is 204, /same 304; anything else 404.
-class TestHandler final : public engine::Handler {
+class TestHandler : public engine::Handler {
  public:
   engine::Outcome handle(const http::Request& request, TimePoint) override {
     ++requests;

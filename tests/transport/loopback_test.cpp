@@ -94,3 +94,14 @@ TEST_CASE("loopback leaves answers that its budget does not cover to the next po
   }
   CHECK(loopback.poll(std::chrono::microseconds(0), std::chrono::minutes(10)) == std::chrono::milliseconds::max());
 }
+
+TEST_CASE("loopback has the handler look for news, which web callbacks wait for", "[transport][loopback][R0.13]") {
+  struct Looking final : TestHandler {
+    std::optional<engine::Channel> next_ready(TimePoint) override { return looks++ < 3 ? std::optional(engine::Channel{1}) : std::nullopt; }
+    int looks = 0;
+  } handler;
+  transport::Loopback loopback;
+  REQUIRE(loopback.start(handler));
+  loopback.poll(std::chrono::milliseconds(1), std::chrono::milliseconds(0));
+  CHECK(handler.looks == 4);
+}

@@ -1,8 +1,11 @@
-#include "src/transport/asio/session.hpp"
+#include <lrt/transport/session.hpp>
+
+#include <tuple>
 
 #include "tests/support/catch.hpp"
 #include "tests/transport/framing_cases.hpp"
 #include "tests/transport/harness.hpp"
+#include "tests/transport/harness_protocols.hpp"
 
 using namespace lrt;
 using namespace lrt::test;
@@ -12,7 +15,11 @@ namespace {
 
 /// A session whose output is taken at once.
 struct Run {
-  explicit Run(transport::Limits given = {}) : limits(given) { context.handler = &handler; }
+  explicit Run(transport::Limits given = {}) : Run(given, make_protocols()) {}
+  Run(transport::Limits given, std::unique_ptr<transport::Protocols> given_protocols) : limits(given), protocols(std::move(given_protocols)) {
+    context.handler = &handler;
+    context.websockets = true;
+  }
   void receive(std::string_view bytes) {
     session.receive(bytes, clock.now());
     drain();
@@ -33,9 +40,38 @@ struct Run {
   transport::Limits limits;
   HandClock clock;
   TestHandler handler;
-  transport::SessionContext context{limits};
+  std::unique_ptr<transport::Protocols> protocols;
+  transport::SessionContext context{limits, *protocols};
   Session session{context, "192.0.2.1"};
   std::string written;
+};
+
+/// Reads a head into `kept`, and writes none: the session may not expect that views point into the head.
+class Keeping final : public transport::Protocols {
+ public:
+  std::optional<http::Refusal> read_head(std::string_view head, std::string& kept, http::Request& request) override {
+    kept.assign(head);
+    std::string_view rest = kept;
+    const auto take = [&rest](std::string_view until) {
+      const auto part = rest.substr(0, rest.find(until));
+      rest.remove_prefix(part.size() + until.size());
+      return part;
+    };
+    request.method = head.substr(0, head.find(' '));  // one part of each
+    take(" ");
+    request.target = take(" ");
+    request.version = take("\r\n") == "HTTP/1.0" ? 10 : 11;
+    request.fields.clear();
+    while (rest != "\r\n") {
+      const auto name = take(": ");
+      request.fields.push_back({name, take("\r\n")});
+    }
+    return std::nullopt;
+  }
+  void write_head(std::string& out, const http::Response& response, std::string_view date, bool keep_alive, int version) override {
+    http::write_head(out, response, date, keep_alive, version);
+  }
+  Handshake accept(std::string_view, std::size_t) override { return {}; }
 };
 
 transport::Limits small_body() {
@@ -47,6 +83,7 @@ transport::Limits small_body() {
 }  // namespace
 
 TEST_CASE("framing has one meaning however the bytes are split", "[transport][R0.1]") {
+  ON_EACH_TRANSPORT();
   for (const auto& item : framing_cases()) {
     INFO(item.name);
     {
@@ -77,6 +114,7 @@ TEST_CASE("framing has one meaning however the bytes are split", "[transport][R0
 }
 
 TEST_CASE("a refusal has problem details and ends the connection", "[transport][R0.1][R0.6]") {
+  ON_EACH_TRANSPORT();
   Run run;
   run.receive("GET / HTTP/1.1\r\nHost: a\r\nX : b\r\n\r\n");
   const auto answers = parse_answers(run.written);
@@ -88,6 +126,7 @@ TEST_CASE("a refusal has problem details and ends the connection", "[transport][
 }
 
 TEST_CASE("a refusal of a field that frames the body says what was found and where", "[transport][R0.1]") {
+  ON_EACH_TRANSPORT();
   const std::string huge = "18446744073709551621";
   const std::pair<std::string, std::string> cases[] = {
       {"Content-Length: +5", "Content-Length: expected 1 to 19 digits, found \"+5\""},
@@ -120,6 +159,7 @@ TEST_CASE("a refusal of a field that frames the body says what was found and whe
 }
 
 TEST_CASE("the time of the first head runs from the beginning, that of later ones from their first byte", "[transport]") {
+  ON_EACH_TRANSPORT();
   Run run;
   CHECK(run.session.timed_phase() == Session::Phase::head);
   const auto begin = run.session.epoch();
@@ -135,6 +175,7 @@ TEST_CASE("the time of the first head runs from the beginning, that of later one
 }
 
 TEST_CASE("the handler sees the fields in order, without those that framed the body", "[transport][R0.1]") {
+  ON_EACH_TRANSPORT();
   const std::string request =
       "POST /head?q HTTP/1.1\r\nHost: a\r\nContent-Length: 3\r\nAccept:  text/turtle \t\r\nX-Empty:\r\nx-y: 1\r\n\r\nabc";
   for (std::size_t at = 0; at < request.size(); ++at) {
@@ -149,6 +190,7 @@ TEST_CASE("the handler sees the fields in order, without those that framed the b
 }
 
 TEST_CASE("a chunked body arrives without its coding", "[transport][R0.1]") {
+  ON_EACH_TRANSPORT();
   const std::string request =
       "POST / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\n5;x=\"\\\"\"\r\nhello\r\n7\r\n, robot\r\n0\r\nX: "
       "y\r\n\r\n";
@@ -163,6 +205,7 @@ TEST_CASE("a chunked body arrives without its coding", "[transport][R0.1]") {
 }
 
 TEST_CASE("100 Continue is sent once, and only when the body is waited for", "[transport][R0.1]") {
+  ON_EACH_TRANSPORT();
   const std::string head = "POST / HTTP/1.1\r\nHost: a\r\nExpect: 100-continue\r\nContent-Length: 2\r\n\r\n";
   {
     Run run;
@@ -192,6 +235,7 @@ TEST_CASE("100 Continue is sent once, and only when the body is waited for", "[t
 }
 
 TEST_CASE("pipelined requests wait for a deferred answer and come in order", "[transport][R0.1]") {
+  ON_EACH_TRANSPORT();
   Run run;
   run.receive(get("/") + get("/defer") + get("/head") + get("/defer") + get("/"));
   CHECK(statuses(parse_answers(run.written)) == std::vector{200});
@@ -208,6 +252,7 @@ TEST_CASE("pipelined requests wait for a deferred answer and come in order", "[t
 }
 
 TEST_CASE("what is buffered behind a deferred answer is bounded", "[transport]") {
+  ON_EACH_TRANSPORT();
   Run run;
   run.receive(get("/defer"));
   std::size_t taken = 0;
@@ -219,6 +264,7 @@ TEST_CASE("what is buffered behind a deferred answer is bounded", "[transport]")
 }
 
 TEST_CASE("HEAD, 204 and 304 have no body, and 204 has no length", "[transport][R0.1]") {
+  ON_EACH_TRANSPORT();
   Run run;
   run.receive("HEAD / HTTP/1.1\r\nHost: a\r\n\r\n" + get("/none") + get("/same") + get("/"));
   const auto answers = parse_answers(run.written, {0});
@@ -230,6 +276,7 @@ TEST_CASE("HEAD, 204 and 304 have no body, and 204 has no length", "[transport][
 }
 
 TEST_CASE("the last request that a connection may carry is answered with close", "[transport]") {
+  ON_EACH_TRANSPORT();
   transport::Limits limits;
   limits.requests_per_connection = 3;
   Run run(limits);
@@ -242,6 +289,7 @@ TEST_CASE("the last request that a connection may carry is answered with close",
 }
 
 TEST_CASE("a request cut off by the end of input is refused, a whole one answered", "[transport][R0.1]") {
+  ON_EACH_TRANSPORT();
   const auto cut = [](std::string_view bytes) {
     Run run;
     run.receive(bytes);
@@ -260,6 +308,7 @@ TEST_CASE("a request cut off by the end of input is refused, a whole one answere
 }
 
 TEST_CASE("the end of input does not cancel a deferred answer", "[transport]") {
+  ON_EACH_TRANSPORT();
   Run run;
   run.receive(get("/defer") + get("/"));
   run.session.end_of_input(run.clock.now());
@@ -270,6 +319,7 @@ TEST_CASE("the end of input does not cancel a deferred answer", "[transport]") {
 }
 
 TEST_CASE("an expired phase is answered where somebody waits for an answer", "[transport]") {
+  ON_EACH_TRANSPORT();
   const auto expire = [](std::string_view bytes, Session::Phase phase) {
     Run run;
     run.receive(bytes);
@@ -285,6 +335,7 @@ TEST_CASE("an expired phase is answered where somebody waits for an answer", "[t
 }
 
 TEST_CASE("a large body is shared, not copied, and leaves in any portions", "[transport]") {
+  ON_EACH_TRANSPORT();
   Run run;
   run.session.receive(get("/big?100000"), run.clock.now());
   CHECK(run.session.output().second.size() == 100'000);
@@ -298,4 +349,54 @@ TEST_CASE("a large body is shared, not copied, and leaves in any portions", "[tr
   REQUIRE(statuses(answers) == std::vector{200});
   CHECK(answers[0].body == std::string(100'000, 'b'));
   CHECK(run.session.phase() == Session::Phase::idle);
+}
+
+TEST_CASE("a request may point into its head and into what its parser kept, and does until it is answered", "[transport]") {
+  const std::string request = "POST /head HTTP/1.1\r\nHost: a\r\nContent-Length: 3\r\nX-Long: " + std::string(100, 'x') + "\r\n\r\nabc";
+  for (std::size_t at = 0; at < request.size(); ++at) {
+    Run run({}, std::make_unique<Keeping>());
+    for (int i = 0; i < 2; ++i) {
+      run.receive(std::string(request, 0, at));
+      run.receive(std::string(request, at));
+    }
+    const auto answers = parse_answers(run.written);
+    REQUIRE(statuses(answers) == std::vector{200, 200});
+    for (const auto& answer : answers) CHECK(answer.body == "POST /head\nHost=a\nX-Long=" + std::string(100, 'x') + "\n");
+  }
+}
+
+TEST_CASE("a line of the head above the limit is refused as soon as it is, and says which", "[transport][R0.1]") {
+  ON_EACH_TRANSPORT();
+  transport::Limits limits;
+  limits.line_bytes = 100;
+  limits.head_bytes = 1000;
+  const auto path = [](std::size_t line) { return "/" + std::string(line - sizeof "GET / HTTP/1.1" + 1, 'a'); };
+  const auto field = [](std::size_t line) { return "X: " + std::string(line - 3, 'b') + "\r\n"; };
+  const std::tuple<std::string, int, std::string> cases[] = {
+      {get(path(100)), 404, ""},
+      {get(path(101)), 414, "the request line is longer than the 100 bytes allowed for a line"},
+      {"GET " + path(300), 414, "the request line is longer than the 100 bytes allowed for a line"},
+      {get("/", field(100) + field(100)), 200, ""},
+      {get("/", "Y: 1\r\n" + field(101)), 431, "the field line at byte 35 of the head is longer than the 100 bytes allowed for a line"},
+      {get("/").substr(0, 29) + field(200).substr(0, 150), 431, "the field line at byte 29 of the head"},
+      {get("/").substr(0, 29) + field(100).substr(0, 100) + "\rx", 431, "the field line at byte 29 of the head"},
+      {get("/", field(100) + field(100) + field(100) + field(100) + field(100) + field(100) + field(100) + field(100) + field(100) + field(100)), 431,
+       "the head is longer than 1000 bytes"},
+  };
+  for (const auto& [bytes, status, reason] : cases) {
+    for (std::size_t at = 0; at <= bytes.size(); ++at) {
+      INFO(bytes << " split at " << at);
+      Run run(limits);
+      if (at == bytes.size()) {
+        for (const char& byte : bytes) run.receive({&byte, 1});
+      } else {
+        run.receive(std::string_view(bytes).substr(0, at));
+        run.receive(std::string_view(bytes).substr(at));
+      }
+      const auto answers = parse_answers(run.written);
+      REQUIRE(statuses(answers) == std::vector{status});
+      if (!reason.empty()) CHECK(contains(answers[0].body, reason));
+      CHECK(run.is_over() == !reason.empty());
+    }
+  }
 }

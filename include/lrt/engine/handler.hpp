@@ -25,7 +25,7 @@ struct Deferred {
   Ticket ticket;
 };
 /// The request becomes a WebSocket (RFC 6455); its handshake passed http::check_websocket(). The transport answers 101 with the fields of
-/// `response` and those of RFC 6455 4.2.2, and from then on carries the messages of the channel. Only for requests with `can_upgrade`.
+/// `response` and those of RFC 6455 4.2.2, and from then on carries the messages of the channel. Never without `can_upgrade`.
 struct Upgraded {
   Channel channel;
   http::Response response;
@@ -59,17 +59,20 @@ class Handler {
  public:
   virtual ~Handler() = default;
 
-  /// Answers a complete request or promises to. Never throws.
+  /// Answers a complete request or promises to. Never throws, and does not call the transport. The views of `request` live for the call.
   virtual Outcome handle(const http::Request& request, TimePoint now) = 0;
   /// The next deferred answer that is ready or overdue by `now`; call until nullopt after wake() and after next_deadline().
   virtual std::optional<Reply> next_reply(TimePoint now) = 0;
-  /// When next_reply() and next_ready() should be called next even if nothing wakes the transport; nullopt: not before a wake.
+  /// When next_reply() and next_ready() should be called next even if nothing wakes the transport; nullopt: not before a wake. By the
+  /// clock that `now` is of; may be past, which means at once. It becomes earlier only in calls of this class, or with a wake.
   virtual std::optional<std::chrono::steady_clock::time_point> next_deadline() const = 0;
-  /// The client of a deferred answer is gone; the ticket is forgotten.
+  /// The client of a deferred answer is gone, or the transport stops; the ticket is forgotten. A client that has only ended its sending
+  /// still wants its answer.
   virtual void abandon(Ticket ticket) noexcept = 0;
 
   /// The next channel that has a push by `now`; call until nullopt when next_reply() is called, and at every poll while a channel is open:
-  /// what one client writes is news to the others, and nothing wakes for it. Urgent ones come first.
+  /// what one client writes is news to the others, and nothing wakes for it. Urgent ones come first. A transport without WebSockets
+  /// calls it as well: here the handler looks for what web callbacks are told, and until then next_deadline() stays past.
   virtual std::optional<Channel> next_ready(TimePoint now) {
     (void)now;
     return std::nullopt;

@@ -25,6 +25,10 @@ struct Refusal {
 /// @par Implements  R0.1, RFC 9112 2.2, 3, 5.1, 5.2
 std::optional<Refusal> check_raw_head(std::string_view head);
 
+/// Takes apart a head that check_raw_head() passed, with no opinion about it: method, target, version and fields of `request` become views
+/// of `head`, the fields in order and without white space around their values. Its framing fields are still among them.
+void split_head(std::string_view head, Request& request);
+
 /// Looks at a parsed head: exactly one well-formed Host (HTTP/1.0 may lack it), target form against method, Content-Length and
 /// Transfer-Encoding (501 for an unknown coding, alone or before a final chunked), Expect (417), Connection. CONNECT and TRACE are
 /// refused (501), and so is an absolute-form whose scheme is not that of the connection (421). To be asked before the fields that

@@ -78,9 +78,17 @@ std::string_view reason_phrase(int status) noexcept;
 /// False for 1xx, 204 and 304, which have no body and no Content-Length here.
 constexpr bool may_have_body(int status) noexcept { return status >= 200 && status != 204 && status != 304; }
 
+/// What a transport adds to the fields of a response.
+struct AddedFields {
+  bool date = false;
+  bool content_length = false;  ///< that of response.content()
+  std::string_view connection;  ///< value of Connection; empty: none
+};
+/// @param version  of the request: an HTTP/1.0 client that keeps its connection is told so
+AddedFields added_fields(const Response& response, bool keep_alive, int version) noexcept;
+
 /// Writes the head of a response with its empty line. Date and Content-Length are left out where `response.fields` has them.
 /// @param date  an IMF-fixdate
-/// @param version  of the request: an HTTP/1.0 client that keeps its connection is told so
 void write_head(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version);
 
 }  // namespace lrt::http

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,7 +18,8 @@ namespace lrt::transport {
 
 /// What a network client can make grow, and how long it may take. The same on every transport.
 struct Limits {
-  std::size_t head_bytes = 16 * 1024;                  ///< request line and fields; more: 431 (414 when the target alone is)
+  std::size_t head_bytes = 16 * 1024;                  ///< request line and fields; more: 431
+  std::size_t line_bytes = 8000;                       ///< of the head, as RFC 9112 3 recommends at least; at most that on `classic`; more: 431, of the request line: 414
   std::size_t body_bytes = 1024 * 1024;                ///< after de-chunking; more: 413
   /// With more, the one that has been idle longest (between requests or before the first byte of its first, with no input pending)
   /// is closed to make room. When none is idle the new one is answered with 503 and Retry-After and closed: 64 of these at a time
@@ -59,31 +61,40 @@ struct Options {
   std::optional<Tls> tls;             ///< nullopt: plain HTTP
   const Clock* clock = nullptr;       ///< nullptr: system_clock()
   LogCallback log;                    ///< may be empty
+  /// What a transport that lives on a loop of the host's (Capabilities::on_host_loop) calls there when it has something to do. It polls the
+  /// transport, and does what else is due; set by Server.
+  std::function<void()> turn;
 };
 
 struct Capabilities {
   bool network = true;      ///< has a port
   bool websocket = false;   ///< can accept upgrades
   bool tls = false;         ///< can serve Options::tls
+  bool on_host_loop = false;  ///< calls Options::turn by itself: the host need not poll, and nobody else may
 };
 
-/// Carries requests to a Handler and answers back. A host with an HTTP server of its own implements this.
+/// Carries requests to a Handler and answers back. A host with an HTTP server of its own implements this: examples/ex_own_transport is one
+/// to start from. None of these functions is called from within the handler.
 ///
 /// @par Threads  One thread at a time; waker() and what it returns: any.
 class Transport {
  public:
   virtual ~Transport() = default;
 
-  /// Begins to listen. The handler must outlive the transport or its stop().
-  /// @par Errors  address_in_use, invalid_option, io_error
+  /// Begins to listen. The handler must outlive the transport or its stop(); after that it may be started again.
+  /// @par Errors  address_in_use, invalid_option (also for Options::tls, if it has none), io_error
   virtual Result<void> start(engine::Handler& handler) = 0;
-  /// Waits up to `wait` for something to do, then works for about `budget` (at least one step). Requests, deferred answers and expired
-  /// times that the budget leaves over are for the next call, which then does not wait. Returns how long nothing will be due if
-  /// nothing arrives: 0 when something is left over, milliseconds::max() for ever.
+  /// Waits up to `wait` for something to do, then works for about `budget`: what is under way when that is over is completed, and each of
+  /// input, answers and expired times gets a step. What is left over is for the next call, which then does not wait. Returns how long
+  /// nothing will be due if nothing arrives: 0 when something is left over, milliseconds::max() for ever. Throws std::bad_alloc at most.
   virtual std::chrono::milliseconds poll(std::chrono::microseconds budget, std::chrono::milliseconds wait) = 0;
+  /// Readable whenever poll() has something to do, expired times and what a budget left over included: a host that sleeps in its own poll(),
+  /// epoll or select adds it there. The transport's, from start() to stop(); not to be read. -1: there is none, and poll() says how long.
+  virtual int descriptor() noexcept { return -1; }
   /// Wakes poll(), from any thread.
   virtual std::shared_ptr<Waker> waker() const noexcept = 0;
-  /// Stops accepting; answers what the handler still gives for open tickets, for at most limits.stop_time; closes everything.
+  /// Stops accepting; answers what the handler still gives for open tickets, for at most limits.stop_time; abandons the others and closes
+  /// everything.
   virtual void stop() = 0;
   virtual Capabilities capabilities() const noexcept = 0;
   /// Reads the files of Options::tls again. Connections that are open go on as they are; when something is wrong with the files nothing

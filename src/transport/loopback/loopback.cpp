@@ -34,7 +34,7 @@ struct Loopback::Impl {
     std::optional<std::chrono::steady_clock::time_point> end;
     for (left = false; handler;) {
       auto reply = handler->next_reply(now);
-      if (!reply) return;
+      if (!reply) break;
       const auto found = open.find(static_cast<std::uint64_t>(reply->ticket));
       if (found != open.end()) {
         const auto done = std::move(found->second);
@@ -51,6 +51,8 @@ struct Loopback::Impl {
         return;
       }
     }
+    // No channel is one of ours, but this is where the handler looks for news, for web callbacks too.
+    while (handler && handler->next_ready(now)) {}
   }
 
   /// No request here can be upgraded; a handler that did not look is told that its channel is over.

@@ -1,0 +1,11 @@
+# Libwebsockets::Libwebsockets: found by pkg-config.
+find_package(PkgConfig QUIET)
+if(PkgConfig_FOUND)
+  pkg_check_modules(Libwebsockets QUIET IMPORTED_TARGET GLOBAL libwebsockets>=4.1)
+endif()
+include(FindPackageHandleStandardArgs)
+find_package_handle_standard_args(Libwebsockets REQUIRED_VARS Libwebsockets_LIBRARIES VERSION_VAR Libwebsockets_VERSION)
+if(Libwebsockets_FOUND AND NOT TARGET Libwebsockets::Libwebsockets)
+  add_library(Libwebsockets::Libwebsockets INTERFACE IMPORTED)
+  target_link_libraries(Libwebsockets::Libwebsockets INTERFACE PkgConfig::Libwebsockets)
+endif()

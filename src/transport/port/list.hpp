@@ -1,0 +1,60 @@
+#pragma once
+
+namespace lrt::transport {
+
+/// Base of what has a place in a List with this Tag; leaves it with its last breath.
+template <class Tag>
+class Linked {
+ public:
+  Linked(const Linked&) = delete;
+  Linked& operator=(const Linked&) = delete;
+
+  bool is_linked() const noexcept { return next_ != nullptr; }
+  void unlink() noexcept {
+    if (!next_) return;
+    previous_->next_ = next_;
+    next_->previous_ = previous_;
+    previous_ = next_ = nullptr;
+  }
+
+ protected:
+  Linked() = default;
+  ~Linked() { unlink(); }
+
+ private:
+  template <class T, class OfTag>
+  friend class List;
+  Linked* previous_ = nullptr;  ///< nullptr: in no list
+  Linked* next_ = nullptr;
+};
+
+/// An order of things that live elsewhere, each in at most one List with this Tag. T derives from Linked<Tag>. Nothing here allocates.
+template <class T, class Tag>
+class List {
+ public:
+  List() noexcept { head_.previous_ = head_.next_ = &head_; }
+  ~List() {
+    while (!empty()) head_.next_->unlink();
+  }
+  List(const List&) = delete;
+  List& operator=(const List&) = delete;
+
+  bool empty() const noexcept { return head_.next_ == &head_; }
+  T& front() noexcept { return static_cast<T&>(*head_.next_); }
+  const T& front() const noexcept { return static_cast<const T&>(*head_.next_); }
+  /// Takes it out of where it is.
+  void push_back(T& item) noexcept {
+    Linked<Tag>& entry = item;
+    entry.unlink();
+    entry.previous_ = head_.previous_;
+    entry.next_ = &head_;
+    head_.previous_->next_ = &entry;
+    head_.previous_ = &entry;
+  }
+
+ private:
+  struct Head final : Linked<Tag> {};
+  Head head_;
+};
+
+}  // namespace lrt::transport

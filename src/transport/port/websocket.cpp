@@ -1,0 +1,359 @@
+#include "src/transport/port/websocket.hpp"
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <sys/uio.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <utility>
+
+namespace lrt::transport {
+namespace {
+
+constexpr int reads_per_turn = 4;
+/// Taken from the client at once.
+constexpr std::size_t piece_bytes = 8 * 1024;
+/// Messages of one turn.
+constexpr int pushes_per_turn = 8;
+/// Bytes of a close's reason (RFC 6455 5.5).
+constexpr std::size_t reason_bytes = 123;
+/// Bytes that the system may take from us before the client's window has room for them. Without this it takes megabytes: a client that
+/// reads slowly would get values of minutes ago, and one that does not read would hold that memory.
+constexpr int unsent_bytes = 32 * 1024;
+
+/// At most `limit` bytes, without a character cut in two.
+std::string_view clipped(std::string_view text, std::size_t limit) {
+  if (text.size() <= limit) return text;
+  while (limit > 0 && (static_cast<unsigned char>(text[limit]) & 0xC0U) == 0x80) --limit;
+  return text.substr(0, limit);
+}
+
+/// What a push without a message says.
+const std::shared_ptr<const std::string>& nothing() {
+  static const auto empty = std::make_shared<const std::string>();
+  return empty;
+}
+
+}  // namespace
+
+WebSocket::WebSocket(Loop& loop, Socket socket, Session::Upgrade upgrade, Addresses::Place place, std::unique_ptr<TlsStream> tls)
+    : Client(loop),
+      upgrade_(std::move(upgrade)),
+      channel_(upgrade_.channel),
+      socket_(std::move(socket)),
+      tls_(std::move(tls)),
+      place_(std::move(place)),
+      early_(std::move(upgrade_.early)) {}
+
+// -------------------------------------------------------------------------------------------------------------- beginning
+
+void WebSocket::open(TimePoint now) {
+  loop_.channels.emplace(static_cast<std::uint64_t>(channel_), this);
+  ::setsockopt(socket_.descriptor(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &unsent_bytes, sizeof unsent_bytes);
+  head_ = take_head(now);
+  if (head_.empty()) return close();
+  if (write(now)) begin(now);
+  watch();
+}
+
+std::string WebSocket::take_head(TimePoint now) {
+  auto handshake = loop_.protocols->accept(upgrade_.key, loop_.options.limits.websocket_message_bytes);
+  if (!handshake.frames) return {};
+  frames_ = std::move(handshake.frames);
+  auto& response = upgrade_.response;
+  response.status = 101;
+  response.close = false;
+  response.fields.set("Upgrade", "websocket");
+  response.fields.set("Connection", "Upgrade");
+  response.fields.set("Sec-WebSocket-Accept", handshake.accept);
+  std::string head;
+  loop_.protocols->write_head(head, response, loop_.context.date(now.utc), true, 11);
+  return head;
+}
+
+void WebSocket::begin(TimePoint now) {
+  phase_ = Phase::open;
+  std::string().swap(head_);
+  upgrade_ = {};
+  window_ = now.steady;
+  heard(now);
+  if (has_more()) read(now);
+  push_some(now);
+}
+
+// ---------------------------------------------------------------------------------------------------------------- reading
+
+void WebSocket::on_ready(std::uint32_t events) {
+  if (phase_ == Phase::closed) return;
+  if (phase_ == Phase::lingering) return discard();
+  const auto now = loop_.clock.now();
+  const bool broken = (events & (EPOLLERR | EPOLLHUP)) != 0;
+  if (blocked_ && (broken || (events & EPOLLOUT) != 0)) {
+    blocked_ = false;
+    if (write(now)) {
+      if (phase_ == Phase::opening) begin(now);
+      take_messages(now);
+      push_some(now);
+    }
+  }
+  if (!wants_input() && broken) return close();
+  if (wants_input() && ((events & ~static_cast<std::uint32_t>(EPOLLOUT)) != 0 || has_more())) read(now);
+  watch();
+}
+
+/// What the budget left, or TLS, which comes without an event of the socket.
+void WebSocket::go_on() {
+  if (!is_speaking()) return;
+  const auto now = loop_.clock.now();
+  if (std::exchange(unfinished_, false)) take_messages(now);
+  if (wants_input()) read(now);
+  watch();
+}
+
+bool WebSocket::wants_input() const noexcept { return is_speaking() && !unfinished_ && frames_->wants_input(); }
+
+/// There may be input that the socket will not tell of.
+bool WebSocket::has_more() const noexcept { return early_used_ < early_.size() || (tls_ && tls_->has_more()); }
+
+void WebSocket::read(TimePoint now) {
+  auto& scratch = loop_.scratch;
+  bool drained = false;
+  for (int turn = 0; turn < reads_per_turn && !drained && wants_input(); ++turn) {
+    const auto got = receive(scratch.data(), piece_bytes);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
+    if (got <= 0) return close();
+    heard(now);
+    frames_->receive({scratch.data(), static_cast<std::size_t>(got)});
+    take_messages(now);
+    drained = static_cast<std::size_t>(got) < piece_bytes && !has_more();
+    if (loop_.readiness.is_over()) break;
+  }
+  if (!drained && wants_input()) loop_.readiness.later(*this);
+}
+
+ssize_t WebSocket::receive(char* to, std::size_t size) {
+  if (early_used_ < early_.size()) {
+    const auto got = early_.copy(to, size, early_used_);
+    early_used_ += got;
+    if (early_used_ == early_.size()) std::string().swap(early_), early_used_ = 0;
+    return static_cast<ssize_t>(got);
+  }
+  return tls_ ? tls_->receive(to, size) : ::recv(socket_.descriptor(), to, size, 0);
+}
+
+/// Hands over what has come, with the answers to each message before the next. That goes on while the client does not read: it costs no
+/// memory here, and the client may have something to say about it.
+void WebSocket::take_messages(TimePoint now) {
+  while (is_speaking()) {
+    auto message = frames_->next();
+    if (message && phase_ == Phase::open) {
+      if (is_too_much(now)) begin_close(1008, "too many messages", now);
+      else loop_.context.handler->received(channel_, message->bytes, message->text, now);
+    }
+    const bool answers = !output().empty();
+    const bool free = write(now);
+    if (message && free) push_some(now);
+    if (!message && !(answers && free)) return;
+    if (loop_.readiness.is_over()) {
+      unfinished_ = true;
+      return loop_.readiness.later(*this);
+    }
+  }
+}
+
+/// Counted from the first message after the last ping_time was over.
+bool WebSocket::is_too_much(TimePoint now) {
+  const auto& limits = loop_.options.limits;
+  if (now.steady - window_ >= limits.ping_time) {
+    window_ = now.steady;
+    window_messages_ = 0;
+  }
+  return ++window_messages_ > limits.websocket_messages;
+}
+
+/// Reads what nobody needs, so that closing does not reset the connection while the client's last bytes are on their way.
+void WebSocket::discard() {
+  auto& scratch = loop_.scratch;
+  for (int turn = 0; turn < reads_per_turn; ++turn) {
+    const auto got = ::recv(socket_.descriptor(), scratch.data(), scratch.size(), 0);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
+    if (got <= 0) return close();
+    discarded_ += static_cast<std::size_t>(got);
+    if (discarded_ >= loop_.options.limits.linger_bytes) return watch();  // TCP holds the client back until the time is over
+    if (static_cast<std::size_t>(got) < scratch.size()) return;
+  }
+}
+
+// ---------------------------------------------------------------------------------------------------------------- writing
+
+void WebSocket::push(TimePoint now) {
+  push_some(now);
+  watch();
+}
+
+void WebSocket::push_some(TimePoint now) {
+  Linked<TurnTag>::unlink();
+  if (phase_ != Phase::open || !output().empty()) return;
+  for (int turn = 0; turn < pushes_per_turn; ++turn) {
+    auto push = loop_.context.handler->next_push(channel_, now);
+    if (!push) return;
+    if (push->close != 0) return begin_close(push->close, push->reason, now);
+    frames_->send(push->message ? std::move(push->message) : nothing(), push->text);
+    if (!write(now) || phase_ != Phase::open) return;
+    if (loop_.readiness.is_over()) break;
+  }
+  loop_.turns.push_back(*this);
+}
+
+Output WebSocket::output() const noexcept {
+  if (phase_ == Phase::opening) return {std::string_view(head_).substr(head_sent_), {}};
+  return frames_->output();
+}
+
+/// Sends what there is, and follows. True when nothing is left of it, and the connection is not over.
+bool WebSocket::write(TimePoint now) {
+  if (phase_ > Phase::closing) return false;
+  if (!blocked_) send_all(now);
+  follow_state(now);
+  return !blocked_ && phase_ <= Phase::closing;
+}
+
+void WebSocket::send_all(TimePoint now) {
+  bool anew = !progress_.is_linked();
+  for (;;) {
+    const auto output = this->output();
+    if (output.empty()) {
+      if (tls_ && tls_->owes() && tls_->flush() != 0) return block(anew, now);
+      if (!owes_ping_ || phase_ != Phase::open) return loop_.deadlines.clear(progress_);
+      owes_ping_ = false;
+      frames_->ping();
+      continue;
+    }
+    const auto bytes = send(output);
+    if (bytes > 0) {
+      sent(static_cast<std::size_t>(bytes));
+      anew = true;
+    } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
+      return block(anew, now);
+    } else if (errno != EINTR) {
+      return close();
+    }
+  }
+}
+
+ssize_t WebSocket::send(const Output& output) {
+  iovec parts[2] = {{const_cast<char*>(output.first.data()), output.first.size()},
+                    {const_cast<char*>(output.second.data()), output.second.size()}};
+  if (tls_) return tls_->send(parts, 2);
+  msghdr message{};
+  message.msg_iov = parts;
+  message.msg_iovlen = 2;
+  return ::sendmsg(socket_.descriptor(), &message, MSG_NOSIGNAL);
+}
+
+void WebSocket::sent(std::size_t bytes) {
+  if (phase_ == Phase::opening) head_sent_ += bytes;
+  else frames_->sent(bytes);
+}
+
+/// @param anew  the client has taken something: it has write_time for the next
+void WebSocket::block(bool anew, TimePoint now) {
+  blocked_ = true;
+  if (anew) loop_.deadlines.set(progress_, Deadlines::blocked, now.steady + loop_.options.limits.write_time);
+}
+
+// ---------------------------------------------------------------------------------------------------------------- closing
+
+void WebSocket::begin_stop(TimePoint now) {
+  if (phase_ == Phase::opening) return close();
+  begin_close(1001, {}, now);
+  watch();
+}
+
+void WebSocket::begin_close(std::uint16_t code, std::string_view reason, TimePoint now) {
+  if (phase_ != Phase::open) return;
+  enter_closing(now);
+  frames_->close(code, clipped(reason, reason_bytes));
+  write(now);
+}
+
+/// What the frames have come to.
+void WebSocket::follow_state(TimePoint now) {
+  if (!is_speaking()) return;
+  switch (frames_->state()) {
+    case Frames::State::open: break;
+    case Frames::State::closing: enter_closing(now); break;
+    case Frames::State::closed:
+      enter_closing(now);
+      linger();
+      break;
+    case Frames::State::failed: close(); break;
+  }
+}
+
+void WebSocket::enter_closing(TimePoint now) {
+  if (phase_ != Phase::open) return;
+  phase_ = Phase::closing;
+  Linked<TurnTag>::unlink();
+  loop_.deadlines.set(life_, Deadlines::closing, now.steady + loop_.options.limits.close_time);
+}
+
+/// RFC 6455 7.1.1: the server is the first to end the connection, and waits for the client to notice.
+void WebSocket::linger() {
+  phase_ = Phase::lingering;
+  loop_.deadlines.clear(progress_);
+  release_channel();
+  if (tls_) tls_->end();
+  ::shutdown(socket_.descriptor(), SHUT_WR);
+}
+
+void WebSocket::close() {
+  if (phase_ == Phase::closed) return;
+  phase_ = Phase::closed;
+  loop_.deadlines.clear(life_);
+  loop_.deadlines.clear(progress_);
+  Linked<TurnTag>::unlink();
+  release_channel();
+  if (tls_) tls_->end();
+  loop_.readiness.close(socket_);
+  place_ = {};
+  leave();
+}
+
+void WebSocket::release_channel() {
+  if (!std::exchange(owes_closed_, false)) return;
+  loop_.channels.erase(static_cast<std::uint64_t>(channel_));
+  loop_.context.handler->closed(channel_);
+}
+
+// ------------------------------------------------------------------------------------------------------------------- time
+
+/// Any byte is a sign of life.
+void WebSocket::heard(TimePoint now) {
+  if (phase_ != Phase::open) return;
+  pinged_ = owes_ping_ = false;
+  loop_.deadlines.set(life_, Deadlines::silent, now.steady + loop_.options.limits.ping_time);
+}
+
+void WebSocket::on_silence(TimePoint now) {
+  if (phase_ != Phase::open || pinged_) return close();
+  pinged_ = owes_ping_ = true;
+  loop_.deadlines.set(life_, Deadlines::unanswered, now.steady + loop_.options.limits.pong_time);
+  write(now);
+  watch();
+}
+
+/// Tells the loop what is waited for; that a client is gone it tells anyway.
+void WebSocket::watch() {
+  if (phase_ == Phase::closed) return;
+  const bool wanted = phase_ == Phase::lingering ? discarded_ < loop_.options.limits.linger_bytes : is_speaking() && frames_->wants_input();
+  if (loop_.readiness.watch(socket_, *this, (wanted ? EPOLLIN : 0U) | (blocked_ && phase_ != Phase::lingering ? EPOLLOUT : 0U))) return;
+  loop_.log(LogLevel::warning, "a WebSocket is dropped: the system cannot watch more");
+  close();
+}
+
+}  // namespace lrt::transport
