@@ -8,8 +8,8 @@
 # vendor/README.md names each package with its version and licence.
 set -eu
 
-build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost-dev libcpp-httplib-dev libwebsockets-dev libssl-dev catch2"
-tests="python3 python3-websockets curl openssl"
+build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost-dev libcpp-httplib-dev libwebsockets-dev libssl-dev nlohmann-json3-dev catch2"
+tests="python3 python3-websockets python3-rdflib curl openssl"
 ci="clang libclang-rt-14-dev shellcheck"
 
 wanted=$build

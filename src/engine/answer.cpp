@@ -151,7 +151,7 @@ http::Response Engine::Impl::with_graph(const Context& context, int status, cons
     std::optional<std::size_t> choice = 0;
     if (context.request.find("Accept")) choice = http::negotiate(std::string_view(context.request.joined("Accept")), offers);
     const std::size_t at = choice.value_or(0);  // what has happened is not taken back for the want of a format
-    if (Result<std::string> text = rdf::write(graph, syntaxes[at], options_.prefixes)) {
+    if (Result<std::string> text = write(graph, Form{syntaxes[at]}, context.base)) {
       response.fields.add("Content-Type", offers[at]);
       if (status < 300) response.fields.add("ETag", http::entity_tag(offers[at], *text));
       response.fields.add("Vary", "Accept");

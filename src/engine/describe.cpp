@@ -73,6 +73,8 @@ std::string Engine::Impl::blueprint_iri(const ThingNode& thing, const std::strin
   return thing.spec->blueprint.empty() ? base + thing.blueprint.path : thing.spec->blueprint;
 }
 
+std::string Engine::Impl::context_iri(const std::string& base) const { return base + context_.path + "?v=" + context_version_; }
+
 void Engine::Impl::add_statements(Graph& graph, TermId subject, const std::vector<Statement>& statements, const std::string& base) {
   for (const Statement& s : statements) {
     const TermId predicate = graph.intern(rdf::iri(s.predicate));
@@ -140,6 +142,7 @@ void Engine::Impl::describe(Graph& graph, Resource& resource, const std::string&
       if (Result<Graph> terms = rdf::read(term_list(), rdf::Syntax::turtle, options)) graph.merge(*terms);
       return;
     }
+    case Kind::context: return;
     case Kind::thing: return describe_thing(graph, *resource.thing, base);
     case Kind::state:
       describe_thing(graph, *resource.thing, base);
@@ -288,7 +291,7 @@ void Engine::Impl::describe_subscription(Graph& graph, SubscriptionResource& s, 
   describe_type(graph, s, about.subject());
   about.link(vocab::hybrit::onResource, bases_[s.base] + s.observed.path);
   if (s.protocol == Protocol::callback) about.add(vocab::hybrit::callbackURL, rdf::literal(s.url, vocab::xsd::anyURI));
-  about.add(vocab::hybrit::mediaType, rdf::literal(rdf::media_type(s.syntax)));
+  about.add(vocab::hybrit::mediaType, rdf::literal(media_type(s.form)));
   about.add(vocab::dcterms::identifier, rdf::literal(s.id));
   about.when(vocab::dcterms::created, s.created);
   about.add(vocab::lrt::delivery, rdf::TermView(policy.queues() ? vocab::lrt::queue : vocab::lrt::latest));
@@ -310,7 +313,7 @@ void Engine::Impl::describe_subscription(Graph& graph, SubscriptionResource& s, 
 void Engine::Impl::add_links(http::Fields& fields, Resource& resource, const std::string& base, std::size_t page) {
   http::LinkWriter links(options_.link_bytes);
   links.add(vocab::ldp::Resource.text, "type");
-  if (resource.kind != Kind::terms) links.add(vocab::ldp::RDFSource.text, "type");
+  if (resource.kind != Kind::terms && resource.kind != Kind::context) links.add(vocab::ldp::RDFSource.text, "type");
   if (is_container(resource)) {
     links.add(vocab::ldp::Container.text, "type");
     links.add(vocab::ldp::BasicContainer.text, "type");

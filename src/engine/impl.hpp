@@ -192,7 +192,8 @@ class Engine::Impl {
   std::vector<PropertyResource*> pulled_of(Resource& resource);
   void read(PropertyResource& property, Continuation done);
   void start_read(PropertyResource& property);
-  Result<const Rendering*> render(Resource& resource, std::size_t base, rdf::Syntax syntax, std::size_t page);
+  Result<const Rendering*> render(Resource& resource, std::size_t base, Form form, std::size_t page);
+  Result<std::string> write(const rdf::Graph& graph, Form form, std::size_t base) const;
   void forget_renderings(Resource& resource);
   void trim_cache();
   /// Whether If-Match and If-None-Match let a method go on; the answer if not.
@@ -243,7 +244,7 @@ class Engine::Impl {
   struct Wish {
     Resource* observed = nullptr;
     std::string url, secret;
-    rdf::Syntax syntax{};
+    Form form;
     subscription::Policy policy;
   };
   /// 503 when there are too many, 400 or 403 for a URL that may not be called.
@@ -296,6 +297,8 @@ class Engine::Impl {
   void add_links(http::Fields& fields, Resource& resource, const std::string& base, std::size_t page);
   std::vector<Resource*> members_of(Resource& container) const;
   std::string blueprint_iri(const ThingNode& thing, const std::string& base) const;
+  /// By which representations refer to the context: with a version, so that who has kept it for long has what they mean.
+  std::string context_iri(const std::string& base) const;
   /// What "#name" predicates and shapes are resolved against: the thing's own blueprint, also when it refers to one elsewhere.
   static std::string names_base(const ThingNode& thing, const std::string& base) { return base + thing.blueprint.path; }
 
@@ -357,6 +360,8 @@ class Engine::Impl {
   std::vector<ThingNode*> roots_;
   Resource root_{Kind::root, "/", nullptr};
   Resource terms_{Kind::terms, "/ns/lrt", nullptr};
+  Resource context_{Kind::context, "/ns/context.jsonld", nullptr};
+  const std::string context_text_, context_version_;  // of JSON-LD's context
 
   std::list<Rendering> renderings_;            // least recently used last
   std::size_t rendered_bytes_ = 0;
@@ -447,8 +452,10 @@ inline constexpr std::string_view notification_field = "Lrt-Notification-Of";
 /// Of a container without its members (LDP 7.2.2, PreferMinimalContainer).
 inline constexpr std::size_t minimal_page = 0;
 
-/// The RDF syntaxes in the order in which an indifferent client gets them (R1.2: Turtle first).
+/// The media types in the order in which an indifferent client gets them (R1.2: Turtle first), and what they stand for.
 const std::vector<std::string_view>& all_offers();
+std::optional<Form> form_of(std::string_view media_type) noexcept;
+std::string_view media_type(Form form) noexcept;
 std::string list_of_offers();
 
 /// Whether a Link field (RFC 8288 3) asks for an LDP interaction model other than ldp:Resource and ldp:RDFSource (LDP 5.2.3.4).

@@ -26,7 +26,7 @@ void Engine::Impl::tell(Resource& resource) {
 }
 
 /// There is something new for a subscriber. What a queue gets is rendered at looks only, whose share of time is bounded, and for commands:
-/// a request that finds news must not pay for all who want to have it in three syntaxes.
+/// a request that finds news must not pay for all who want to have it in four syntaxes.
 void Engine::Impl::note(SubscriptionResource& s) {
   if (!s.backlog.policy().queues() || s.patience.suspended()) {
     s.backlog.note();
@@ -47,7 +47,7 @@ void Engine::Impl::queue(SubscriptionResource& s) {
 }
 
 const Rendering* Engine::Impl::render_for(SubscriptionResource& s) {
-  const Result<const Rendering*> rendering = render(s.observed, s.base, s.syntax, 1);
+  const Result<const Rendering*> rendering = render(s.observed, s.base, s.form, 1);
   if (!rendering && !s.failing) log(LogLevel::error, s.observed.path + ": " + rendering.error().message);
   s.failing = !rendering;
   return rendering ? *rendering : nullptr;
@@ -168,7 +168,7 @@ std::optional<subscription::Notice> Engine::Impl::next_notice(Channel channel, T
     notice.body = item->body;
     notice.secret = s->secret.empty() ? options_.subscriptions.callbacks.secret : s->secret;
     notice.failed_before = s->patience.tried();
-    notice.fields.add("Content-Type", rdf::media_type(s->syntax));
+    notice.fields.add("Content-Type", media_type(s->form));
     notice.fields.add(notification_field, instance_);
     notice.fields.add("ETag", item->tag);
     http::LinkWriter links;

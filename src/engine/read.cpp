@@ -8,22 +8,38 @@
 
 namespace lrt::engine {
 
+namespace {
+/// JSON-LD with its context, for who cannot fetch the robot's.
+constexpr std::string_view inlined_json_ld = "application/ld+json;profile=\"https://w3id.org/lrt/ns#inlineContext\"";
+}  // namespace
+
 const std::vector<std::string_view>& all_offers() {
   static const std::vector<std::string_view> offers = [] {
     std::vector<std::string_view> types;
     for (const rdf::Syntax s : rdf::all_syntaxes) types.push_back(rdf::media_type(s));
+    types.push_back(inlined_json_ld);
     return types;
   }();
   return offers;
 }
 
+std::optional<Form> form_of(std::string_view type) noexcept {
+  if (type == inlined_json_ld) return Form{rdf::Syntax::json_ld, true};
+  const auto syntax = rdf::syntax_of(type);
+  return syntax ? std::optional(Form{*syntax}) : std::nullopt;
+}
+
+std::string_view media_type(Form form) noexcept { return form.inlined ? inlined_json_ld : rdf::media_type(form.syntax); }
+
 std::string list_of_offers() {
   std::string list;
-  for (const std::string_view type : all_offers()) list += (list.empty() ? "" : ", ") + std::string(type);
+  for (const rdf::Syntax s : rdf::all_syntaxes) list += (list.empty() ? "" : ", ") + std::string(rdf::media_type(s));
   return list;
 }
 
 namespace {
+
+constexpr std::string_view revalidated = "no-cache", kept_for_a_day = "max-age=86400";
 
 /// LDP 7.2: only what the container says of itself.
 bool asks_for_minimal_container(const http::Preferences& preferences) {
@@ -111,12 +127,15 @@ Outcome Engine::Impl::read_first(Context& context, const std::vector<PropertyRes
 std::variant<const Rendering*, http::Response> Engine::Impl::negotiated(Context& context, std::optional<std::string_view> accept) {
   Resource& resource = *context.resource;
   std::vector<std::string_view> fewer;  // only when a syntax turned out not to carry the graph
-  const std::vector<std::string_view>* offers = &all_offers();
+  static const std::vector<std::string_view> only_json_ld = {rdf::media_type(rdf::Syntax::json_ld)};
+  const bool is_context = resource.kind == Kind::context;
+  const std::vector<std::string_view>* offers = is_context ? &only_json_ld : &all_offers();
   while (true) {
     const auto choice = http::negotiate(accept, *offers);
-    if (!choice) return problem(context, 406, "none of the accepted media types is available; there are " + list_of_offers());
-    const rdf::Syntax syntax = *rdf::syntax_of((*offers)[*choice]);
-    Result<const Rendering*> rendered = render(resource, context.base, syntax, context.page);
+    if (!choice) return problem(context, 406, "none of the accepted media types is available; there " +
+                                                 (is_context ? "is " + std::string(only_json_ld.front()) : "are " + list_of_offers()));
+    const Form form = *form_of((*offers)[*choice]);
+    Result<const Rendering*> rendered = render(resource, context.base, form, context.page);
     if (rendered) return *rendered;
     if (rendered.error().code != Errc::unsupported_syntax || offers->size() == 1) {
       log(LogLevel::error, resource.path + ": " + rendered.error().message);
@@ -154,7 +173,7 @@ http::Response Engine::Impl::represent(Context& context) {
         add_types(response.fields, resource);
         response.fields.add("ETag", rendering->tag);
         response.fields.add("Vary", minimal ? "Accept, Prefer" : "Accept");
-        response.fields.add("Cache-Control", "no-cache");
+        response.fields.add("Cache-Control", resource.kind == Kind::context ? kept_for_a_day : revalidated);
         return response;
       }
     }
@@ -181,23 +200,23 @@ http::Response Engine::Impl::represent(Context& context) {
   return response;
 }
 
-Result<const Rendering*> Engine::Impl::render(Resource& resource, std::size_t base, rdf::Syntax syntax, std::size_t page) {
+Result<const Rendering*> Engine::Impl::render(Resource& resource, std::size_t base, Form form, std::size_t page) {
   const std::uint64_t revision = revision_of(resource);
   for (const auto& kept : resource.renderings) {
-    if (kept->base != base || kept->syntax != syntax || kept->page != page || kept->revision != revision) continue;
+    if (kept->base != base || kept->form != form || kept->page != page || kept->revision != revision) continue;
     renderings_.splice(renderings_.begin(), renderings_, kept);
     return &*kept;
   }
   rdf::Graph graph;
-  describe(graph, resource, bases_[base], page);
-  Result<std::string> text = rdf::write(graph, syntax, options_.prefixes);
+  if (resource.kind != Kind::context) describe(graph, resource, bases_[base], page);
+  Result<std::string> text = resource.kind == Kind::context ? context_text_ : write(graph, form, base);
   if (!text) return Unexpected{std::move(text).error()};
 
-  Rendering made{&resource, base, syntax, page, revision, structure_, {}, {}, {}, nullptr};
+  Rendering made{&resource, base, form, page, revision, structure_, {}, {}, {}, nullptr};
   // A rendering of the same kind that is out of date gives up its place, and its links where they still hold.
   for (auto at = resource.renderings.begin(); at != resource.renderings.end(); ++at) {
     Rendering& stale = **at;
-    if (stale.base != base || stale.syntax != syntax || stale.page != page) continue;
+    if (stale.base != base || stale.form != form || stale.page != page) continue;
     rendered_bytes_ -= stale.bytes();
     if (stale.structure == structure_ && resource.kind == Kind::property) made.links = std::move(stale.links);
     renderings_.erase(*at);
@@ -206,14 +225,14 @@ Result<const Rendering*> Engine::Impl::render(Resource& resource, std::size_t ba
   }
   if (made.links.block().empty()) {
     made.links.add("Vary", page == minimal_page ? "Accept, Prefer" : "Accept");
-    made.links.add("Cache-Control", "no-cache");
+    made.links.add("Cache-Control", resource.kind == Kind::context ? kept_for_a_day : revalidated);
     made.links.add("Accept-Ranges", "bytes");
     add_allow(made.links, resource);
     add_links(made.links, resource, bases_[base], page);
   }
-  made.tag = http::entity_tag(rdf::media_type(syntax), *text);
+  made.tag = http::entity_tag(media_type(form), *text);
   made.body = std::make_shared<const std::string>(*std::move(text));
-  made.fields.add("Content-Type", rdf::media_type(syntax));
+  made.fields.add("Content-Type", media_type(form));
   made.fields.add("ETag", made.tag);
   made.fields.append(made.links);
   rendered_bytes_ += made.bytes();
@@ -221,6 +240,11 @@ Result<const Rendering*> Engine::Impl::render(Resource& resource, std::size_t ba
   resource.renderings.push_back(renderings_.begin());
   trim_cache();
   return &renderings_.front();
+}
+
+Result<std::string> Engine::Impl::write(const rdf::Graph& graph, Form form, std::size_t base) const {
+  const bool refers = form.syntax == rdf::Syntax::json_ld && !form.inlined;
+  return rdf::write(graph, form.syntax, options_.prefixes, refers ? context_iri(bases_[base]) : std::string());
 }
 
 void Engine::Impl::forget_renderings(Resource& resource) {
@@ -248,8 +272,8 @@ std::optional<http::Response> Engine::Impl::precondition(Context& context) {
   if (!if_match && !if_none_match) return std::nullopt;
   const std::string wanted = context.request.joined("If-Match"), unwanted = context.request.joined("If-None-Match");
   bool matched = false, hit = false;
-  for (const rdf::Syntax syntax : rdf::all_syntaxes) {
-    const Result<const Rendering*> rendering = render(*context.resource, context.base, syntax, context.page);
+  for (const std::string_view type : all_offers()) {
+    const Result<const Rendering*> rendering = render(*context.resource, context.base, *form_of(type), context.page);
     if (!rendering) continue;
     const auto check = [&](bool asked, const std::string& field, bool weak, bool& found) {
       if (!asked) return true;

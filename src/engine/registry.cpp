@@ -3,6 +3,7 @@
 #include <lrt/base/iri.hpp>
 #include <lrt/base/media_type.hpp>
 #include <lrt/base/utf8.hpp>
+#include <lrt/http/etag.hpp>
 #include <lrt/rdf/lexical.hpp>
 
 #include "src/engine/impl.hpp"
@@ -44,16 +45,26 @@ Result<void> read_documents(rdf::Graph& all, const std::vector<std::string>& doc
   return {};
 }
 
+/// Another one for another text, as a word for a query.
+std::string version_of(const std::string& text) {
+  std::string version = http::entity_tag({}, text);
+  version.erase(std::remove_if(version.begin(), version.end(), [](char c) { return c == '"'; }), version.end());
+  return iri::encode_segment(version);
+}
+
 }  // namespace
 
 Engine::Impl::Impl(Options options)
     : options_(std::move(options)),
       clock_(options_.clock ? *options_.clock : system_clock()),
+      context_text_(rdf::json_ld_context(options_.prefixes)),
+      context_version_(version_of(context_text_)),
       allowed_(subscription::AllowedHosts::parse(options_.subscriptions.callbacks.allow)) {
   if (!options_.ids) options_.ids = std::make_shared<RandomIds>();
   while (!options_.public_base.empty() && options_.public_base.back() == '/') options_.public_base.pop_back();
   take_path(root_);
   take_path(terms_);
+  take_path(context_);
   listens_on("127.0.0.1", 80, false);
 }
 
@@ -294,7 +305,8 @@ void Engine::Impl::drop_thing(ThingNode& thing) {
 
 std::uint64_t Engine::Impl::revision_of(const Resource& resource) const {
   switch (resource.kind) {
-    case Kind::terms: return 1;
+    case Kind::terms:
+    case Kind::context: return 1;
     case Kind::subscriptions: return structure_ + resource.revision;
     case Kind::subscription: {
       const auto& s = static_cast<const SubscriptionResource&>(resource);

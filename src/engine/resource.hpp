@@ -16,6 +16,7 @@
 #include <lrt/engine/engine.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/model/detail/spec.hpp>
+#include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/value.hpp>
 #include <lrt/shacl/shapes.hpp>
@@ -27,7 +28,7 @@
 namespace lrt::engine {
 
 enum class Kind : std::uint8_t {
-  root, terms, thing, state, blueprint, subscriptions, subscription, property, action, invocation, collection, member
+  root, terms, context, thing, state, blueprint, subscriptions, subscription, property, action, invocation, collection, member
 };
 
 using Utc = std::chrono::system_clock::time_point;
@@ -36,11 +37,20 @@ struct ThingNode;
 struct Resource;
 struct SubscriptionResource;
 
+/// What a representation is written in.
+struct Form {
+  rdf::Syntax syntax{};
+  bool inlined = false;   ///< JSON-LD whose context stands in it
+
+  friend bool operator==(Form a, Form b) noexcept { return a.syntax == b.syntax && a.inlined == b.inlined; }
+  friend bool operator!=(Form a, Form b) noexcept { return !(a == b); }
+};
+
 /// A representation as bytes with its fields, kept while the resource's revision and the cache's budget allow.
 struct Rendering {
   Resource* resource;
   std::size_t base;       // index of the base it was made for
-  rdf::Syntax syntax;
+  Form form;
   std::size_t page;
   std::uint64_t revision;
   std::uint64_t structure; // of the server when `links` were made
@@ -61,7 +71,7 @@ struct Resource {
 
   Kind kind;
   std::string path;              ///< absolute and percent-encoded: "/baxter/right_s1"
-  ThingNode* thing;              ///< the thing it belongs to; nullptr for root and terms
+  ThingNode* thing;              ///< the thing it belongs to; nullptr for root, terms and context
   std::uint64_t revision = 1;    ///< another one whenever a representation might have changed
   std::vector<std::list<Rendering>::iterator> renderings;
   std::vector<SubscriptionResource*> observers;
@@ -184,7 +194,7 @@ struct SubscriptionResource final : Resource {
   Resource& observed;
   Protocol protocol = Protocol::websocket;
   std::size_t base = 0;
-  rdf::Syntax syntax{};
+  Form form;
   std::string url, receiver, secret;         ///< of a callback; receiver: as in subscription::Due
   Utc created{};
 

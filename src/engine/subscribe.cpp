@@ -151,7 +151,7 @@ Outcome Engine::Impl::subscribe(Context& context, Protocol protocol, bool fresh)
   if (!accept && request.find("Accept")) accept = request.joined("Accept");
   auto chosen = negotiated(context, accept ? std::optional<std::string_view>(*accept) : std::nullopt);
   if (auto* answer = std::get_if<http::Response>(&chosen)) return std::move(*answer);
-  wish.syntax = std::get<const Rendering*>(chosen)->syntax;
+  wish.form = std::get<const Rendering*>(chosen)->form;
 
   SubscriptionResource& made = make_subscription(std::move(wish), protocol, context.base, options_.ids->next(), context.now.utc);
   if (protocol == Protocol::callback) return created(context, made);
@@ -222,7 +222,7 @@ Outcome Engine::Impl::post_subscription(Context& context) {
   const std::string type = object(vocab::hybrit::mediaType).value_or("");
   const auto choice = http::negotiate(type.empty() ? std::nullopt : std::optional<std::string_view>(type), all_offers());
   if (!choice) return problem(context, 422, "hybrit:mediaType: expected one of " + list_of_offers() + ", found \"" + type + "\"");
-  wish.syntax = *rdf::syntax_of(all_offers()[*choice]);
+  wish.form = *form_of(all_offers()[*choice]);
   if (const auto seconds = object(vocab::lrt::minimumInterval)) {
     const auto interval = interval_of(*seconds);
     if (!interval) return problem(context, 422, "lrt:minimumInterval: expected seconds from 0 to " + std::to_string(longest_interval.count()));
@@ -265,7 +265,7 @@ SubscriptionResource& Engine::Impl::make_subscription(Wish wish, Protocol protoc
   SubscriptionResource& s = *made;
   s.protocol = protocol;
   s.base = base;
-  s.syntax = wish.syntax;
+  s.form = wish.form;
   if (const auto url = subscription::parse_callback_url(wish.url)) s.receiver = (url->secure ? "https://" : "http://") + url->authority;
   s.url = std::move(wish.url);
   s.secret = std::move(wish.secret);
@@ -328,7 +328,7 @@ void Engine::Impl::end_observers(Resource& resource) {
   while (!resource.observers.empty()) {
     SubscriptionResource& s = *resource.observers.back();
     if (resource.kind == Kind::invocation && s.protocol == Protocol::websocket && s.backlog.take_note())
-      if (const Result<const Rendering*> last = render(resource, s.base, s.syntax, 1); last && (*last)->tag != s.last_tag)
+      if (const Result<const Rendering*> last = render(resource, s.base, s.form, 1); last && (*last)->tag != s.last_tag)
         s.backlog.push_last({(*last)->body, (*last)->tag});
     unsubscribe(s, 1001, "the resource is gone");
   }

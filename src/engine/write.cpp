@@ -46,11 +46,9 @@ std::variant<Engine::Impl::Body, http::Response> Engine::Impl::read_body(Context
   const auto content_type = request.find("Content-Type");
   if (!content_type && request.body.empty()) return Body{};
   const auto unsupported = [&](const std::string& found) {
-    http::Response response = problem(context, 415, "Content-Type: expected RDF (text/turtle, application/n-triples, application/rdf+xml), found " + found);
-    std::string accepted;
-    for (const rdf::Syntax s : rdf::all_syntaxes) accepted += (accepted.empty() ? "" : ", ") + std::string(rdf::media_type(s));
-    response.fields.set("Accept", accepted);  // RFC 9110 15.5.16
-    if (request.method == "POST") response.fields.set("Accept-Post", accepted);
+    http::Response response = problem(context, 415, "Content-Type: expected RDF (" + list_of_offers() + "), found " + found);
+    response.fields.set("Accept", list_of_offers());  // RFC 9110 15.5.16
+    if (request.method == "POST") response.fields.set("Accept-Post", list_of_offers());
     return response;
   };
   if (!content_type) return unsupported("none");
@@ -66,6 +64,9 @@ std::variant<Engine::Impl::Body, http::Response> Engine::Impl::read_body(Context
   read_options.base = base;
   read_options.max_triples = options_.body_triples;
   read_options.max_bytes = options_.body_text;
+  const std::string own_context = iri_of(context, context_.path);
+  read_options.context = own_context;
+  read_options.context_prefixes = &options_.prefixes;
   Result<rdf::Graph> graph = rdf::read(request.body, *syntax, read_options);
   if (!graph) {
     const Error& e = graph.error();

@@ -116,13 +116,16 @@ bool split_type(std::string_view text, Type& out) noexcept {
   return out.type != "*" || out.subtype == "*";
 }
 
-/// Whether an offer has a parameter that a range asks for. charset=utf-8 is true of all that lrt offers.
+/// Whether an offer has a parameter that a range asks for. charset=utf-8 is true of all that lrt offers; JSON-LD's own profiles are a
+/// wish that need not be met (JSON-LD 1.1, appendix C).
 bool offers_parameter(const Type& offer, const Parameter& wanted) noexcept {
   std::string_view rest = offer.parameters;
   Parameter own;
   while (take_parameter(rest, own)) {
     if (iequals(own.name, wanted.name)) return same_value(own.value, wanted.value);
   }
+  if (iequals(wanted.name, "profile") && iequals(offer.subtype, "ld+json"))
+    return wanted.value.find("http://www.w3.org/ns/json-ld#") != std::string_view::npos;
   return iequals(wanted.name, "charset") && (same_value(wanted.value, "utf-8") || same_value(wanted.value, "utf8"));
 }
 

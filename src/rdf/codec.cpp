@@ -32,6 +32,7 @@ std::string_view media_type(Syntax syntax) noexcept {
     case Syntax::turtle: return "text/turtle";
     case Syntax::n_triples: return "application/n-triples";
     case Syntax::rdf_xml: return "application/rdf+xml";
+    case Syntax::json_ld: return "application/ld+json";
   }
   return {};
 }
@@ -86,15 +87,17 @@ Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& opti
     case Syntax::rdf_xml:
       if (Result<void> scanned = scan_rdf_xml(text, options); !scanned) return unexpected(scanned.error());
       break;
+    case Syntax::json_ld: return read_json_ld(text, options);
   }
   return checked(redland::parse(text, syntax, options));
 }
 
-Result<std::string> write(const Graph& graph, Syntax syntax, const Prefixes& prefixes) {
+Result<std::string> write(const Graph& graph, Syntax syntax, const Prefixes& prefixes, std::string_view context) {
   switch (syntax) {
     case Syntax::turtle: return write_turtle(graph, prefixes);
     case Syntax::n_triples: return write_n_triples(graph);
     case Syntax::rdf_xml: return write_rdf_xml(graph, prefixes);
+    case Syntax::json_ld: return write_json_ld(graph, prefixes, context);
   }
   return unexpected(Errc::unsupported_syntax, "unknown syntax");
 }

@@ -12,6 +12,8 @@ Result<std::string> write_turtle(const Graph& graph, const Prefixes& prefixes);
 Result<std::string> write_n_triples(const Graph& graph);
 /// @par Errors  unsupported_syntax also when what Raptor wrote does not read back as the same graph.
 Result<std::string> write_rdf_xml(const Graph& graph, const Prefixes& prefixes);
+Result<std::string> write_json_ld(const Graph& graph, const Prefixes& prefixes, std::string_view context);
+Result<Graph> read_json_ld(std::string_view text, const ReadOptions& options);
 
 /// "cannot write <the term>: expected ...".
 Unexpected unwritable(const TermView& term, std::string_view why);

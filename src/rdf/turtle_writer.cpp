@@ -1,11 +1,10 @@
-#include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <vector>
 
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/rdf/codecs.hpp"
+#include "src/rdf/graph_writer.hpp"
 #include "src/rdf/n_triples.hpp"
 
 // Turtle and N-Triples are written here and not by Raptor: this is the way from the control loop to the wire, its bytes are
@@ -14,27 +13,7 @@
 namespace lrt::rdf {
 namespace {
 
-constexpr int max_nesting = 24;  // deeper blank nodes and lists get a label and a block of their own
-
 constexpr bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
-constexpr bool is_name_byte(char c) noexcept {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || is_digit(c) || c == '_';
-}
-
-/// The part of PN_LOCAL that needs no escapes and that every reader agrees on.
-bool is_local_name(std::string_view name) noexcept {
-  if (name.empty()) return true;
-  if (!is_name_byte(name.front()) || name.back() == '.') return false;
-  for (const char c : name) {
-    if (!is_name_byte(c) && c != '-' && c != '.') return false;
-  }
-  return true;
-}
-
-/// PN_PREFIX in ASCII, or the empty prefix.
-bool is_prefix(std::string_view name) noexcept {
-  return is_local_name(name) && (name.empty() || (!is_digit(name.front()) && name.front() != '_'));
-}
 
 /// True if Turtle reads `text` without quotes as a literal of exactly this text and datatype (Turtle 2.5.2, 2.5.3).
 bool is_bare(std::string_view text, std::string_view datatype) noexcept {
@@ -64,44 +43,9 @@ bool is_bare(std::string_view text, std::string_view datatype) noexcept {
   return digits() != 0 && i == text.size();
 }
 
-/// One usable line of the caller's prefix table.
-struct Prefix {
-  std::string_view name, iri;
-  std::uint64_t tail;  // the last eight bytes of `iri`: compared first, because most namespaces begin alike
-  bool used = false;
-};
-
-std::uint64_t eight_bytes(const char* at) noexcept {
-  std::uint64_t word;
-  std::memcpy(&word, at, 8);
-  return word;
-}
-
-std::vector<Prefix> usable(const Prefixes& prefixes) {
-  const bool known_good = &prefixes == &default_prefixes();
-  std::vector<Prefix> table;
-  table.reserve(prefixes.size());
-  for (const auto& [name, iri] : prefixes) {
-    if (iri.size() < 8) continue;
-    if (!known_good) {
-      const auto same = [&name = name](const Prefix& other) { return other.name == name; };
-      if (!is_prefix(name) || !iri::is_absolute(iri) || std::any_of(table.begin(), table.end(), same)) continue;
-    }
-    table.push_back({name, iri, eight_bytes(iri.data() + iri.size() - 8)});
-  }
-  return table;
-}
-
-class TurtleWriter {
+class TurtleWriter : GraphWriter {
  public:
-  TurtleWriter(const Graph& graph, const Prefixes& prefixes)
-      : graph_(graph),
-        prefixes_(usable(prefixes)),
-        type_(graph.find(vocab::rdf::type)),
-        first_(graph.find(vocab::rdf::first)),
-        rest_(graph.find(vocab::rdf::rest)),
-        nil_(graph.find(vocab::rdf::nil)),
-        nodes_(graph.term_count()) {}
+  TurtleWriter(const Graph& graph, const Prefixes& prefixes) : GraphWriter(graph), prefixes_(prefixes) {}
 
   Result<std::string> write() {
     out_.reserve(128 + 96 * graph_.size());
@@ -119,79 +63,6 @@ class TurtleWriter {
   }
 
  private:
-  enum class ListState : std::uint8_t { unknown, yes, no };
-  struct Node {
-    std::uint32_t uses = 0;                 // as object
-    std::uint32_t parent = 0;               // subject of the last use
-    std::uint32_t at = 0, length = 0;       // where out_ has the term already, as an IRI
-    std::uint32_t rank = 0, ranked_by = 0;  // of a predicate among those of a subject
-    std::uint32_t label = 0;                // of a renamed blank node, from 1
-    bool subject = false, nested = false, done = false, seen = false;
-    ListState list = ListState::unknown;
-  };
-
-  static std::uint32_t number(TermId id) noexcept { return static_cast<std::uint32_t>(id); }
-  Node& node(TermId id) noexcept { return nodes_[number(id)]; }
-
-  /// Marks the blank nodes that can stand inside the only triple that mentions them: those that are not on a cycle.
-  void find_nested() {
-    bool blanks = false;
-    for (const Triple& t : graph_.triples()) {
-      node(t.subject).subject = true;
-      Node& object = node(t.object);
-      ++object.uses;
-      object.parent = number(t.subject);
-    }
-    for (std::uint32_t i = 0; i < nodes_.size(); ++i) {
-      if (nodes_[i].uses == 1 && graph_.term(TermId{i}).is_blank()) nodes_[i].nested = blanks = true;
-    }
-    if (!blanks) return;
-    // Each nested node has one parent: walk up from every node not seen; a walk that meets itself has found a cycle.
-    for (std::uint32_t i = 0; i < nodes_.size(); ++i) {
-      std::uint32_t at = i;
-      while (nodes_[at].nested && !nodes_[at].seen) {
-        nodes_[at].seen = true;
-        nodes_[at].label = i + 1;  // the walk's mark, cleared below
-        at = nodes_[at].parent;
-      }
-      if (!nodes_[at].nested || nodes_[at].label != i + 1) continue;
-      for (std::uint32_t on = at; nodes_[on].nested; on = nodes_[on].parent) nodes_[on].nested = false;
-    }
-    for (Node& n : nodes_) n.label = 0;
-  }
-
-  /// True if the cell heads a list that nothing else refers to and that says nothing else. Judges all its cells at once.
-  bool is_list(TermId head) {
-    if (!first_ || !rest_ || !nil_) return false;
-    std::vector<TermId>& cells = cells_;
-    cells.clear();
-    ListState verdict = ListState::no;
-    for (TermId cell = head;;) {
-      if (nil_ && cell == *nil_) {
-        verdict = ListState::yes;
-        break;
-      }
-      const Node& n = node(cell);
-      if (!n.nested) break;
-      if (n.list != ListState::unknown) {
-        verdict = n.list;
-        break;
-      }
-      cells.push_back(cell);
-      std::size_t triples = 0;
-      std::optional<TermId> member, next;
-      for (const Triple& t : graph_.match(cell, std::nullopt, std::nullopt)) {
-        if (++triples > 2) break;
-        if (t.predicate == *first_) member = t.object;
-        if (t.predicate == *rest_) next = t.object;
-      }
-      if (triples != 2 || !member || !next) break;
-      cell = *next;
-    }
-    for (const TermId cell : cells) node(cell).list = verdict;
-    return node(head).list == ListState::yes;
-  }
-
   void indent(int depth) {
     out_.push_back('\n');
     out_.append(static_cast<std::size_t>(depth) * 4, ' ');
@@ -218,26 +89,12 @@ class TurtleWriter {
   /// All that is said of a subject. `own_line`: the first predicate begins a line, as inside brackets.
   void predicates(TermId subject, int depth, bool own_line) {
     const std::size_t base = keys_.size();
-    std::uint32_t ranks = 1;  // 0 is rdf:type
-    bool sorted = true;
-    const std::uint32_t stamp = number(subject) + 1;
-    for (const Triple& t : graph_.match(subject, std::nullopt, std::nullopt)) {
-      Node& predicate = node(t.predicate);
-      if (predicate.ranked_by != stamp) {
-        predicate.ranked_by = stamp;
-        predicate.rank = type_ && t.predicate == *type_ ? 0 : ranks++;
-      }
-      const auto at = static_cast<std::uint64_t>(&t - graph_.triples().data());
-      const std::uint64_t key = (static_cast<std::uint64_t>(predicate.rank) << 32) | at;
-      sorted = sorted && (keys_.size() == base || keys_.back() < key);
-      keys_.push_back(key);
-    }
-    if (!sorted) std::sort(keys_.begin() + static_cast<std::ptrdiff_t>(base), keys_.end());
+    push_triples(subject);
     const std::size_t end = keys_.size();
     std::uint64_t current = ~std::uint64_t{0};
     for (std::size_t i = base; i < end; ++i) {
-      const Triple t = graph_.triples()[keys_[i] & 0xFFFFFFFF];
-      const std::uint64_t rank = keys_[i] >> 32;
+      const Triple t = triple_of(keys_[i]);
+      const std::uint64_t rank = rank_of(keys_[i]);
       if (rank == current) {
         if (rank == 0) {
           out_.append(", ");
@@ -309,39 +166,20 @@ class TurtleWriter {
   }
 
   void iri_of(TermId id, std::string_view text) {
-    Node& n = node(id);
-    if (n.length != 0) {
-      const std::size_t size = out_.size();
-      out_.resize(size + n.length);
-      std::memcpy(&out_[size], &out_[n.at], n.length);
-      return;
-    }
+    if (repeat(node(id).iri)) return;
     if (!iri::is_absolute(text)) fault_ = id;
     const std::size_t at = out_.size();
-    if (!shortened(text)) {
+    if (PrefixTable::Prefix* prefix = prefixes_.best_for(text)) {
+      prefix->used = true;
+      out_.append(prefix->name);
+      out_.push_back(':');
+      out_.append(text.substr(prefix->iri.size()));
+    } else {
       out_.push_back('<');
       out_.append(text);
       out_.push_back('>');
     }
-    n.at = static_cast<std::uint32_t>(at);
-    n.length = static_cast<std::uint32_t>(out_.size() - at);
-  }
-
-  /// Writes prefix and local name with the longest namespace that fits.
-  bool shortened(std::string_view text) {
-    Prefix* best = nullptr;
-    for (Prefix& prefix : prefixes_) {
-      const std::size_t size = prefix.iri.size();
-      if (size > text.size() || eight_bytes(text.data() + size - 8) != prefix.tail) continue;
-      if (best != nullptr && best->iri.size() >= size) continue;
-      if (std::memcmp(text.data(), prefix.iri.data(), size) == 0 && is_local_name(text.substr(size))) best = &prefix;
-    }
-    if (best == nullptr) return false;
-    best->used = true;
-    out_.append(best->name);
-    out_.push_back(':');
-    out_.append(text.substr(best->iri.size()));
-    return true;
+    node(id).iri = since(at);
   }
 
   void literal_of(TermId id, const TermView& view) {
@@ -361,29 +199,14 @@ class TurtleWriter {
     }
   }
 
-  void label(TermId id, std::string_view text) {
-    out_.append("_:");
-    if (is_plain_label(text)) {
-      out_.append(text);
-      return;
-    }
-    Node& n = node(id);
-    while (n.label == 0) {
-      if (!graph_.find(blank("b" + std::to_string(labels_)))) n.label = labels_ + 1;
-      ++labels_;
-    }
-    out_.push_back('b');
-    out_.append(std::to_string(n.label - 1));
-  }
-
   std::string document() {
     std::size_t size = out_.size() + 1;
-    for (const Prefix& prefix : prefixes_) {
+    for (const PrefixTable::Prefix& prefix : prefixes_.all()) {
       if (prefix.used) size += prefix.name.size() + prefix.iri.size() + 16;
     }
     std::string text;
     text.reserve(size);
-    for (const Prefix& prefix : prefixes_) {
+    for (const PrefixTable::Prefix& prefix : prefixes_.all()) {
       if (!prefix.used) continue;
       text.append("@prefix ");
       text.append(prefix.name);
@@ -396,15 +219,7 @@ class TurtleWriter {
     return text;
   }
 
-  const Graph& graph_;
-  std::vector<Prefix> prefixes_;
-  const std::optional<TermId> type_, first_, rest_, nil_;
-  std::vector<Node> nodes_;
-  std::vector<std::uint64_t> keys_;  // a stack: rank and index of the triples of the subjects being written
-  std::vector<TermId> cells_, postponed_;
-  std::string out_;
-  std::optional<TermId> fault_;
-  std::uint32_t labels_ = 0;
+  PrefixTable prefixes_;
 };
 
 }  // namespace

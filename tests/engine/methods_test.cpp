@@ -54,7 +54,7 @@ TEST_CASE("OPTIONS on every resource tells what it allows, and GET and HEAD tell
     CHECK(r.bench.ask(std::string("HEAD ") + resource.path).members("Allow") == expected);
     const bool posts = expected.count("POST") != 0;
     CHECK(options.has("Accept-Post") == posts);
-    if (posts) CHECK(options.members("Accept-Post") == std::set<std::string>{"text/turtle", "application/n-triples", "application/rdf+xml"});
+    if (posts) CHECK(options.members("Accept-Post") == std::set<std::string>{"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json"});
     CHECK_FALSE(options.has("Accept-Patch"));  // there is no PATCH
   }
   CHECK(r.bench.ask("OPTIONS /nowhere").status == 404);
@@ -95,7 +95,7 @@ TEST_CASE("a method that HTTP does not know is 501", "[engine][R0.6]") {
 TEST_CASE("HEAD has the status and fields of GET", "[engine][R0.5][R0.11]") {
   Robot r;
   for (const Allowed& resource : resources)
-    for (const char* accept : {"text/turtle", "application/n-triples", "application/rdf+xml", "image/png"}) {
+    for (const char* accept : {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "image/png"}) {
       CAPTURE(resource.path, accept);
       const std::string rest = std::string(resource.path) + "\nAccept: " + accept;
       const Answer get = r.bench.ask("GET " + rest), head = r.bench.ask("HEAD " + rest);

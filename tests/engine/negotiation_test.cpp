@@ -40,7 +40,7 @@ TEST_CASE("406 lists what there is", "[engine][R0.6][R1.2]") {
   Bench bench;
   const Answer a = bench.ask("GET /\nAccept: image/png");
   CHECK(a.status == 406);
-  for (const char* type : {"text/turtle", "application/n-triples", "application/rdf+xml"}) CHECK(a.says(type));
+  for (const char* type : {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json"}) CHECK(a.says(type));
   CHECK(a.field("Content-Type") == "application/problem+json");
 }
 
@@ -51,7 +51,7 @@ TEST_CASE("the media types carry the same graph", "[engine][R1.2]") {
   for (const char* path : {"/", "/arm", "/arm/pose", "/arm/gains", "/arm/blueprint", "/arm/actions/turn"}) {
     CAPTURE(path);
     const rdf::Graph turtle = bench.get(path).graph();
-    for (const char* type : {"application/n-triples", "application/rdf+xml"}) {
+    for (const char* type : {"application/n-triples", "application/rdf+xml", "application/ld+json;profile=\"https://w3id.org/lrt/ns#inlineContext\""}) {
       CAPTURE(type);
       const Answer a = bench.ask(std::string("GET ") + path + "\nAccept: " + type);
       REQUIRE(a.status == 200);

@@ -56,7 +56,7 @@ TEST_CASE("PUT may echo what GET gave, in every syntax", "[engine][R0.5]") {
   Robot r;
   r.robot.pose.tolerance = 0.25;
   for (const char* path : {"/arm/angle", "/arm/count", "/arm/name", "/arm/mode", "/arm/pose", "/arm/gains"})
-    for (const char* type : {"text/turtle", "application/n-triples", "application/rdf+xml"}) {
+    for (const char* type : {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json"}) {
       CAPTURE(path, type);
       const Answer before = r.bench.ask(std::string("GET ") + path + "\nAccept: " + type);
       const Answer put = r.bench.ask(std::string("PUT ") + path + "\nContent-Type: " + type + "\nIf-Match: " + before.tag() + "\n\n" + before.body);
@@ -215,7 +215,7 @@ TEST_CASE("broken Turtle is 400 with its line, and nothing is called", "[engine]
 
 TEST_CASE("other media types and codings are 415, which tells what is taken", "[engine][R0.6]") {
   Robot r;
-  const std::set<std::string> types = {"text/turtle", "application/n-triples", "application/rdf+xml"};
+  const std::set<std::string> types = {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json"};
   for (const char* head : {"Content-Type: application/json", "Content-Type: text/plain", "X: y", "Content-Type: nonsense", "Content-Type: text/turtle, text/plain",
                            "Content-Type: text/turtle; charset=latin-1", "Content-Type: text/turtle\nContent-Type: text/turtle"}) {
     CAPTURE(head);

@@ -114,11 +114,15 @@ struct Answer {
   }
   bool says(std::string_view text) const { return body.find(text) != std::string::npos; }
   rdf::Graph graph() const {
-    const auto syntax = rdf::syntax_of(field("Content-Type"));
+    const std::string type = field("Content-Type");
+    const auto syntax = rdf::syntax_of(type.substr(0, type.find(';')));
     if (!syntax) throw std::runtime_error("not RDF: " + field("Content-Type") + ": " + body);
     rdf::ReadOptions options;
     options.base = "http://base.invalid/";
     options.max_triples = 1'000'000;
+    constexpr std::string_view before = "{\n  \"@context\": \"";  // JSON-LD that refers to the robot's context
+    if (body.compare(0, before.size(), before) == 0)
+      options.context = std::string_view(body).substr(before.size(), body.find('"', before.size()) - before.size());
     return rdf::read(body, *syntax, options).value();
   }
 };

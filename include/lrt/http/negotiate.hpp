@@ -9,7 +9,7 @@ namespace lrt::http {
 
 /// Picks among the media types on offer by an Accept field (RFC 9110 12.5.1): the highest q-value wins, the more specific range
 /// decides a type's q, among equals the earlier offer wins. A range with parameters matches only offers that have them;
-/// charset=utf-8 is taken as true of every offer. A malformed member is skipped; a field that is absent, empty or has no
+/// charset=utf-8 is taken as true of every offer, and profiles of http://www.w3.org/ns/json-ld# of application/ld+json. A malformed member is skipped; a field that is absent, empty or has no
 /// well-formed member accepts everything. nullopt: none is acceptable. Does not allocate.
 /// @param accept  the joined Accept fields, or nullopt
 /// @par Implements  R1.2

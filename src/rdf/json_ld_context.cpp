@@ -1,0 +1,217 @@
+#include "src/rdf/json_ld_context.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include <lrt/rdf/vocab.hpp>
+
+namespace lrt::rdf::json_ld {
+namespace {
+
+namespace v = vocab;
+
+constexpr Term plain(std::string_view name, Iri iri) { return {name, iri}; }
+constexpr Term link(std::string_view name, Iri iri) { return {name, iri, Coercion::id}; }
+constexpr Term one_of(std::string_view name, Iri iri) { return {name, iri, Coercion::vocab}; }
+constexpr Term typed(std::string_view name, Iri iri, Iri datatype) { return {name, iri, Coercion::datatype, datatype}; }
+
+// What a robot says of itself has its local name, as a web developer would call it: hybrit, lrt, vom, and of the general vocabularies
+// what is used with robots. Where two vocabularies have one name, the one of the robot has it (hybrit:property, vom:unit, rdf:value),
+// and the other keeps its prefix; the prefix `unit` is left out, and QUDT's units are whole IRIs. Links are strings because their
+// terms are typed; so are times. vom:numericalValue has no datatype of its own: it is of the type the value has in C++, and what the
+// term does not say is said with the value.
+constexpr Term terms[] = {
+    plain("RoboticThing", v::hybrit::RoboticThing), plain("Property", v::hybrit::Property), plain("Action", v::hybrit::Action),
+    plain("AsynchronousAction", v::hybrit::AsynchronousAction), plain("Subscription", v::hybrit::Subscription),
+    plain("WebCallback", v::hybrit::WebCallback), plain("WebSocket", v::hybrit::WebSocket),
+    link("property", v::hybrit::property), link("action", v::hybrit::action), link("blueprint", v::hybrit::blueprint),
+    link("subscriptions", v::hybrit::subscriptions), link("binding", v::hybrit::binding), link("consumes", v::hybrit::consumes),
+    link("produces", v::hybrit::produces), link("onResource", v::hybrit::onResource),
+    typed("callbackURL", v::hybrit::callbackURL, v::xsd::anyURI), plain("mediaType", v::hybrit::mediaType),
+
+    plain("Invocation", v::lrt::Invocation), link("state", v::lrt::state), link("invocation", v::lrt::invocation),
+    one_of("status", v::lrt::status), plain("pending", v::lrt::pending), plain("running", v::lrt::running),
+    plain("succeeded", v::lrt::succeeded), plain("failed", v::lrt::failed), plain("cancelled", v::lrt::cancelled),
+    typed("progress", v::lrt::progress, v::xsd::double_), plain("error", v::lrt::error), link("input", v::lrt::input),
+    link("result", v::lrt::result), plain("policy", v::lrt::policy), link("collection", v::lrt::collection),
+    one_of("delivery", v::lrt::delivery), plain("latest", v::lrt::latest), plain("queue", v::lrt::queue),
+    plain("queueLength", v::lrt::queueLength), typed("minimumInterval", v::lrt::minimumInterval, v::xsd::double_),
+    plain("secret", v::lrt::secret), plain("delivered", v::lrt::delivered), plain("dropped", v::lrt::dropped),
+    plain("lastError", v::lrt::lastError), plain("suspended", v::lrt::suspended),
+
+    plain("numericalValue", v::vom::numericalValue), link("unit", v::vom::unit), link("qudt:unit", v::qudt::unit),
+    plain("Scalar", v::maths::Scalar), plain("Vector3D", v::maths::Vector3D), plain("CoordinateSystem", v::maths::CoordinateSystem),
+    plain("x", v::maths::x), plain("y", v::maths::y), plain("z", v::maths::z),
+    plain("AxisAngle", v::spatial::AxisAngle), plain("Rotation3D", v::spatial::Rotation3D),
+    plain("Translation3D", v::spatial::Translation3D), plain("rotationAngle", v::spatial::rotationAngle),
+    plain("rotationAxis", v::spatial::rotationAxis),
+    link("ros:rotation", v::ros::rotation), link("ros:friction", v::ros::friction),
+    link("ros:jointReferenceFrame", v::ros::jointReferenceFrame), link("ros:preceedingLink", v::ros::preceedingLink),
+    link("ros:succeedingLink", v::ros::succeedingLink), link("xhv:prev", v::xhv::prev), link("xhv:next", v::xhv::next),
+
+    plain("Container", v::ldp::Container), plain("BasicContainer", v::ldp::BasicContainer), plain("RDFSource", v::ldp::RDFSource),
+    link("contains", v::ldp::contains), plain("Activity", v::prov::Activity),
+    typed("startedAtTime", v::prov::startedAtTime, v::xsd::dateTime), typed("endedAtTime", v::prov::endedAtTime, v::xsd::dateTime),
+    plain("title", v::dcterms::title), plain("description", v::dcterms::description), plain("identifier", v::dcterms::identifier),
+    typed("modified", v::dcterms::modified, v::xsd::dateTime), typed("created", v::dcterms::created, v::xsd::dateTime),
+    link("conformsTo", v::dcterms::conformsTo), link("hasPart", v::dcterms::hasPart), link("isPartOf", v::dcterms::isPartOf),
+    plain("label", v::rdfs::label), plain("comment", v::rdfs::comment), link("seeAlso", v::rdfs::seeAlso),
+    link("isDefinedBy", v::rdfs::isDefinedBy), link("subClassOf", v::rdfs::subClassOf), plain("value", v::rdf::value),
+    link("http-core:mthd", v::http_core::mthd), link("http-core:requestURI", v::http_core::requestURI),
+
+    link("sh:property", v::sh::property), link("sh:path", v::sh::path), link("sh:node", v::sh::node),
+    link("sh:datatype", v::sh::datatype), link("sh:class", v::sh::class_), link("sh:nodeKind", v::sh::nodeKind),
+    link("sh:targetNode", v::sh::targetNode), link("sh:targetClass", v::sh::targetClass),
+    link("sh:targetSubjectsOf", v::sh::targetSubjectsOf), link("sh:targetObjectsOf", v::sh::targetObjectsOf),
+    link("sh:severity", v::sh::severity), link("sh:result", v::sh::result), link("sh:detail", v::sh::detail),
+    link("sh:focusNode", v::sh::focusNode), link("sh:resultPath", v::sh::resultPath), link("sh:sourceShape", v::sh::sourceShape),
+    link("sh:sourceConstraintComponent", v::sh::sourceConstraintComponent), link("sh:resultSeverity", v::sh::resultSeverity),
+    link("sh:equals", v::sh::equals), link("sh:disjoint", v::sh::disjoint), link("sh:lessThan", v::sh::lessThan),
+    link("sh:lessThanOrEquals", v::sh::lessThanOrEquals), link("sh:not", v::sh::not_),
+    link("sh:hasValue", v::sh::hasValue), link("sh:alternativePath", v::sh::alternativePath), link("sh:inversePath", v::sh::inversePath),
+    link("sh:zeroOrMorePath", v::sh::zeroOrMorePath), link("sh:oneOrMorePath", v::sh::oneOrMorePath),
+    link("sh:zeroOrOnePath", v::sh::zeroOrOnePath),
+};
+
+bool has_prefix(const Term& term) noexcept { return term.name.find(':') != std::string_view::npos; }
+
+}  // namespace
+
+const Term* term_of(std::string_view iri) noexcept {
+  static const std::unordered_map<std::string_view, const Term*> by_iri = [] {
+    std::unordered_map<std::string_view, const Term*> map;
+    for (const Term& t : terms) map.emplace(t.iri.text, &t);
+    return map;
+  }();
+  const auto found = by_iri.find(iri);
+  return found == by_iri.end() ? nullptr : found->second;
+}
+
+std::size_t index_of(const Term& term) noexcept { return static_cast<std::size_t>(&term - terms); }
+std::size_t term_count() noexcept { return std::size(terms); }
+const Term& term_at(std::size_t index) noexcept { return terms[index]; }
+
+bool is_term_name(std::string_view name) noexcept {
+  static const std::unordered_set<std::string_view> names = [] {
+    std::unordered_set<std::string_view> all = {"id", "type"};
+    for (const Term& t : terms) all.insert(t.name);
+    return all;
+  }();
+  return names.count(name) != 0;
+}
+
+PrefixTable usable_prefixes(const Prefixes& prefixes) {
+  PrefixTable table(prefixes);
+  table.remove_if([](std::string_view name) { return name.empty() || is_term_name(name); });
+  return table;
+}
+
+bool is_usable(const Term& term, PrefixTable& prefixes) noexcept {
+  const std::size_t colon = term.name.find(':');
+  if (colon == std::string_view::npos) return true;
+  PrefixTable::Prefix* prefix = prefixes.find(term.name.substr(0, colon));
+  const std::string_view local = term.name.substr(colon + 1);
+  if (prefix == nullptr || prefix->iri.size() + local.size() != term.iri.text.size() ||
+      term.iri.text.substr(0, prefix->iri.size()) != prefix->iri)
+    return false;
+  return true;
+}
+
+std::string members(PrefixTable& prefixes, const std::vector<bool>* used, int indent) {
+  const std::string line = ",\n" + std::string(static_cast<std::size_t>(indent), ' ');
+  const auto compact = [&](std::string& out, std::string_view iri) {
+    PrefixTable::Prefix* prefix = prefixes.best_for(iri);
+    if (prefix == nullptr) return append_string(out, iri);
+    prefix->used = true;
+    append_string(out, std::string(prefix->name) + ":" + std::string(iri.substr(prefix->iri.size())));
+  };
+  std::string defined;
+  for (std::size_t i = 0; i < std::size(terms); ++i) {
+    const Term& t = terms[i];
+    if ((used != nullptr && !(*used)[i]) || !is_usable(t, prefixes)) continue;
+    defined += line;
+    append_string(defined, t.name);
+    defined += ": ";
+    if (t.coercion == Coercion::none) {
+      compact(defined, t.iri.text);
+      continue;
+    }
+    defined += '{';
+    if (has_prefix(t)) {
+      prefixes.find(t.name.substr(0, t.name.find(':')))->used = true;
+    } else {
+      defined += "\"@id\": ";
+      compact(defined, t.iri.text);
+      defined += ", ";
+    }
+    defined += "\"@type\": ";
+    if (t.coercion == Coercion::datatype) compact(defined, t.datatype.text);
+    else defined += t.coercion == Coercion::id ? "\"@id\"" : "\"@vocab\"";
+    defined += '}';
+  }
+  std::string out = line.substr(1) + "\"id\": \"@id\"" + line + "\"type\": \"@type\"";
+  for (const PrefixTable::Prefix& prefix : prefixes.all()) {
+    if (used != nullptr && !prefix.used) continue;
+    out += line;
+    append_string(out, prefix.name);
+    out += ": ";
+    // A simple definition is a prefix if its IRI ends in a gen-delim (JSON-LD-API 1.1, 4.2.2).
+    const bool simple = std::string_view(":/?#[]@").find(prefix.iri.back()) != std::string_view::npos;
+    if (!simple) out += "{\"@id\": ";
+    append_string(out, prefix.iri);
+    if (!simple) out += ", \"@prefix\": true}";
+  }
+  return out + defined;
+}
+
+void append_string(std::string& out, std::string_view text) {
+  static constexpr std::array<bool, 256> escaped = [] {
+    std::array<bool, 256> table{};
+    for (std::size_t i = 0; i < 0x20; ++i) table[i] = true;
+    table['"'] = table['\\'] = table[0x7F] = true;
+    return table;
+  }();
+  out.push_back('"');
+  std::size_t from = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto c = static_cast<unsigned char>(text[i]);
+    if (!escaped[c]) continue;
+    out.append(text, from, i - from);
+    from = i + 1;
+    out.push_back('\\');
+    switch (c) {
+      case '"': out.push_back('"'); break;
+      case '\\': out.push_back('\\'); break;
+      case '\n': out.push_back('n'); break;
+      case '\r': out.push_back('r'); break;
+      case '\t': out.push_back('t'); break;
+      default:
+        out.append("u00");
+        out.push_back("0123456789ABCDEF"[c >> 4]);
+        out.push_back("0123456789ABCDEF"[c & 15]);
+    }
+  }
+  out.append(text, from);
+  out.push_back('"');
+}
+
+std::string canonical_double(double value) {
+  char buffer[48];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::scientific, 15).ptr;
+  const std::string_view text(buffer, static_cast<std::size_t>(end - buffer));
+  const std::size_t e = text.find('e');
+  std::string_view mantissa = text.substr(0, e), exponent = text.substr(e + 1);
+  while (mantissa.back() == '0' && mantissa[mantissa.size() - 2] != '.') mantissa.remove_suffix(1);
+  std::string out(mantissa);
+  out += 'E';
+  if (exponent.front() == '-') out += '-';
+  exponent.remove_prefix(1);
+  while (exponent.size() > 1 && exponent.front() == '0') exponent.remove_prefix(1);
+  return out.append(exponent);
+}
+
+}  // namespace lrt::rdf::json_ld

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+
+namespace lrt::rdf::json_ld {
+
+/// Objects and arrays nested deeper than this are refused.
+inline constexpr std::size_t max_depth = 256;
+
+/// A JSON text as a tree in one piece: what a hostile document makes of memory is a small multiple of its size.
+class Document {
+ public:
+  enum class Kind : std::uint8_t { null, false_, true_, number, string, array, object };
+  using Id = std::uint32_t;
+  static constexpr Id none = 0xFFFFFFFF;
+
+  /// @param max_values  more are limit_exceeded
+  /// @par Errors  expected_rdf with the place; also for members of one name, U+0000, invalid UTF-8, numbers beyond double.
+  static Result<Document> parse(std::string_view text, std::size_t max_values);
+
+  Id root() const noexcept { return 0; }
+  Kind kind(Id id) const noexcept { return values_[id].kind; }
+  /// Of a string its characters, of a number its digits: of integers within 64 bits "-5", else as they were written.
+  std::string_view text(Id id) const noexcept { return view(values_[id].text, values_[id].length); }
+  /// The name of a member of an object.
+  std::string_view key(Id id) const noexcept { return view(values_[id].key, values_[id].key_length); }
+  Id parent(Id id) const noexcept { return values_[id].parent; }
+  Id first(Id id) const noexcept { return values_[id].first; }
+  Id next(Id id) const noexcept { return values_[id].next; }
+  /// The member of that name, or none.
+  Id member(Id object, std::string_view name) const noexcept;
+  /// The place of a value as a JSON Pointer (RFC 6901), cut where it is long: "/@graph/0/unit".
+  std::string pointer(Id id) const;
+
+ private:
+  friend class Builder;
+  struct Value {
+    Kind kind;
+    std::uint32_t text = 0, length = 0, key = 0, key_length = 0;
+    Id parent = none, first = none, last = none, next = none;
+  };
+  std::string_view view(std::uint32_t at, std::uint32_t length) const noexcept { return std::string_view(text_).substr(at, length); }
+
+  std::string text_;
+  std::vector<Value> values_;
+};
+
+/// The range of an array's items or an object's members: `for (Id item : children(document, id))`.
+class Children {
+ public:
+  class iterator {
+   public:
+    iterator(const Document& document, Document::Id at) noexcept : document_(&document), at_(at) {}
+    Document::Id operator*() const noexcept { return at_; }
+    iterator& operator++() noexcept {
+      at_ = document_->next(at_);
+      return *this;
+    }
+    bool operator!=(const iterator& other) const noexcept { return at_ != other.at_; }
+
+   private:
+    const Document* document_;
+    Document::Id at_;
+  };
+  Children(const Document& document, Document::Id of) noexcept : document_(document), first_(document.first(of)) {}
+  iterator begin() const noexcept { return {document_, first_}; }
+  iterator end() const noexcept { return {document_, Document::none}; }
+
+ private:
+  const Document& document_;
+  Document::Id first_;
+};
+
+}  // namespace lrt::rdf::json_ld

@@ -1,0 +1,487 @@
+#include <lrt/rdf/codec.hpp>
+
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <tuple>
+
+#include <lrt/rdf/lexical.hpp>
+#include <lrt/rdf/vocab.hpp>
+
+#include "tests/support/catch.hpp"
+#include "tests/support/graphs.hpp"
+
+using namespace lrt::rdf;
+using lrt::Errc;
+using lrt::Result;
+namespace vocab = lrt::vocab;
+namespace test = lrt::test;
+
+namespace {
+
+const TermView s = lrt::rdf::iri("http://e/s"), p = lrt::rdf::iri("http://e/p"), q = lrt::rdf::iri("http://e/q");
+const Prefixes e_only = {{"e", "http://e/"}};
+constexpr const char* our_context = "http://localhost/ns/context.jsonld";
+
+/// JSON-LD that reads back as the same graph.
+std::string json(const Graph& g, const Prefixes& prefixes = e_only, std::string_view context = {}) {
+  const auto text = write(g, Syntax::json_ld, prefixes, context);
+  if (!text) FAIL(text.error().message);
+  ReadOptions options;
+  options.context = our_context;
+  options.context_prefixes = &prefixes;
+  const auto back = read(*text, Syntax::json_ld, options);
+  INFO(*text);
+  if (!back) FAIL(back.error().message);
+  CHECK(back->size() == g.size());
+  if (g.size() < 1000) CHECK(isomorphic(g, *back));
+  return *text;
+}
+
+/// The value of the predicate http://e/p of a graph of one triple.
+std::string value(const TermView& term, TermView predicate = p) {
+  Graph g;
+  g.add(s, predicate, term);
+  const std::string text = json(g);
+  const std::size_t at = text.find("\n  \"id\": \"e:s\",\n  ");
+  REQUIRE(at != std::string::npos);
+  const std::size_t from = text.find("\": ", at + 18) + 3;
+  return text.substr(from, text.rfind("\n}\n") - from);
+}
+
+Result<Graph> parse(std::string_view text, std::string_view base = "http://localhost/arm/x") {
+  ReadOptions options;
+  options.base = base;
+  options.context = our_context;
+  return read(text, Syntax::json_ld, options);
+}
+
+/// Empty if the document is the graph of the Turtle.
+std::string differs(std::string_view document, std::string_view turtle) {
+  const Result<Graph> found = parse(document);
+  if (!found) return found.error().message;
+  return isomorphic(*found, test::turtle(turtle, "http://localhost/arm/x")) ? "" : *write(*found, Syntax::n_triples);
+}
+
+std::string refusal(std::string_view document, Errc code = Errc::expected_rdf) {
+  const Result<Graph> found = parse(document);
+  if (found) return "read: " + *write(*found, Syntax::n_triples);
+  if (found.error().code != code) return "code: " + std::string(to_string(found.error().code)) + ": " + found.error().message;
+  return found.error().message;
+}
+bool says(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
+
+}  // namespace
+
+TEST_CASE("JSON-LD looks like what a web developer would write", "[rdf][R1.2]") {
+  Graph g = test::turtle(R"(<arm/angle> a hybrit:Property, maths:Scalar ; rdfs:seeAlso <arm> ; vom:numericalValue 43 ; vom:unit maths:Degree ;
+                            qudt:unit unit:DEG ; dcterms:modified "2016-06-01T12:00:00Z"^^xsd:dateTime ; rdfs:label "Winkel"@de .)");
+  CHECK(json(g, default_prefixes(), our_context) == R"({
+  "@context": "http://localhost/ns/context.jsonld",
+  "id": "http://localhost/arm/angle",
+  "type": ["Property", "Scalar"],
+  "seeAlso": "http://localhost/arm",
+  "numericalValue": 43,
+  "unit": "maths:Degree",
+  "qudt:unit": "http://qudt.org/vocab/unit/DEG",
+  "modified": "2016-06-01T12:00:00Z",
+  "label": {"@language": "de", "@value": "Winkel"}
+}
+)");
+  Graph nested = test::turtle(R"(<r> a spatial:Rotation3D ; spatial:rotationAngle [ vom:numericalValue "43.6"^^xsd:float ] ; rdf:value ( 1 true "a" ) .
+                                 <s> a hybrit:Action ; hybrit:property <r>, <s> .)");
+  CHECK(json(nested, default_prefixes()) == R"({
+  "@context": {
+    "id": "@id",
+    "type": "@type",
+    "hybrit": "https://hybr-it-projekt.de/ns/hybr-it#",
+    "vom": "http://vocab.arvida.de/2015/06/vom/vocab#",
+    "spatial": "http://vocab.arvida.de/2015/06/spatial/vocab#",
+    "rdf": "http://www.w3.org/1999/02/22-rdf-syntax-ns#",
+    "xsd": "http://www.w3.org/2001/XMLSchema#",
+    "Action": "hybrit:Action",
+    "property": {"@id": "hybrit:property", "@type": "@id"},
+    "numericalValue": "vom:numericalValue",
+    "Rotation3D": "spatial:Rotation3D",
+    "rotationAngle": "spatial:rotationAngle",
+    "value": "rdf:value"
+  },
+  "@graph": [
+    {
+      "id": "http://localhost/r",
+      "type": "Rotation3D",
+      "rotationAngle": {
+        "numericalValue": {"@type": "xsd:float", "@value": "43.6"}
+      },
+      "value": {"@list": [1, true, "a"]}
+    },
+    {
+      "id": "http://localhost/s",
+      "type": "Action",
+      "property": [
+        "http://localhost/r",
+        "http://localhost/s"
+      ]
+    }
+  ]
+}
+)");
+}
+
+TEST_CASE("a JSON number stands for a literal only where every reader gets the same one", "[rdf]") {
+  const auto integer = [](const char* text) { return value(literal(text, vocab::xsd::integer)); };
+  for (const char* same : {"0", "5", "-5", "9007199254740991", "-9007199254740991"}) CHECK(integer(same) == same);
+  for (const char* other : {"-0", "+5", "05", "", "9007199254740992", "123456789012345678901", "x"})
+    CHECK(integer(other) == R"({"@type": "http://www.w3.org/2001/XMLSchema#integer", "@value": ")" + std::string(other) + "\"}");
+  const auto real = [](const std::string& text) { return value(literal(text, vocab::xsd::double_)); };
+  for (const char* same : {"4.36E1", "1.0E-1", "-1.5E-6", "3.14159265358979E0"}) CHECK(real(same) == same);
+  for (const char* other : {"43.6", "1.0E0", "1.0E1", "4.36e1", "04.36E1", "4.360E1", "INF", "NaN", "1.5E-7", "5.0E-324", "4.940656458412465E-324",
+                            "3.0000000000000004E-1", "1.0E21", "1E999", "0.0E0", "E", "1.E1"})
+    CHECK(real(other) == R"({"@type": "http://www.w3.org/2001/XMLSchema#double", "@value": ")" + std::string(other) + "\"}");
+  CHECK(value(literal("true", vocab::xsd::boolean)) == "true");
+  CHECK(value(literal("1", vocab::xsd::boolean)) == R"({"@type": "http://www.w3.org/2001/XMLSchema#boolean", "@value": "1"})");
+  CHECK(value(literal("1.5", vocab::xsd::decimal)) == R"({"@type": "http://www.w3.org/2001/XMLSchema#decimal", "@value": "1.5"})");
+}
+
+TEST_CASE("every finite double survives JSON-LD bit by bit, as a literal and as a number", "[rdf]") {
+  std::uint64_t state = 1;
+  for (int i = 0; i < 20'000; ++i) {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    double number;
+    static_assert(sizeof number == sizeof state);
+    std::memcpy(&number, &state, sizeof number);
+    if (!(number - number == 0)) continue;
+    Graph g;
+    g.add(s, p, literal(lexical::format(number), vocab::xsd::double_));
+    ReadOptions options;
+    const Graph back = read(*write(g, Syntax::json_ld), Syntax::json_ld, options).value();
+    const auto same = lexical::parse_double(back.object(s, p)->text);
+    REQUIRE(std::memcmp(&*same, &number, sizeof number) == 0);
+    // As a client writes it.
+    const Graph native = parse("{\"http://e/p\": {\"@value\": " + lexical::format(number) + ", \"@type\": \"http://www.w3.org/2001/XMLSchema#double\"}}").value();
+    const TermView read_as = native.term(native.triples().front().object);
+    REQUIRE(read_as.datatype == vocab::xsd::double_.text);
+    const auto again = lexical::parse_double(read_as.text);
+    REQUIRE(std::memcmp(&*again, &number, sizeof number) == 0);
+  }
+}
+
+TEST_CASE("strings of any Unicode are JSON strings", "[rdf]") {
+  CHECK(value(literal("a\"b\\c\r\n\t/")) == R"("a\"b\\c\r\n\t/")");
+  CHECK(value(literal(std::string_view("\x01\x1F\x7F", 3))) == R"("\u0001\u001F\u007F")");
+  CHECK(value(literal("Grün \xF0\x9F\xA4\x96 \xE2\x80\xA8")) == "\"Grün \xF0\x9F\xA4\x96 \xE2\x80\xA8\"");
+  CHECK(value(literal("@id")) == "\"@id\"");
+  CHECK(value(literal("e:x")) == "\"e:x\"");
+  CHECK(value(tagged_literal("a", "de-1996")) == R"({"@language": "de-1996", "@value": "a"})");
+  Graph g;
+  g.add(s, p, literal("a\xFF"));
+  CHECK(write(g, Syntax::json_ld).error().code == Errc::unsupported_syntax);
+}
+
+TEST_CASE("a term that coerces says what it cannot", "[rdf]") {
+  CHECK(value(vocab::maths::Degree, vocab::vom::unit) == "\"http://vocab.arvida.de/2015/06/maths/vocab#Degree\"");
+  CHECK(value(literal("deg"), vocab::vom::unit) == R"({"@value": "deg"})");
+  CHECK(value(literal("5", vocab::xsd::integer), vocab::vom::unit) == "5");
+  CHECK(value(vocab::lrt::running, vocab::lrt::status) == "\"running\"");
+  CHECK(value(s, vocab::lrt::status) == "\"e:s\"");
+  CHECK(value(literal("running"), vocab::lrt::status) == R"({"@value": "running"})");
+  CHECK(value(vocab::lrt::running, vocab::vom::unit) == "\"https://w3id.org/lrt/ns#running\"");  // terms count for @vocab only
+  CHECK(value(literal("0.5", vocab::xsd::double_), vocab::lrt::progress) == "\"0.5\"");
+  CHECK(value(literal("0.5"), vocab::lrt::progress) == R"({"@value": "0.5"})");
+  CHECK(value(literal("1", vocab::xsd::integer), vocab::lrt::progress) == R"({"@type": "http://www.w3.org/2001/XMLSchema#integer", "@value": "1"})");
+  CHECK(value(s) == R"({"id": "e:s"})");
+}
+
+TEST_CASE("an IRI whose scheme is called like a prefix is not taken for a compact one", "[rdf]") {
+  Graph g;
+  g.add(lrt::rdf::iri("ros:thing"), lrt::rdf::iri("sh:path"), vocab::ros::rotation);
+  g.add(lrt::rdf::iri("ros://host/x"), vocab::sh::path, lrt::rdf::iri("id:x"));
+  const std::string text = json(g, default_prefixes(), our_context);
+  CHECK_FALSE(says(text, our_context));
+  CHECK_FALSE(says(text, "\"sh\":"));
+  CHECK(says(text, "\"http://ros.org/#rotation\""));
+  Graph fine;
+  fine.add(lrt::rdf::iri("ros://host/x"), p, q);
+  CHECK(says(json(fine, default_prefixes(), our_context), our_context));
+}
+
+TEST_CASE("blank nodes nest where only one triple mentions them", "[rdf]") {
+  const auto round = [](std::string_view turtle) { return json(test::turtle(turtle), default_prefixes()); };
+  CHECK(says(round("<s> rdf:value [ rdf:value [ rdf:value 1 ] ] ."), "\"value\": {\n    \"value\": {\n      \"value\": 1\n    }\n  }"));
+  CHECK(says(round("<s> rdf:value _:a . <t> rdf:value _:a . _:a rdf:value 1 ."), "\"id\": \"_:b0\""));
+  CHECK(says(round("_:a rdf:value _:b . _:b rdf:value _:a ."), "\"id\": \"_:b1\""));
+  CHECK(says(round("<s> rdf:value [] ."), "{\"id\": \"_:b0\"}"));
+  CHECK_FALSE(says(round("[] rdf:value 1 ."), "\"id\": \"_:"));
+  CHECK(says(round("[] rdf:value 1 . [] rdf:value 2 ."), "@graph"));
+  Graph deep;
+  for (int i = 0; i < 3000; ++i) deep.add(blank("n" + std::to_string(i)), p, blank("n" + std::to_string(i + 1)));
+  json(deep);
+  Graph odd;
+  odd.add(blank("a b"), p, blank("b0"));
+  odd.add(blank("b0"), p, blank("a b"));
+  json(odd);
+}
+
+TEST_CASE("lists are @list, and what only looks like one is not", "[rdf]") {
+  const auto round = [](std::string_view turtle) { return json(test::turtle(turtle), default_prefixes()); };
+  CHECK(says(round("<s> rdf:value ( 1 ( 2 () ) ) ."), R"("value": {"@list": [1, {"@list": [2, {"@list": []}]}]})"));
+  CHECK(says(round("<s> hybrit:property ( <a> \"b\" ) ."), R"({"@list": ["http://localhost/a", {"@value": "b"}]})"));
+  for (const char* no_list : {"<s> rdf:value _:l . _:l rdf:first 1 .", "<s> rdf:value _:l . _:l rdf:first 1, 2 ; rdf:rest () .",
+                              "_:l rdf:first 1 ; rdf:rest _:l .", "<s> rdf:value [ rdf:first 1 ; rdf:rest () ; a rdf:List ] .",
+                              "<s> rdf:value _:l . <t> rdf:value _:l . _:l rdf:first 1 ; rdf:rest () .", "() rdf:first () ; rdf:rest 5 .",
+                              "<s> rdf:first 1 ; rdf:rest ( 2 ) .", "<s> rdf:value [ rdf:first 1 ; rdf:rest \"x\" ] ."}) {
+    CAPTURE(no_list);
+    round(no_list);
+  }
+}
+
+TEST_CASE("what is said to be a type and is no IRI is a value of rdf:type", "[rdf][R1.4]") {
+  const std::string text = json(test::turtle("<s> a \"x\", <C>, [ rdfs:label \"y\" ], hybrit:Action, _:c . _:c a _:c ."), default_prefixes());
+  CHECK(says(text, R"("type": ["http://localhost/C", "Action"],)"));
+  CHECK(says(text, "\"rdf:type\": [\n"));
+}
+
+TEST_CASE("what is no RDF is not written", "[rdf]") {
+  for (const auto& [subject, predicate, object] : {std::tuple{literal("x"), p, q}, std::tuple{s, blank("b"), q}, std::tuple{lrt::rdf::iri("rel"), p, q},
+                                                   std::tuple{s, lrt::rdf::iri("rel"), q}, std::tuple{s, p, lrt::rdf::iri("http://e/ x")},
+                                                   std::tuple{s, p, literal("x", lrt::Iri("rel"))}, std::tuple{s, p, tagged_literal("x", "d e")}}) {
+    Graph g;
+    g.add(subject, predicate, object);
+    const auto text = write(g, Syntax::json_ld);
+    REQUIRE_FALSE(text);
+    CHECK(text.error().code == Errc::unsupported_syntax);
+  }
+}
+
+TEST_CASE("the context document has every term once, and every prefix whose name is free", "[rdf]") {
+  const std::string text = json_ld_context();
+  CHECK(says(text, R"("ros": "http://ros.org/#")"));
+  CHECK(says(text, R"("unit": {"@id": "vom:unit", "@type": "@id"})"));
+  CHECK_FALSE(says(text, "\"unit\": \"http"));
+  CHECK(says(text, R"("sh:path": {"@type": "@id"})"));
+  CHECK(parse("{\"@context\": [" + text.substr(text.find("{", 1), text.rfind('}') - text.find("{", 1)) + "], \"id\": \"a\", \"title\": \"b\"}"));
+  // Under other prefixes terms keep their meaning.
+  const Prefixes mine = {{"sh", "http://other/"}, {"state", "http://x/state#"}, {"h", "https://hybr-it-projekt.de/ns/hybr-it#"}, {"odd", "http://odd/ns"}};
+  const std::string other = json_ld_context(mine);
+  CHECK_FALSE(says(other, "sh:path"));
+  CHECK_FALSE(says(other, "http://x/state#"));
+  CHECK(says(other, R"("property": {"@id": "h:property", "@type": "@id"})"));
+  CHECK(says(other, R"("odd": {"@id": "http://odd/ns", "@prefix": true})"));
+  Graph g = test::turtle("<s> sh:path <http://other/a>, <http://odd/nsx> ; hybrit:property <b> .");
+  CHECK(says(json(g, mine, our_context), "\"odd:x\""));
+  json(g, mine);
+}
+
+TEST_CASE("expanded and flattened documents are read", "[rdf][R1.2]") {
+  CHECK(differs(R"([{"@id": "http://e/s", "@type": ["http://e/C"], "http://e/p": [{"@value": "a"}, {"@value": "b", "@language": "DE"},
+                     {"@value": "5", "@type": "http://e/t"}, {"@id": "http://e/o"}, {"@list": [{"@value": 1}, {"@list": []}]}, {"@value": null}]}])",
+                R"(<http://e/s> a <http://e/C> ; <http://e/p> "a", "b"@de, "5"^^<http://e/t>, <http://e/o>, ( 1 () ) .)") == "");
+  CHECK(differs(R"({"@graph": [{"@id": "_:b1", "http://e/p": [{"@id": "_:b2"}]}, {"@id": "_:b2", "http://e/p": [{"@id": "_:b1"}]}]})",
+                "_:x <http://e/p> _:y . _:y <http://e/p> _:x .") == "");
+  CHECK(differs("[]", "") == "");
+  CHECK(differs("{}", "") == "");
+  CHECK(differs(R"([{"@value": "x"}, "y", 5, {"@list": [1]}, {"@set": [{"http://e/p": 1}]}, {"@id": "http://e/s"}])", "[] <http://e/p> 1 .") == "");
+}
+
+TEST_CASE("a document may refer to our context", "[rdf][R1.2]") {
+  const std::string graph = "<http://localhost/arm/x> a hybrit:Property ; vom:numericalValue 4.36E1 ; vom:unit maths:Degree ; lrt:status lrt:running .";
+  const std::string body = R"("id": "", "type": "Property", "numericalValue": 43.6, "unit": "maths:Degree", "status": "running"})";
+  for (const char* by : {"\"http://localhost/ns/context.jsonld\"", "\"http://localhost/ns/context.jsonld?v=abc\"", "\"/ns/context.jsonld\"",
+                         "\"../ns/context.jsonld\"", "[\"/ns/context.jsonld\", {\"x\": \"http://x/\"}]", "[{\"numericalValue\": \"http://no/\"}, \"/ns/context.jsonld\"]",
+                         "\"https://w3id.org/lrt/context.jsonld\"", "[null, \"/ns/context.jsonld\"]"}) {
+    CAPTURE(by);
+    CHECK(differs(std::string("{\"@context\": ") + by + ", " + body, graph) == "");
+  }
+  const std::string refused = refusal(R"({"@context": "https://schema.org/", "name": "x"})", Errc::unsupported_syntax);
+  CHECK(says(refused, "https://schema.org/"));
+  CHECK(says(refused, "fetched"));
+  CHECK(says(refused, our_context));
+  CHECK(says(refused, "/@context"));
+  CHECK(says(refusal(R"({"http://e/p": {"@context": ["/ns/context.jsonld", "http://evil/ns/context.jsonld"]}})", Errc::unsupported_syntax), "/http:~1~1e~1p/@context/1"));
+}
+
+TEST_CASE("contexts in the document are understood", "[rdf]") {
+  CHECK(differs(R"({"@context": {"e": "http://e/", "name": "e:name", "knows": {"@id": "e:knows", "@type": "@id"}, "@base": "http://b/x/", "@language": "EN",
+                    "when": {"@id": "e:when", "@type": "http://e/date"}, "plain": {"@id": "e:plain", "@language": null}, "kind": "@type", "nothing": null},
+                    "@id": "../s", "kind": "e:C", "name": "n", "knows": ["k", "_:b"], "when": "now", "plain": "p", "nothing": 5, "unknown": 6})",
+                R"(<http://b/s> a <http://e/C> ; <http://e/name> "n"@en ; <http://e/knows> <http://b/x/k>, [] ; <http://e/when> "now"^^<http://e/date> ;
+                   <http://e/plain> "p" .)") == "");
+  CHECK(differs(R"({"@context": {"@vocab": "http://e/", "status": {"@type": "@vocab"}, "l": {"@container": "@list"}, "ll": {"@container": ["@list"], "@type": "@id"},
+                    "s": {"@container": "@set"}, "lang": {"@container": "@language"}, "i": {"@container": "@index"}, "r": {"@reverse": "http://e/rr"}},
+                    "@id": "", "a": 1, "status": ["a", "http://x/"], "l": [1, [2, []]], "ll": "z", "s": [1], "lang": {"de": ["x", "y"], "@none": "z"},
+                    "i": {"one": 1, "two": [2, {"@id": "o"}]}, "r": [{"@id": "q"}], "@reverse": {"back": "http://no/"}})",
+                "") == "at \"/@reverse/back\": expected nodes as values of a reversed property");
+  CHECK(differs(R"({"@context": {"@vocab": "http://e/", "status": {"@type": "@vocab"}, "l": {"@container": "@list"}, "ll": {"@container": ["@list"], "@type": "@id"},
+                    "s": {"@container": "@set"}, "lang": {"@container": "@language"}, "i": {"@container": "@index"}, "r": {"@reverse": "http://e/rr"}},
+                    "@id": "", "a": 1, "status": ["a", "http://x/"], "l": [1, [2, []]], "ll": "z", "s": [1], "lang": {"de": ["x", "y"], "@none": "z"},
+                    "i": {"one": 1, "two": [2, {"@id": "o"}]}, "r": [{"@id": "q"}], "@reverse": {"back": {"@id": "t"}}})",
+                R"(<> <http://e/a> 1 ; <http://e/status> <http://e/a>, <http://x/> ; <http://e/l> ( 1 ( 2 () ) ) ; <http://e/ll> ( <z> ) ; <http://e/s> 1 ;
+                   <http://e/lang> "x"@de, "y"@de, "z" ; <http://e/i> 1, 2, <o> . <q> <http://e/rr> <> . <t> <http://e/back> <> .)") == "");
+  // Contexts in each other; null forgets what was.
+  CHECK(differs(R"({"@context": {"p": "http://e/p"}, "p": [{"@context": {"p": "http://e/q"}, "p": 1}, {"@context": null, "p": 2, "http://e/p": 3}]})",
+                "[] <http://e/p> [ <http://e/q> 1 ], [ <http://e/p> 3 ] .") == "");
+  CHECK(differs(R"({"@context": [{"p": "http://e/p"}, {"e": "http://e/"}, {"q": "e:q"}], "p": 1, "q": 2, "@included": [{"@id": "i", "p": 3}],
+                    "@nest": {"p": 4}, "@index": "x"})",
+                "[] <http://e/p> 1, 4 ; <http://e/q> 2 . <i> <http://e/p> 3 .") == "");
+  // A term that is no simple prefix is none, unless it is said to be.
+  CHECK(differs(R"({"@context": {"a": "http://e/a", "b": {"@id": "http://e/b", "@prefix": true}}, "a:x": 1, "b:x": 2})", "[] <a:x> 1 ; <http://e/bx> 2 .") == "");
+}
+
+TEST_CASE("numbers are read as JSON-LD says, and exactly", "[rdf]") {
+  const auto number = [](const std::string& text, const std::string& type = "") {
+    const Result<Graph> g = parse(type.empty() ? "{\"http://e/p\": " + text + "}" : "{\"http://e/p\": {\"@value\": " + text + ", \"@type\": \"" + type + "\"}}");
+    if (!g) return g.error().message;
+    return to_string(g->term(g->triples().front().object));
+  };
+  const std::string integer = "\"^^<http://www.w3.org/2001/XMLSchema#integer>", real = "\"^^<http://www.w3.org/2001/XMLSchema#double>";
+  CHECK(number("5") == "\"5" + integer);
+  CHECK(number("-5") == "\"-5" + integer);
+  CHECK(number("-0") == "\"0" + integer);
+  CHECK(number("5.0") == "\"5" + integer);
+  CHECK(number("1e3") == "\"1000" + integer);
+  CHECK(number("9007199254740993") == "\"9007199254740993" + integer);
+  CHECK(number("123456789012345678901") == "\"123456789012345678901" + integer);
+  CHECK(number("1234567890123456789012") == "\"1.2345678901234568E21" + real);
+  CHECK(number("1e21") == "\"1.0E21" + real);
+  CHECK(number("43.6") == "\"4.36E1" + real);
+  CHECK(number("0.1") == "\"1.0E-1" + real);
+  CHECK(number("0.30000000000000004") == "\"3.0000000000000004E-1" + real);
+  CHECK(number("5e-324") == "\"4.940656458412465E-324" + real);
+  CHECK(number("true") == "\"true\"^^<http://www.w3.org/2001/XMLSchema#boolean>");
+  CHECK(number("5", "http://www.w3.org/2001/XMLSchema#double") == "\"5.0E0" + real);
+  CHECK(number("5", "http://e/t") == "\"5\"^^<http://e/t>");
+  CHECK(number("5.5", "http://e/t") == "\"5.5E0\"^^<http://e/t>");
+  CHECK(says(number("1e999"), "xsd:double"));
+}
+
+TEST_CASE("what is no JSON is refused with its place", "[rdf]") {
+  const auto error = [](std::string_view text) { return parse(text).error(); };
+  CHECK(says(refusal(""), "no JSON"));
+  const lrt::Error comma = error("{\n  \"a\": 1,\n}");
+  CHECK(comma.code == Errc::expected_rdf);
+  CHECK(comma.line == 3);
+  CHECK(comma.offset == 12u);
+  CHECK(says(comma.message, "line 3, column 1: no JSON: "));
+  CHECK(error("{\"a\": \xFF}").message == "line 1, column 7: invalid UTF-8");
+  CHECK(says(refusal(R"({"a": "\ud800"})"), "surrogate"));
+  CHECK(says(refusal(R"({"http://e/p": "a\u0000b"})"), "U+0000"));
+  CHECK(says(refusal(R"({"a": 1} x)"), "no JSON"));
+  CHECK(says(refusal("{'a': 1}"), "no JSON"));
+  CHECK(says(refusal("{\"a\": NaN}"), "no JSON"));
+  CHECK(says(refusal("// x\n{}"), "no JSON"));
+  CHECK(refusal(R"({"x": {"a": 1, "b": 2, "a": 3}})") == "at \"/x/a\": a second member of this name");
+  CHECK(says(refusal("5"), "expected an object or an array"));
+  // A long token is not sent back whole.
+  CHECK(refusal("{\"" + std::string(100'000, 'x')).size() < 300);
+}
+
+TEST_CASE("what JSON-LD does not allow is refused by the member's name", "[rdf]") {
+  struct Case {
+    const char *document, *at, *says;
+  };
+  for (const Case& c : {
+           Case{R"({"@id": 5})", "/@id", "expected an IRI as a string"},
+           Case{R"({"@type": 5})", "/@type", "expected a type as a string"},
+           Case{R"({"@type": "rel ative"})", "/@type", "expected an IRI"},
+           Case{R"({"@id": "http://e/ x", "http://e/p": 1})", "/@id", "expected an absolute IRI, found \"http://e/ x\""},
+           Case{R"({"http://e/p": {"@value": []}})", "/http:~1~1e~1p/@value", "expected a string"},
+           Case{R"({"http://e/p": {"@value": "x", "@type": "http://e/t", "@language": "de"}})", "/http:~1~1e~1p/@language", "beside @type"},
+           Case{R"({"http://e/p": {"@value": "x", "@language": "d e"}})", "/http:~1~1e~1p/@language", "language tag"},
+           Case{R"({"http://e/p": {"@value": 5, "@language": "de"}})", "/http:~1~1e~1p/@value", "beside @language"},
+           Case{R"({"http://e/p": {"@value": 5, "http://e/q": "de"}})", "/http:~1~1e~1p/http:~1~1e~1q", "beside @value"},
+           Case{R"({"http://e/p": {"@list": [5], "@id": "de"}})", "/http:~1~1e~1p/@id", "beside @list"},
+           Case{R"({"@context": {"id": "@id"}, "id": "a", "@id": "b"})", "/@id", "a second @id"},
+           Case{R"({"@context": 5})", "/@context", "expected a context"},
+           Case{R"({"@context": {"a": "b"}})", "/@context/a", "expected an IRI"},
+           Case{R"({"@context": {"a": {"@type": "@id"}}})", "/@context/a", "has no IRI"},
+           Case{R"({"@context": {"a": "b:x", "b": "a:x"}})", "/@context/a", "defined by itself"},
+           Case{R"({"@context": {"@id": "http://e/"}})", "/@context/@id", "cannot be defined"},
+           Case{R"({"@context": {"": "http://e/"}})", "/@context/", "expected a term"},
+           Case{R"({"@context": {"a": 5}})", "/@context/a", "definition"},
+           Case{R"({"@context": {"a": {"@id": "http://e/", "@odd": 1}}})", "/@context/a/@odd", "no part of"},
+           Case{R"({"@context": {"a": {"@id": "http://e/", "@container": "@lost"}}})", "/@context/a/@container", "@lost"},
+           Case{R"({"@context": {"a": {"@id": "http://e/", "@container": ["@list", "@set"]}}})", "/@context/a/@container", "exclude"},
+           Case{R"({"@context": {"@version": 1.0}})", "/@context/@version", "1.1"},
+           Case{R"({"@context": {"@language": 5}})", "/@context/@language", "language tag"},
+           Case{R"({"@context": {"@vocab": 5}})", "/@context/@vocab", "expected an IRI"},
+           Case{R"({"@context": {"@base": 5}})", "/@context/@base", "expected an IRI"},
+           Case{R"({"@context": {"@base": null}, "@id": "x"})", "/@id", "relative IRI <x> and no base"},
+           Case{R"({"@context": {"b": "http://b/", "b:x": "http://c/"}})", "/@context/b:x", "another IRI"},
+           Case{R"({"@value": "x", "@nest": 5, "http://e/p": {"@nest": 5}})", "", "read: "},
+       }) {
+    CAPTURE(c.document);
+    const std::string message = refusal(c.document);
+    CHECK(says(message, c.says));
+    if (*c.at) CHECK(says(message, "at \"" + std::string(c.at) + "\": "));
+  }
+  const auto without_base = read(R"({"@id": "x", "http://e/p": 1})", Syntax::json_ld, {});
+  REQUIRE_FALSE(without_base);
+  CHECK(says(without_base.error().message, "relative IRI <x> and no base"));
+}
+
+TEST_CASE("what lrt does not do of JSON-LD is refused by name", "[rdf]") {
+  struct Case {
+    const char *document, *name;
+  };
+  for (const Case& c : {
+           Case{R"({"@id": "g", "@graph": [{"http://e/p": 1}]})", "a named graph"},
+           Case{R"([{"@graph": [{"http://e/p": 1}]}])", "a named graph"},
+           Case{R"({"http://e/p": {"@graph": []}})", "a named graph"},
+           Case{R"({"http://e/p": {"@value": {}, "@type": "@json"}})", "@json"},
+           Case{R"({"@context": {"p": {"@id": "http://e/p", "@type": "@json"}}})", "@json"},
+           Case{R"({"http://e/p": {"@value": "x", "@direction": "rtl"}})", "@direction"},
+           Case{R"({"@context": {"@direction": "rtl"}})", "@direction"},
+           Case{R"({"@context": {"p": {"@id": "http://e/p", "@context": {}}}})", "a scoped context"},
+           Case{R"({"@context": {"p": {"@id": "http://e/p", "@container": "@id"}}})", "@id as a container"},
+           Case{R"({"@context": {"p": {"@id": "http://e/p", "@container": ["@graph", "@index"]}}})", "@graph as a container"},
+           Case{R"({"@context": {"p": {"@id": "http://e/p", "@index": "http://e/i", "@container": "@index"}}})", "@index in a term's definition"},
+           Case{R"({"@context": {"@import": "http://e/"}})", "@import"},
+           Case{R"({"@context": {"@propagate": false}})", "@propagate"},
+           Case{R"({"@context": {"@protected": true}})", "@protected"},
+           Case{R"({"_:p": 1})", "a blank node as predicate"},
+           Case{R"({"http://e/p": {"@list": [[1]]}})", "an array in a @list"},
+       }) {
+    CAPTURE(c.document);
+    CHECK(says(refusal(c.document, Errc::unsupported_syntax), c.name));
+  }
+}
+
+TEST_CASE("limits keep hostile JSON-LD small", "[rdf]") {
+  const std::string base = "http://localhost/" + std::string(300, 'x');
+  const auto code = [&](const std::string& text, std::size_t triples = 1000, std::size_t bytes = 1 << 20) {
+    ReadOptions options;
+    options.base = base;
+    options.max_triples = triples;
+    options.max_bytes = bytes;
+    const Result<Graph> g = read(text, Syntax::json_ld, options);
+    return g ? Errc::failed : g.error().code;
+  };
+  CHECK(code(std::string(257, '[') + std::string(257, ']')) == Errc::limit_exceeded);
+  CHECK(code(std::string(256, '[') + std::string(256, ']')) == Errc::failed);
+  CHECK(code(std::string(1'000'000, '[')) == Errc::limit_exceeded);
+  std::string many = "{\"http://e/p\": [0";
+  for (int i = 1; i < 1001; ++i) many += "," + std::to_string(i);
+  CHECK(code(many + "]}") == Errc::limit_exceeded);
+  CHECK(code(many + "]}", 1001) == Errc::failed);
+  std::string nulls = "[null";
+  for (int i = 0; i < 20'000; ++i) nulls += ",null";
+  CHECK(code(nulls + "]") == Errc::limit_exceeded);
+  // Short text, long IRIs.
+  std::string prefixed = "{\"@context\": {\"a\": \"http://e/" + std::string(8000, 'x') + "#\"}, \"http://e/p\": [";
+  for (int i = 0; i < 500; ++i) prefixed += (i ? "," : "") + std::string("{\"@id\": \"a:") + std::to_string(i) + "\"}";
+  CHECK(code(prefixed + "]}") == Errc::limit_exceeded);
+  std::string based = "[";
+  for (int i = 0; i < 900; ++i) based += (i ? "," : "") + std::string("{\"@id\": \"") + std::to_string(i) + "\"}";
+  CHECK(code(based + "]") == Errc::limit_exceeded);
+  CHECK(code("{\"@id\": \"http://e/" + std::string(9000, 'x') + "\", \"http://e/p\": 1}") == Errc::limit_exceeded);
+  // Contexts without end.
+  std::string contexts = "[0", inner = "{\"@id\": \"http://e/x\"}", terms = "{\"@context\": {\"t\": \"http://e/t\"";
+  for (int i = 0; i < 40; ++i) contexts += ",{}", inner = "{\"@context\": {}, \"http://e/p\": " + inner + "}";
+  CHECK(code("{\"@context\": " + contexts.replace(0, 3, "[") + "]}") == Errc::limit_exceeded);
+  CHECK(code(inner) == Errc::limit_exceeded);
+  for (int i = 0; i < 4000; ++i) terms += ",\"t" + std::to_string(i) + "\": \"http://e/t\"";
+  CHECK(code(terms + "}}") == Errc::limit_exceeded);
+  std::string chain = "{\"@context\": {\"t0\": \"http://e/#\"";
+  for (int i = 999; i > 0; --i) chain += ",\"t" + std::to_string(i) + "\": \"t" + std::to_string(i - 1) + ":x#\"";
+  CHECK(code(chain + "}}") == Errc::limit_exceeded);
+}
