@@ -3,6 +3,7 @@
 #
 #   vendor/install.sh          what the library, the examples and most tests need
 #   vendor/install.sh tests    that, and the clients of others that some tests use
+#   vendor/install.sh browser  what the library and most tests need, and the browser for the test of the page
 #   vendor/install.sh ci       all of that, and what .ci/run needs besides
 #
 # vendor/README.md names each package with its version and licence.
@@ -10,6 +11,7 @@ set -eu
 
 build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost-dev libcpp-httplib-dev libwebsockets-dev libssl-dev nlohmann-json3-dev catch2"
 tests="python3 python3-websockets python3-rdflib curl openssl"
+browser="python3 chromium chromium-driver"
 ci="clang libclang-rt-14-dev shellcheck"
 
 wanted=$build
@@ -17,9 +19,10 @@ for group in "$@"; do
   case $group in
     build) ;;
     tests) wanted="$wanted $tests" ;;
-    ci) wanted="$wanted $tests $ci" ;;
+    browser) wanted="$wanted $browser" ;;
+    ci) wanted="$wanted $tests $browser $ci" ;;
     *)
-      echo "usage: $0 [build] [tests] [ci]" >&2
+      echo "usage: $0 [build] [tests] [browser] [ci]" >&2
       exit 2
       ;;
   esac

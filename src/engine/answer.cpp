@@ -3,6 +3,7 @@
 #include <lrt/http/problem.hpp>
 
 #include "src/engine/impl.hpp"
+#include "src/engine/page.hpp"
 
 namespace lrt::engine {
 
@@ -60,7 +61,7 @@ void Engine::Impl::add_constrained_by(http::Fields& fields, const Context& conte
   links.finish(fields, {});
 }
 
-/// SPEC 3.4: RFC 9457 problem details as JSON, or as Turtle where that is preferred; never 406.
+/// SPEC 3.4: RFC 9457 problem details as JSON, or as Turtle or HTML where that is preferred; never 406.
 http::Response Engine::Impl::problem(const Context& context, int status, std::string detail) {
   constexpr std::size_t longest = 2000;  // enough to say what was found; what a client sent is not sent back whole
   if (detail.size() > longest) {
@@ -69,7 +70,7 @@ http::Response Engine::Impl::problem(const Context& context, int status, std::st
     detail.resize(end);
     detail += " (cut)";
   }
-  static const std::vector<std::string_view> offers = {"application/problem+json", "text/turtle", "application/json"};
+  static const std::vector<std::string_view> offers = {"application/problem+json", "text/turtle", "application/json", "text/html"};
   http::Response response;
   response.status = status;
   const bool has_accept = context.request.find("Accept").has_value();
@@ -88,6 +89,10 @@ http::Response Engine::Impl::problem(const Context& context, int status, std::st
       response.fields.add("Content-Type", "text/turtle");
       response.set_body(*std::move(text));
     }
+  }
+  if (choice == 3) {
+    add_page_fields(response.fields);
+    response.set_body(error_page(status, detail, bases_[context.base] + root_.path));
   }
   if (!response.body) {
     response.fields.add("Content-Type", choice == 2 ? "application/json" : "application/problem+json");

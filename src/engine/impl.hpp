@@ -183,6 +183,8 @@ class Engine::Impl {
   // read.cpp: GET and HEAD
   Outcome get(Context& context, bool fresh);
   http::Response represent(Context& context);
+  /// The page for people, as a rendering of the resource.
+  Rendering page_of(Resource& resource, std::size_t base, std::size_t page);
   /// Puts a request off until pulled properties have been read; it then goes its way anew, as `fresh`.
   Outcome read_first(Context& context, const std::vector<PropertyResource*>& pulled);
   /// The rendering in the media type that suits an Accept field best; the answer if there is none.

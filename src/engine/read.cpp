@@ -5,6 +5,7 @@
 #include <lrt/http/range.hpp>
 
 #include "src/engine/impl.hpp"
+#include "src/engine/page.hpp"
 
 namespace lrt::engine {
 
@@ -49,6 +50,19 @@ bool asks_for_minimal_container(const http::Preferences& preferences) {
   const auto has = [](const std::vector<std::string>& list, std::string_view iri) { return std::find(list.begin(), list.end(), iri) != list.end(); };
   if (has(preferences.include, vocab::ldp::PreferContainment.text)) return false;
   return has(preferences.include, vocab::ldp::PreferMinimalContainer.text) || has(preferences.omit, vocab::ldp::PreferContainment.text);
+}
+
+/// Whether Accept prefers the page to every RDF syntax, as browsers do.
+bool asks_for_page(const http::Request& request) {
+  static const std::vector<std::string_view> offers = [] {
+    std::vector<std::string_view> types = all_offers();
+    types.push_back("text/html");  // last: who takes anything gets Turtle (R1.2)
+    return types;
+  }();
+  const auto accept = request.find("Accept");
+  if (!accept) return false;
+  const auto chosen = [](std::string_view field) { return http::negotiate(field, offers) == offers.size() - 1; };
+  return request.count("Accept") > 1 ? chosen(request.joined("Accept")) : chosen(*accept);
 }
 
 }  // namespace
@@ -104,6 +118,7 @@ bool Engine::Impl::sync(Resource& resource) {
 }
 
 Outcome Engine::Impl::get(Context& context, bool fresh) {
+  if (asks_for_page(context.request)) return represent(context);  // it has no values: nothing to be read for it
   if (sync(*context.resource) && !fresh) return read_first(context, pulled_of(*context.resource));
   return represent(context);
 }
@@ -132,8 +147,11 @@ std::variant<const Rendering*, http::Response> Engine::Impl::negotiated(Context&
   const std::vector<std::string_view>* offers = is_context ? &only_json_ld : &all_offers();
   while (true) {
     const auto choice = http::negotiate(accept, *offers);
-    if (!choice) return problem(context, 406, "none of the accepted media types is available; there " +
-                                                 (is_context ? "is " + std::string(only_json_ld.front()) : "are " + list_of_offers()));
+    if (!choice) {
+      const std::string there = is_context ? "is " + std::string(only_json_ld.front())
+                                           : "are " + list_of_offers() + (asked_protocol(context) ? "" : ", text/html");
+      return problem(context, 406, "none of the accepted media types is available; there " + there);
+    }
     const Form form = *form_of((*offers)[*choice]);
     Result<const Rendering*> rendered = render(resource, context.base, form, context.page);
     if (rendered) return *rendered;
@@ -151,9 +169,12 @@ http::Response Engine::Impl::represent(Context& context) {
   Resource& resource = *context.resource;
   const std::optional<std::string_view> accept = context.request.find("Accept");
   const std::string joined = accept && context.request.count("Accept") > 1 ? context.request.joined("Accept") : std::string();
-  const bool minimal = is_container(resource) && asks_for_minimal_container(context.preferences);
+  std::optional<Rendering> page;
+  if (asks_for_page(context.request)) page = page_of(resource, context.base, context.page);
+  const bool minimal = !page && is_container(resource) && asks_for_minimal_container(context.preferences);
   if (minimal) context.page = minimal_page;
-  auto chosen = negotiated(context, joined.empty() ? accept : std::string_view(joined));
+  std::variant<const Rendering*, http::Response> chosen = page ? &*page : nullptr;
+  if (!page) chosen = negotiated(context, joined.empty() ? accept : std::string_view(joined));
   if (auto* answer = std::get_if<http::Response>(&chosen)) return std::move(*answer);
   const Rendering* rendering = std::get<const Rendering*>(chosen);
 
@@ -198,6 +219,18 @@ http::Response Engine::Impl::represent(Context& context) {
     response.set_body(rendering->body->substr(range.first, range.length));
   }
   return response;
+}
+
+Rendering Engine::Impl::page_of(Resource& resource, std::size_t base, std::size_t page) {
+  Rendering made{&resource, base, {}, page, 0, 0, {}, {}, page_tag(), page_html()};
+  add_page_fields(made.fields);
+  made.fields.add("ETag", made.tag);
+  made.fields.add("Vary", "Accept");
+  made.fields.add("Cache-Control", "no-cache");
+  made.fields.add("Accept-Ranges", "bytes");
+  add_allow(made.fields, resource);
+  add_links(made.fields, resource, bases_[base], page);
+  return made;
 }
 
 Result<const Rendering*> Engine::Impl::render(Resource& resource, std::size_t base, Form form, std::size_t page) {

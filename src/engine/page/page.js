@@ -1,0 +1,1237 @@
+// The page for people. It is the same for every resource: it looks at its own address, reads that as N-Triples and follows the links
+// it finds; no path is assumed. What changes comes by WebSocket, or by asking again where there is none.
+
+// ---- vocabularies
+
+const space = (base) => (name) => base + name;
+const rdf = space("http://www.w3.org/1999/02/22-rdf-syntax-ns#");
+const rdfs = space("http://www.w3.org/2000/01/rdf-schema#");
+const xsd = space("http://www.w3.org/2001/XMLSchema#");
+const sh = space("http://www.w3.org/ns/shacl#");
+const ldp = space("http://www.w3.org/ns/ldp#");
+const dcterms = space("http://purl.org/dc/terms/");
+const prov = space("http://www.w3.org/ns/prov#");
+const vom = space("http://vocab.arvida.de/2015/06/vom/vocab#");
+const qudt = space("http://qudt.org/schema/qudt/");
+const http = space("http://www.w3.org/2011/http#");
+const hybrit = space("https://hybr-it-projekt.de/ns/hybr-it#");
+const lrt = space("https://w3id.org/lrt/ns#");
+
+const UNIT_PREDICATES = [qudt("unit"), vom("unit")];
+const NUMBER_TYPES = ["decimal", "float", "double"].map(xsd);
+const INTEGER_TYPES = ["integer", "int", "long", "short", "byte", "nonNegativeInteger", "positiveInteger", "nonPositiveInteger",
+  "negativeInteger", "unsignedInt", "unsignedLong", "unsignedShort", "unsignedByte"].map(xsd);
+
+// ---- RDF: `g` is a Graph; a node is the text of its IRI or "_:label"; an object is { id } or { value, type, lang }
+
+class Graph {
+  about = new Map();
+
+  add(subject, predicate, object) {
+    if (!this.about.has(subject)) this.about.set(subject, []);
+    this.about.get(subject).push([predicate, object]);
+  }
+  of(subject) { return this.about.get(subject) ?? []; }
+  all(subject, predicate) { return this.of(subject).filter(([p]) => p === predicate).map(([, o]) => o); }
+  one(subject, predicate) { return this.all(subject, predicate)[0]; }
+  ids(subject, predicate) { return this.all(subject, predicate).flatMap((o) => o.id ?? []); }
+  id(subject, predicate) { return this.ids(subject, predicate)[0]; }
+  text(subject, predicate) { const o = this.one(subject, predicate); return o && (o.id ?? o.value); }
+  number(subject, predicate) { const t = this.text(subject, predicate); return t === undefined ? undefined : toNumber(t); }
+  is(subject, type) { return this.ids(subject, rdf("type")).includes(type); }
+  subjects(predicate, id) {
+    return [...this.about].filter(([, said]) => said.some(([p, o]) => p === predicate && o.id === id)).map(([s]) => s);
+  }
+  isList(node) { return node === rdf("nil") || this.one(node, rdf("first")) !== undefined; }
+  list(head) {
+    const items = [];
+    for (let at = head; at && at !== rdf("nil") && items.length < 10000; at = this.id(at, rdf("rest"))) {
+      const first = this.one(at, rdf("first"));
+      if (first) items.push(first);
+    }
+    return items;
+  }
+}
+
+const ESCAPES = { t: "\t", b: "\b", n: "\n", r: "\r", f: "\f" };
+const unescape = (text) => !text.includes("\\") ? text
+  : text.replace(/\\(?:u([0-9A-Fa-f]{4})|U([0-9A-Fa-f]{8})|(.))/g,
+    (_, u, U, c) => c ? ESCAPES[c] ?? c : String.fromCodePoint(parseInt(u ?? U, 16)));
+
+function parse(text) {
+  const g = new Graph();
+  const term = /\s*(?:<([^>]*)>|(_:\S+)|"((?:[^"\\]|\\.)*)"(?:@([A-Za-z0-9-]+)|\^\^<([^>]*)>)?)/y;
+  const next = (line) => {
+    const found = term.exec(line);
+    if (!found) return null;
+    if (found[1] !== undefined) return { id: unescape(found[1]) };
+    if (found[2] !== undefined) return { id: found[2] };
+    return { value: unescape(found[3]), lang: found[4], type: found[4] ? rdf("langString") : unescape(found[5] ?? xsd("string")) };
+  };
+  for (const line of text.split("\n")) {
+    term.lastIndex = 0;
+    const s = next(line), p = s && next(line), o = p && next(line);
+    if (o) g.add(s.id, p.id, o);
+  }
+  return g;
+}
+
+const isBlank = (id) => id.startsWith("_:");
+const quoted = (text) => `"${text.replace(/["\\]/g, "\\$&").replace(/\n/g, "\\n").replace(/\r/g, "\\r")}"`;
+const written = (o) => o.id ? (isBlank(o.id) ? o.id : `<${o.id}>`)
+  : quoted(o.value) + (o.lang ? "@" + o.lang : o.type && o.type !== xsd("string") ? `^^<${o.type}>` : "");
+
+function toNumber(text) {
+  const special = { INF: Infinity, "+INF": Infinity, "-INF": -Infinity };
+  return text in special ? special[text] : text.trim() === "" ? NaN : Number(text);
+}
+const isNumeric = (o) => NUMBER_TYPES.includes(o.type) || INTEGER_TYPES.includes(o.type);
+
+// ---- words
+
+const localName = (iri) => {
+  const name = iri.replace(/[/#]+$/, "").split(/[/#]/).pop();
+  try { return decodeURIComponent(name); } catch { return name; }
+};
+const humanised = (name) => name.replace(/([a-z0-9])([A-Z])(?![A-Z])/g, (_, a, b) => `${a} ${b.toLowerCase()}`).replaceAll("_", " ");
+
+const UNITS = { RAD: "rad", DEG: "°", M: "m", MilliM: "mm", CentiM: "cm", KiloM: "km", SEC: "s", MilliSEC: "ms", MIN: "min", HR: "h",
+  KiloGM: "kg", GM: "g", DEG_C: "°C", PERCENT: "%", UNITLESS: "", NUM: "", HZ: "Hz", PA: "Pa", OHM: "Ω", Radian: "rad", Degree: "°" };
+const unitPart = (part) => {
+  const [, name, power] = /^(.+?)([2-4]?)$/.exec(part);
+  return (UNITS[name] ?? name) + (power && "²³⁴"[power - 2]);
+};
+const unitText = (iri) => !iri ? "" : localName(iri).split("-PER-").map((side) => side.split("-").map(unitPart).join("·")).join("/");
+
+/// For reading at a glance; the whole number stands in the title. What moves keeps its places, so that it does not jump.
+function numberText(o, moving) {
+  const n = toNumber(o.value);
+  if (!Number.isFinite(n) || INTEGER_TYPES.includes(o.type)) return o.value;
+  const size = Math.abs(n);
+  if (size !== 0 && (size >= 1e6 || size < 1e-3) && !moving) return String(Number(n.toPrecision(5)));
+  return moving ? n.toFixed(3) : String(Number(n.toFixed(4)));
+}
+
+function ago(ms) {
+  const s = Math.round(ms / 1000);
+  if (s < 2) return "now";
+  if (s < 90) return `${s} s ago`;
+  if (s < 5400) return `${Math.round(s / 60)} min ago`;
+  return s < 129600 ? `${Math.round(s / 3600)} h ago` : `${Math.round(s / 86400)} days ago`;
+}
+
+// ---- elements. Text is only ever set as text; no style attribute, no handler in markup.
+
+/// h("p.quiet", { title }, children ...): the properties may be left out.
+function h(selector, properties, ...children) {
+  const [tag, ...classes] = selector.split(".");
+  const element = document.createElement(tag);
+  if (classes.length) element.className = classes.join(" ");
+  if (properties?.constructor !== Object) children.unshift(properties);
+  else for (const [name, value] of Object.entries(properties)) {
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (value ?? false) element.setAttribute(name, value === true ? "" : value);
+  }
+  element.append(...children.flat(3).filter((c) => c ?? false));
+  return element;
+}
+const button = (words, onclick, more) => h("button.small", { type: "button", onclick, ...more }, words);
+const $ = (id) => document.getElementById(id);
+const say = (element, text) => { if (element.textContent !== text) element.textContent = text; };
+let lastId = 0;
+const freshId = () => "i" + ++lastId;
+
+const isWeb = (iri) => /^https?:/i.test(iri);
+function linkTo(iri, text) {
+  if (isOurs(iri)) return h("a", { href: local(iri), title: iri }, text ?? pathText(iri));
+  return isWeb(iri) ? h("a", { href: iri, title: iri, rel: "noreferrer" }, text ?? localName(iri)) : h("span", { title: iri }, text ?? iri);
+}
+const chips = (g, node) => g.ids(node, rdf("type")).map((t) => h("span.chip", { title: t }, localName(t)));
+
+function copyable(text) {
+  const code = h("code", text), copy = button("Copy", async () => {
+    try {
+      await navigator.clipboard.writeText(text);
+    } catch {  // not a secure context
+      getSelection().selectAllChildren(code);
+      document.execCommand("copy");
+    }
+    say(copy, "Copied");
+    setTimeout(() => say(copy, "Copy"), 1500);
+  });
+  return h("div.copyable", code, copy);
+}
+
+// ---- talking to the robot
+
+const N_TRIPLES = "application/n-triples", JSON_LD = "application/ld+json";
+let robotOrigin = location.origin;  // of the IRIs in representations, where a public base makes it another than ours
+let skew = 0;                       // of the robot's clock, where it is more than what a Date field can tell
+
+const isOurs = (iri) => { try { return [location.origin, robotOrigin].includes(new URL(iri).origin); } catch { return false; } };
+const local = (iri) => iri.startsWith(robotOrigin + "/") ? location.origin + iri.slice(robotOrigin.length) : iri;
+const withoutHash = (iri) => iri.split("#")[0];
+const pathText = (iri) => { try { return decodeURIComponent(new URL(iri).pathname.slice(1)) || "Robotic Things"; } catch { return iri; } };
+
+class Lost extends Error {}
+class Problem extends Error {
+  constructor(status, title, detail, report) { super(detail || title); Object.assign(this, { status, title, report }); }
+}
+
+/// An answer; throws a Problem for what is refused and Lost when nobody answers.
+async function ask(method, iri, { accept = `${N_TRIPLES}, application/problem+json;q=0.9`, body, etag } = {}) {
+  const headers = { Accept: accept };
+  if (body !== undefined) headers["Content-Type"] = N_TRIPLES;
+  if (etag) headers["If-None-Match"] = etag;
+  let response, text;
+  try {  // not stored: this address is the page's in the browser's cache
+    response = await fetch(local(withoutHash(iri)), { method, headers, body, cache: "no-store" });
+    text = await response.text();
+  } catch { throw new Lost("the robot does not answer"); }
+  const off = Date.parse(response.headers.get("Date")) - Date.now();
+  if (Number.isFinite(off)) skew = Math.abs(off) < 3000 ? 0 : off;
+  const type = (response.headers.get("Content-Type") ?? "").split(";")[0];
+  const g = type === N_TRIPLES ? parse(text) : new Graph();
+  if (response.status >= 400) {
+    let detail = "";
+    if (type.endsWith("json")) try { detail = JSON.parse(text).detail; } catch { /* the status says enough */ }
+    throw new Problem(response.status, `${response.status} ${response.statusText}`, detail, type === N_TRIPLES ? g : null);
+  }
+  return { status: response.status, g, text, type, etag: response.headers.get("ETag"), field: (name) => response.headers.get(name) ?? "" };
+}
+
+/// Targets of Link fields by relation (RFC 8288).
+function links(answer, rel) {
+  return [...answer.field("Link").matchAll(/<([^>]*)>\s*;\s*rel="([^"]*)"/g)].filter((l) => l[2].split(" ").includes(rel)).map((l) => l[1]);
+}
+
+const kept = new Map();
+/// What was just asked for, so that the parts of a page need not all ask. OPTIONS is kept longer: it tells of structure.
+function known(iri, method = "GET", ms = 5000) {
+  const key = method + iri;
+  if (!kept.has(key)) {
+    const asked = ask(method, iri);
+    asked.catch(() => kept.delete(key));
+    kept.set(key, asked);
+    setTimeout(() => kept.delete(key), ms);
+  }
+  return kept.get(key);
+}
+/// What OPTIONS says: it reads no value.
+async function optionsOf(iri) {
+  const answer = await known(iri, "OPTIONS", 60000), methods = answer.field("Allow").split(/[\s,]+/);
+  return { allows: (m) => methods.includes(m), up: links(answer, "up")[0], constrainedBy: links(answer, ldp("constrainedBy"))[0] };
+}
+
+/// Keeps somebody up to date with a resource: by WebSocket, else by asking every two seconds. After a loss it comes back by itself.
+class Watch {
+  static most = 6;  // open sockets; what is more is asked for
+  static all = new Set();
+  static onchange = () => {};
+
+  constructor(iri, on, { socket = true, every = 2000 } = {}) { Object.assign(this, { iri, on, every, mayOpen: socket, tries: 0, socketAfter: 0 }); }
+
+  start() {
+    if (this.running) return;
+    this.running = true;
+    Watch.all.add(this);
+    this.go();
+  }
+  stop() {
+    this.running = false;
+    Watch.all.delete(this);
+    clearTimeout(this.timer);
+    const { socket } = this;
+    if (socket?.readyState === 0) socket.onopen = () => socket.close();  // at once it would be a warning
+    else socket?.close();
+    this.socket = null;
+    Watch.onchange();
+  }
+  mark(state) {
+    this.state = state;
+    this.on.state?.(state);
+    Watch.onchange();
+  }
+  later(ms) {
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.running && this.go(), ms);
+  }
+  lost() {
+    const pause = Math.min(8000, 500 * 2 ** this.tries++) * (0.75 + Math.random() / 2);
+    this.mark("lost");
+    this.later(pause);
+  }
+  go() {
+    const open = [...Watch.all].filter((w) => w.socket).length;
+    if (this.mayOpen && open < Watch.most && Date.now() >= this.socketAfter) this.open();
+    else this.poll();
+  }
+  open() {
+    const url = new URL(local(this.iri));
+    url.protocol = url.protocol.replace("http", "ws");
+    url.searchParams.set("accept", N_TRIPLES);
+    url.searchParams.set("minimumInterval", "0.1");
+    url.searchParams.set("queueLength", "0");  // an invocation's would be told late, one after the other
+    let socket, opened = false;
+    try { socket = this.socket = new WebSocket(url); } catch {  // a browser for which 'self' does not cover it
+      this.socketAfter = Infinity;
+      return this.poll();
+    }
+    socket.onopen = () => {
+      opened = true;
+      this.tries = 0;
+      if (this.socket === socket) this.mark("live");
+    };
+    socket.onmessage = (event) => { if (this.socket === socket) this.on.g(parse(event.data)); };
+    socket.onclose = (event) => {
+      if (this.socket !== socket) return;
+      this.socket = null;
+      if (event.code === 1000) {  // somebody has cancelled the subscription, perhaps here
+        this.over = true;
+        this.stop();
+        this.mark("cancelled");
+      } else {
+        if (!opened) this.socketAfter = Date.now() + 30000;  // refused, or nobody is there: asking tells
+        this.poll();
+      }
+    };
+  }
+  async poll() {
+    try {
+      const answer = await ask("GET", this.iri, { etag: this.etag });
+      if (!this.running) return;
+      const back = this.state === "lost" && this.mayOpen;
+      if (back) this.socketAfter = 0;
+      this.tries = 0;
+      this.mark("asking");
+      if (answer.status === 200) {
+        this.etag = answer.etag;
+        this.on.g(answer.g, answer);
+      }
+      this.later(back ? 0 : this.every);
+    } catch (e) {
+      if (!this.running) return;
+      if (e instanceof Lost) return this.lost();
+      this.mark("asking");
+      this.on.problem?.(e);
+      if (e.status === 404) this.stop();
+      else this.later(this.every);
+    }
+  }
+}
+
+Watch.onchange = () => {
+  const states = [...Watch.all].map((w) => w.state);
+  const state = states.includes("lost") ? "lost" : states.includes("live") ? "live" : states.includes("asking") ? "asking" : "";
+  const words = { lost: "Connection lost, trying again", live: "Live", asking: "Live, by asking again" };
+  $("link").className = state;
+  say($("link"), words[state] ?? "");
+  document.body.classList.toggle("lost", state === "lost");
+};
+
+// A page that nobody looks at holds no connection for long, and none when it is left: browsers keep it for the way back.
+let hiddenTimer, resting = [];
+const rest = () => { resting.push(...Watch.all); resting.forEach((w) => w.stop()); };
+const wake = () => resting.splice(0).forEach((w) => w.start());
+document.addEventListener("visibilitychange", () => {
+  clearTimeout(hiddenTimer);
+  if (document.hidden) hiddenTimer = setTimeout(rest, 20000);
+  else wake();
+});
+addEventListener("pagehide", rest);
+addEventListener("pageshow", wake);
+
+// ---- values
+
+const NOT_VALUES = new Set([rdf("type"), rdfs("seeAlso"), rdfs("label"), rdfs("comment"), dcterms("modified"), dcterms("title"),
+  dcterms("description"), ...UNIT_PREDICATES]);
+const UNNAMED = new Set([vom("numericalValue"), rdf("value")]);
+
+/// What a node says as a flat list of { path: [words], objects, names, unit }; a vector is one of them, and so is a list of scalars.
+function leaves(g, node, path = [], seen = new Set()) {
+  if (seen.has(node)) return [];
+  seen.add(node);
+  const unit = unitText(UNIT_PREDICATES.map((p) => g.id(node, p)).find(Boolean));
+  const inside = (o) => o.id && g.about.has(o.id) && (isBlank(o.id) || withoutHash(o.id) === withoutHash(node));
+  return g.of(node).filter(([p]) => !NOT_VALUES.has(p)).flatMap(([p, o]) => {
+    const here = UNNAMED.has(p) ? path : [...path, humanised(localName(p))];
+    if (o.id && g.isList(o.id)) {
+      const items = g.list(o.id).map((item) => inside(item) ? leaves(g, item.id, [], seen) : [{ path: [], objects: [item], unit }]);
+      if (items.every((i) => i.length === 1 && i[0].objects.length === 1)) return [{ path: here, objects: items.map((i) => i[0].objects[0]), isList: true, unit: unit || items[0]?.[0].unit }];
+      return items.flatMap((inner, i) => inner.map((leaf) => ({ ...leaf, path: [...here, String(i + 1), ...leaf.path] })));
+    }
+    if (!inside(o)) return [{ path: here, objects: [o], unit }];
+    const inner = leaves(g, o.id, here, seen), names = inner.map((l) => l.path.at(-1));
+    const isVector = inner.length > 1 && inner.length < 5 && inner.every((l) => l.path.length === here.length + 1 && l.path.at(-1).length < 3 && l.unit === inner[0].unit && l.objects.length === 1 && !l.isList);
+    return isVector ? [{ path: here, objects: inner.map((l) => l.objects[0]), names, unit: inner[0].unit }] : inner;
+  });
+}
+const isTrue = (o) => o.value === "true" || o.value === "1";
+const objectText = (o, moves) => o.id ? localName(o.id) : isNumeric(o) ? numberText(o, moves) : o.type === xsd("boolean") ? (isTrue(o) ? "yes" : "no") : o.value;
+
+/// Shows leaves in an element; touches only text as long as they have the same names.
+class ValueView {
+  element = h("div.value");
+  show(all, plot) {
+    const key = JSON.stringify(all.map((l) => l.path));
+    if (key !== this.key) {
+      this.key = key;
+      this.cells = all.map(() => [h("span.number"), " ", h("span.unit")]);
+      this.element.replaceChildren(!all.length ? quiet("no value yet") : all.length === 1 && !all[0].path.length ? h("p.big", this.cells)
+        : h("dl", all.map((l, i) => [h("dt", l.path.join(" › ") || "value"), h("dd", this.cells[i])])));
+    }
+    all.forEach(({ objects, names, isList, unit, ...leaf }, i) => {
+      const [number, , units] = this.cells[i], moves = plot?.moves(leaf);
+      const shown = objects.slice(0, 12).map((o, n) => (names ? names[n] + "\u00a0" : "") + objectText(o, moves)).join(names ? "  " : ", ") + (objects.length > 12 ? `, … (${objects.length})` : "");
+      say(number, isList ? `[${shown}]` : shown);
+      number.title = objects.slice(0, 50).map((o) => o.id ?? o.value).join(" ");
+      say(units, unit ?? "");
+    });
+  }
+}
+
+// ---- plots: the last minute of each number
+
+const MINUTE = 60000;
+const calm = matchMedia("(prefers-reduced-motion: reduce)");
+const plots = new Set();  // in sight
+
+class Plot {
+  series = new Map();  // by name: [[time, number], ...]
+  constructor() {
+    this.canvas = h("canvas", { role: "img", "aria-label": "the last minute" });
+    this.legend = h("p.legend", { "aria-hidden": "true" });
+    this.element = h("figure.plot", { hidden: true }, this.canvas, this.legend);
+  }
+  add(all) {
+    const now = performance.now();
+    for (const { path, objects, names, isList } of all) objects.slice(0, 8).forEach((o, i) => {
+      const n = isNumeric(o) ? toNumber(o.value) : NaN, name = [...path, names?.[i] ?? (isList ? `${i + 1}` : "")].filter(Boolean).join(" › ");
+      if (!Number.isFinite(n)) return;
+      if (!this.series.has(name)) this.series.set(name, []);
+      const points = this.series.get(name);
+      points.push([now, n]);
+      // One from before the minute stays: it is where the line comes from.
+      while (points.length > 2 && points[1][0] < now - MINUTE) points.shift();
+    });
+  }
+  moved() { return [...this.series].filter(([, points]) => points.some((p) => p[1] !== points[0][1])); }
+  moves({ path, words = path }) { return this.moved().some(([name, points]) => points.length > 5 && name.startsWith(words.join(" › "))); }
+  draw() {
+    // Those that have moved; else the first, if it is all there is.
+    const moved = this.moved().slice(0, 6), lines = moved.length || this.series.size > 1 || this.small ? moved : [...this.series];
+    this.element.hidden = lines.length === 0;
+    if (!lines.length) return;
+    const { canvas } = this, scale = devicePixelRatio || 1;
+    const width = canvas.clientWidth, height = canvas.clientHeight;
+    if (!width) return;
+    if (canvas.width !== Math.round(width * scale)) [canvas.width, canvas.height] = [Math.round(width * scale), Math.round(height * scale)];
+    const style = getComputedStyle(canvas), color = (name) => style.getPropertyValue(name);
+    const pen = canvas.getContext("2d");
+    pen.setTransform(scale, 0, 0, scale, 0, 0);
+    pen.clearRect(0, 0, width, height);
+    const now = performance.now(), numbers = lines.flatMap(([, points]) => points.map((p) => p[1]));
+    let low = Math.min(...numbers), high = Math.max(...numbers);
+    if (low === high) { low -= Math.abs(low) * 0.1 || 1; high += Math.abs(high) * 0.1 || 1; }
+    const label = (n) => String(Number(n.toPrecision(3)));
+    pen.font = "11px system-ui, sans-serif";
+    const left = Math.max(pen.measureText(label(low)).width, pen.measureText(label(high)).width) + 6, top = 7, bottom = height - 7;
+    const x = (t) => width - ((now - t) / MINUTE) * (width - left) - 2, y = (n) => bottom - ((n - low) / (high - low)) * (bottom - top);
+    pen.fillStyle = color("--quiet");
+    pen.strokeStyle = color("--line");
+    pen.lineWidth = 1;
+    pen.textBaseline = "middle";
+    pen.textAlign = "right";
+    for (const n of [low, high]) {
+      pen.fillText(label(n), left - 5, y(n));
+      pen.beginPath();
+      pen.moveTo(left, Math.round(y(n)) + 0.5);
+      pen.lineTo(width, Math.round(y(n)) + 0.5);
+      pen.stroke();
+    }
+    pen.save();
+    pen.beginPath();
+    pen.rect(left, 0, width - left, height);
+    pen.clip();
+    pen.lineWidth = 1.8;
+    pen.lineJoin = "round";
+    lines.forEach(([, points], i) => {
+      pen.strokeStyle = color(`--series${i}`);
+      pen.beginPath();
+      points.forEach(([t, n], j) => {
+        // What did not change was not told: a value holds until the next one.
+        if (j > 0 && t - points[j - 1][0] > 700) pen.lineTo(x(t), y(points[j - 1][1]));
+        if (j === 0) pen.moveTo(x(t), y(n));
+        else pen.lineTo(x(t), y(n));
+      });
+      pen.lineTo(x(now), y(points.at(-1)[1]));
+      pen.stroke();
+    });
+    pen.restore();
+    const key = lines.map(([name]) => name).join();
+    if (this.key !== key && (this.key = key) !== undefined)
+      this.legend.replaceChildren(...(lines.length > 1 || this.series.size > 1 ? lines.map(([name], i) => h(`span.key.series${i}`, name)) : []));
+    canvas.setAttribute("aria-label", `the last minute, between ${label(low)} and ${label(high)}`);
+  }
+}
+let drawn = 0;
+function drawPlots(now) {
+  if (now - drawn > (calm.matches ? 1000 : 66)) {
+    drawn = now;
+    for (const plot of plots) plot.draw();
+  }
+  requestAnimationFrame(drawPlots);
+}
+requestAnimationFrame(drawPlots);
+
+// ---- shapes as forms
+
+/// What a node shape asks for: { fields, fixed, classes, unit }. Whatever a form cannot show is left to the robot to judge.
+function nodeModel(g, shape, depth = 0) {
+  const model = { fields: [], fixed: [], classes: [], unit: "" }, shapes = shape ? [shape] : [], byPath = new Map();
+  if (depth > 6) return model;
+  for (const s of shapes) {
+    const more = [...g.ids(s, sh("node")), ...listed(g, s, "and")];
+    // Of alternatives the last that asks for something: lrt writes "nothing, or this".
+    more.push(listed(g, s, "or").filter((id) => g.id(id, sh("property"))).pop());
+    shapes.push(...more.filter((m) => m && !shapes.includes(m) && shapes.length < 50));
+    model.classes.push(...g.ids(s, sh("targetClass")), ...g.ids(s, sh("class")));
+    for (const p of g.ids(s, sh("property"))) {
+      const path = g.id(p, sh("path"));
+      if (path && !isBlank(path)) byPath.set(path, [...(byPath.get(path) ?? []), p]);
+    }
+  }
+  for (const [path, parts] of byPath) {
+    const field = { ...valueModel(g, parts, depth), path }, only = field.choices?.length === 1 && field.choices[0];
+    if (field.most === 0) continue;
+    if (!only) model.fields.push(field);
+    else {
+      model.fixed.push([path, only]);
+      if (UNIT_PREDICATES.includes(path)) model.unit = unitText(only.id);
+    }
+  }
+  for (const field of model.fields) field.unit ||= model.unit;
+  return model;
+}
+/// Members of the lists that sh:or and sh:and name.
+const listed = (g, s, which) => g.ids(s, sh(which)).flatMap((l) => g.list(l).flatMap((o) => o.id ?? []));
+
+/// What the values of property shapes with one path must be.
+function valueModel(g, parts, depth) {
+  const field = { least: 0, most: Infinity, kind: "text", name: "" }, types = [];
+  for (const p of parts) {
+    field.name ||= g.text(p, sh("name")) ?? "";
+    field.description ??= g.text(p, sh("description"));
+    field.least = Math.max(field.least, g.number(p, sh("minCount")) ?? 0);
+    field.most = Math.min(field.most, g.number(p, sh("maxCount")) ?? Infinity);
+    field.choices ??= [...g.ids(p, sh("in")).map((l) => g.list(l)), ...g.all(p, sh("hasValue")).map((o) => [o])][0];
+    // Datatypes and bounds stand on the shape itself or in its alternatives.
+    for (const c of [p, ...listed(g, p, "or"), ...listed(g, p, "or").flatMap((o) => listed(g, o, "or"))]) {
+      types.push(...g.ids(c, sh("datatype")));
+      for (const side of ["min", "max"]) for (const kind of ["Inclusive", "Exclusive"]) {
+        const n = g.number(c, sh(side + kind));
+        if (n !== undefined && Math.abs(n) < 2e9) Object.assign(field, { [side]: n, [side + "Exclusive"]: kind === "Exclusive" });  // more is no bound for people
+      }
+    }
+    if (g.ids(p, sh("nodeKind")).includes(sh("IRI"))) field.kind = "iri";
+    const inner = [p, ...g.ids(p, sh("node"))].flatMap((n) => g.ids(n, sh("property")));
+    const element = inner.find((q) => g.list(g.id(q, sh("path"))).at(-1)?.id === rdf("first"));
+    const cells = inner.find((q) => g.id(g.id(q, sh("path")), sh("zeroOrMorePath")));
+    if (element) Object.assign(field, { kind: "list", element: valueModel(g, [element], depth + 1), shortest: (g.number(cells, sh("minCount")) ?? 1) - 1, longest: (g.number(cells, sh("maxCount")) ?? Infinity) - 1 });
+    else if (inner.length) Object.assign(field, { kind: "node", node: nodeModel(g, p, depth + 1) });
+  }
+  if (field.kind === "text") {
+    field.types = types;
+    if (types.some((t) => NUMBER_TYPES.includes(t)) || (!types.length && (field.min ?? field.max) !== undefined)) field.kind = "number";
+    else if (types.length && types.every((t) => INTEGER_TYPES.includes(t))) field.kind = "integer";
+    else if (types.includes(xsd("boolean"))) field.kind = "boolean";
+  }
+  return field;
+}
+
+function hint(field) {
+  const { min, max, types = [], least, kind } = field, bound = (n) => String(Number(n.toPrecision(6)));
+  const above = field.minExclusive ? "above " : "", below = field.maxExclusive ? "below " : "";
+  return [kind === "integer" && "whole number",
+    min !== undefined && max !== undefined ? `${above}${bound(min)} to ${below}${bound(max)}` : min !== undefined ? `${above || "at least "}${bound(min)}` : max !== undefined && `${below || "at most "}${bound(max)}`,
+    least === 0 && "may be left empty", types.includes(xsd("dayTimeDuration")) && "such as PT1.5S", types.includes(xsd("dateTime")) && "such as 2030-01-31T12:00:00Z",
+    kind === "iri" && "an IRI", field.description].filter(Boolean).join(", ");
+}
+const fieldName = (field) => field.name || (UNNAMED.has(field.path) ? "" : humanised(localName(field.path)));
+
+/// A number as the literal that suits it; what is none goes as it was typed, and the robot says what is wrong with it.
+function literalOf(text, { types = [], kind }) {
+  if (types.length === 1 || !["number", "integer"].includes(kind)) return { value: text, type: types[0] };
+  if (/^[+-]?\d+$/.test(text)) return { value: text, type: xsd("integer") };
+  if (/^[+-]?\d*\.\d+$/.test(text)) return { value: text, type: xsd("decimal") };
+  return { value: text, type: Number.isFinite(Number(text)) ? xsd("double") : undefined };
+}
+function niceStep(range) {
+  const power = 10 ** Math.floor(Math.log10(range / 200));
+  return [1, 2, 5, 10].map((n) => n * power).find((s) => range / s <= 200.01);
+}
+
+/// The controls of one form. Each knows the node and the predicate it is about, so that a report finds it. Parts are
+/// { element, write(triples, subject), read(graph, subject) }.
+class Form {
+  controls = [];
+
+  constructor(target, model) {
+    Object.assign(this, { target, model, parts: model.fields.map((f) => this.part(f, () => target)) });
+    this.element = h("div.fields", this.parts.map((p) => p.element));
+  }
+  part(field, subject) {
+    return field.kind === "node" ? this.node(field) : field.kind === "list" ? this.rows(field, subject) : this.single(field, subject);
+  }
+  /// Nodes get IRIs, so that the report can name them.
+  node(field) {
+    let node;
+    const { fields, fixed, classes } = field.node, alone = fields.length === 1;  // a node that carries one value is shown as that value
+    const inner = fields.map((f) => this.part(alone ? { ...f, name: fieldName(field), outer: field.path, least: field.least && f.least } : f, () => node));
+    const error = h("p.error");
+    const element = alone ? inner[0].element : h("fieldset", h("legend", fieldName(field)), inner.map((p) => p.element), error);
+    if (!alone) this.controls.push({ subject: () => node, outer: field.path, error });
+    return { element,
+      write: (triples, s) => {
+        node = `${this.target}#n${++this.nodes}`;
+        const own = [];
+        inner.forEach((p) => p.write(own, node));
+        if (own.length || field.least) triples.push([s, field.path, { id: node }], ...classes.map((c) => [node, rdf("type"), { id: c }]), ...fixed.map(([p, o]) => [node, p, o]), ...own);
+      },
+      read: (g, s) => { const n = g.id(s, field.path); if (n) inner.forEach((p) => p.read(g, n)); } };
+  }
+  rows(field, subject) {
+    const error = h("p.error"), list = h("ol"), parts = [], open = field.shortest !== field.longest, name = fieldName(field);
+    const changed = () => list.dispatchEvent(new Event("input", { bubbles: true }));
+    const add = () => {
+      const part = this.part({ ...field.element, path: rdf("first"), name: `${name} ${parts.length + 1}`, least: 1 }, () => null);
+      part.row = h("li", part.element, open && button("Remove", () => {
+        parts.splice(parts.indexOf(part), 1);
+        part.row.remove();
+        changed();
+      }));
+      parts.push(part);
+      list.append(part.row);
+    };
+    const resize = (n) => {
+      while (parts.length < n) add();
+      while (parts.length > n) parts.pop().row.remove();
+    };
+    resize(Math.max(0, field.shortest));
+    this.controls.push({ subject, path: field.path, isList: true, error });
+    return {
+      element: h("fieldset", h("legend", name || "values"), list, open && button("Add a row", () => { add(); changed(); list.lastChild.querySelector("input, select")?.focus(); }), error),
+      write: (triples, s) => {
+        const cell = (i) => ({ id: i < parts.length ? `_:c${s.length}x${at}x${i}` : rdf("nil") }), at = ++this.nodes;
+        triples.push([s, field.path, cell(0)]);
+        parts.forEach((p, i) => {
+          p.write(triples, cell(i).id);
+          triples.push([cell(i).id, rdf("rest"), cell(i + 1)]);
+        });
+      },
+      read: (g, s) => {
+        let at = g.id(s, field.path);
+        if (!at) return;
+        resize(g.list(at).length);
+        for (const p of parts) { p.read(g, at); at = g.id(at, rdf("rest")); }
+      } };
+  }
+  single(field, subject) {
+    const id = freshId(), error = h("p.error", { id: id + "e" }), note = hint(field), { kind, choices, path, least } = field;
+    const common = { id, "aria-describedby": `${id}h ${id}e`, "aria-required": least > 0 && kind !== "boolean" && "true" };
+    const label = h("label", { for: id }, fieldName(field) || "value", field.unit && ` [${field.unit}]`);
+    let input, slider, get, set;
+    if (choices) {
+      input = h("select", common, h("option", { value: "" }, least ? "choose …" : "none"), choices.map((o, i) => h("option", { value: String(i) }, o.id ? localName(o.id) : o.value)));
+      get = () => choices[input.value];
+      set = (o) => { input.value = choices.findIndex((c) => written(c) === written(o)); };
+    } else if (kind === "boolean") {
+      input = h("input", { ...common, type: "checkbox" });
+      get = () => ({ value: String(input.checked), type: xsd("boolean") });
+      set = (o) => { input.checked = isTrue(o); };
+    } else {
+      const isNumber = kind === "number" || kind === "integer", range = field.max - field.min;
+      // Text, not a number field: a browser gives no word of what it takes for no number, and the robot is to say what is wrong.
+      input = h(isNumber ? "input.short" : "input", { ...common, type: "text", inputmode: isNumber && "decimal", autocomplete: "off", spellcheck: "false" });
+      get = () => {
+        const text = isNumber ? input.value.trim().replace(",", ".") : input.value;
+        if (text === "" && (kind !== "text" || !least)) return;
+        return kind === "iri" ? { id: text } : literalOf(text, field);
+      };
+      if (isNumber && range > 0 && range <= 1e6) {
+        const step = kind === "integer" ? 1 : niceStep(range);
+        slider = h("input", { type: "range", min: String(field.min + (field.minExclusive ? step : 0)), max: String(field.max - (field.maxExclusive ? step : 0)), step: String(step), value: String(field.min),
+          "aria-label": `${label.textContent}, slider`, oninput: () => { input.value = slider.value; } });
+        input.addEventListener("input", () => { if (Number.isFinite(toNumber(input.value))) slider.value = input.value; });
+      }
+      set = (o) => {
+        input.value = o.id ?? o.value;
+        if (slider) slider.value = input.value;
+      };
+    }
+    this.controls.push({ subject, path, outer: field.outer, input, error });
+    return { element: h("div.field", kind === "boolean" ? h("div.line", input, label) : [label, h("div.line", slider, input)], h("p.hint", { id: id + "h" }, note), error),
+      write: (triples, s) => { const o = get(); if (o) triples.push([s, path, o]); },
+      read: (g, s) => { const o = g.one(s, path); if (o) set(o); } };
+  }
+
+  /// The body, as N-Triples about the target.
+  body() {
+    this.nodes = 0;
+    const { target, model } = this, triples = [...model.classes.map((c) => [target, rdf("type"), { id: c }]), ...model.fixed.map(([p, o]) => [target, p, o])];
+    this.parts.forEach((p) => p.write(triples, target));
+    return triples.map(([s, p, o]) => `${written({ id: s })} <${p}> ${written(o)} .\n`).join("");
+  }
+  read(g, subject) { this.parts.forEach((p) => p.read(g, subject)); }
+  clear() {
+    for (const c of this.controls) {
+      say(c.error, "");
+      c.input?.removeAttribute("aria-invalid");
+    }
+  }
+  /// Puts each result of a SHACL report beside the control it is about; what belongs to none is returned.
+  explain(report) {
+    const rest = [], { controls } = this;
+    let first;
+    for (const result of report.subjects(rdf("type"), sh("ValidationResult"))) {
+      if (report.subjects(sh("detail"), result).length) continue;
+      const path = report.id(result, sh("resultPath")), focus = report.id(result, sh("focusNode")), near = controls.filter((c) => c.subject() === focus);
+      const words = report.all(result, sh("resultMessage")).map((m) => m.value).join("; ");
+      const found = near.find((c) => c.path === path) ?? near.find((c) => !c.path) ?? controls.find((c) => path && (c.outer === path || c.path === path)) ?? controls.find((c) => c.isList && path && isBlank(path))
+        ?? (controls.length === 1 ? controls[0] : undefined);
+      if (!found) { rest.push(words); continue; }
+      say(found.error, [found.error.textContent, words].filter(Boolean).join("; "));
+      found.input?.setAttribute("aria-invalid", "true");
+      first ??= found.input;
+    }
+    first?.focus();
+    return rest.join("; ");
+  }
+}
+
+const shellQuoted = (text) => `'${text.replaceAll("'", "'\\''")}'`;
+
+/// A form with its button, and what the robot answers in place. done(answer) may say something.
+function formElement({ target, model, method, title, name, done }) {
+  const form = new Form(withoutHash(target), model), answer = h("p.answer", { role: "status" }), alert = h("p.answer.bad", { role: "alert" });
+  const submit = h("button.primary", { type: "submit" }, title);
+  const bodyOf = () => model.fields.length || model.fixed.length ? form.body() : undefined;
+  const showCurl = () => {
+    const body = bodyOf();
+    if (curl.open) curl.lastChild.replaceChildren(copyable(`curl -X ${method} ${body ? `-H 'Content-Type: ${N_TRIPLES}' --data-binary ${shellQuoted(body)} ` : ""}${shellQuoted(local(target))}`));
+  };
+  const curl = h("details.curl", { ontoggle: showCurl }, h("summary", "as curl"), h("div"));
+  const element = h("form", { novalidate: true, "aria-label": name, oninput: () => { form.dirty = true; showCurl(); }, onsubmit: async (event) => {
+    event.preventDefault();
+    say(answer, "");
+    say(alert, "");
+    form.clear();
+    submit.disabled = true;
+    try {
+      const said = await ask(method, target, { body: bodyOf() });
+      form.dirty = false;
+      say(answer, await done(said, form) ?? "Done");
+    } catch (e) {
+      say(alert, e.report ? `Not accepted (${e.status}). ${form.explain(e.report)}` : problemText(e));
+    }
+    submit.disabled = false;
+  } }, form.element, h("div.line", submit, curl), answer, alert);
+  return Object.assign(form, { whole: element });
+}
+
+// ---- what is shown
+
+let view = { watches: new Set(), ticks: [] };
+
+function newView() {
+  view.gone = true;
+  view.watches.forEach((w) => w.stop());
+  view.observer?.disconnect();
+  plots.clear();
+  resting = [];
+  const seen = new Map();  // element: what begins and what ends with its being in sight
+  const observer = new IntersectionObserver((entries) => {
+    for (const e of entries) seen.get(e.target).forEach((act) => act[e.isIntersecting ? 0 : 1]());
+  }, { rootMargin: "80px" });
+  const inSight = (element, begin, end) => {
+    if (!seen.has(element)) seen.set(element, []);
+    seen.get(element).push([begin, end]);
+    observer.unobserve(element);  // for it to be told anew
+    observer.observe(element);
+  };
+  view = { watches: new Set(), ticks: [], observer, inSight,
+    /// Watches for as long as an element is in sight.
+    watch(element, iri, on, options) {
+      const w = new Watch(iri, on, options);
+      this.watches.add(w);
+      inSight(element, () => { if (!this.gone && !w.over) w.start(); }, () => w.stop());
+      return w;
+    },
+    plot(plot) { inSight(plot.element.parentElement, () => plots.add(plot), () => plots.delete(plot)); } };
+  return view;
+}
+setInterval(() => view.ticks.forEach((tick) => tick()), 1000);
+
+const problemText = (e) => e instanceof Problem && e.message !== e.title ? `${e.title}: ${e.message}` : e.message;
+const notice = (e) => h("p.bad", { role: "alert" }, problemText(e));
+const titleOf = (g, node) => g.text(node, dcterms("title")) ?? g.text(node, rdfs("label")) ?? localName(node);
+const quiet = (...words) => h("p.quiet", ...words);
+/// Something that may be refused, with a button.
+function command(words, act, failed, more) {
+  const b = button(words, async () => {
+    b.disabled = true;
+    try { await act(); } catch (e) { failed.replaceChildren(notice(e)); }
+    b.disabled = false;
+  }, more);
+  return b;
+}
+const age = (iso) => ago(Math.max(0, Date.now() + skew - Date.parse(iso)));
+function valueOf(g, node) {
+  const value = new ValueView();
+  value.show(leaves(g, node));
+  return value.element;
+}
+
+/// What a resource says that no other part of the page shows.
+function facts(g, node, hidden) {
+  const rows = new Map();
+  for (const [p, o] of g.of(node)) {
+    if (!hidden.includes(p) && !(o.id && isBlank(o.id))) rows.set(p, [...(rows.get(p) ?? []), o.id ? linkTo(o.id) : h("span", { lang: o.lang }, o.value)]);
+  }
+  return rows.size ? h("dl.facts", [...rows].map(([p, os]) => [h("dt", { title: p }, humanised(localName(p))), h("dd", os.flatMap((o, i) => i ? [", ", o] : o))])) : null;
+}
+function section(title, ...children) {
+  const id = freshId();
+  return h("section", { "aria-labelledby": id }, h("h2", { id }, title), children);
+}
+function card(kind, level, iri, name, ...children) {
+  const id = freshId();
+  return h(`article.card.${kind}`, { "aria-labelledby": id }, h("h" + level, { id }, iri ? h("a", { href: local(iri) }, name) : name), children);
+}
+function table(columns, rows, more = "") {
+  return h("div.scroll", h("table" + more, h("thead", h("tr", columns.map((c) => h("th", { scope: "col" }, c)))), h("tbody", rows)));
+}
+
+/// The same as text in the syntaxes on offer, and the line that fetches it.
+function source(iri) {
+  const code = h("code"), curl = h("div"), buttons = h("div.line", { role: "group", "aria-label": "Media type" });
+  const choose = async (type) => {
+    for (const b of buttons.children) b.setAttribute("aria-pressed", String(b.value === type));
+    curl.replaceChildren(copyable(`curl -H 'Accept: ${type}' ${shellQuoted(local(iri))}`));
+    try { say(code, (await ask("GET", iri, { accept: type })).text); } catch (e) { say(code, problemText(e)); }
+  };
+  const choice = ([words, value]) => button(words, () => choose(value), { value });
+  const details = h("details.source", { ontoggle: async () => {
+    if (!details.open || buttons.firstChild) return;
+    buttons.append(...[["Turtle", "text/turtle"], ["N-Triples", N_TRIPLES], ["RDF/XML", "application/rdf+xml"]].map(choice));
+    choose("text/turtle");
+    // JSON-LD where there is any: asked for beside what there always is, so that nothing is refused.
+    const answer = await ask("GET", iri, { accept: `${JSON_LD}, ${N_TRIPLES};q=0.1` }).catch(() => {});
+    if (answer?.type === JSON_LD) buttons.children[0].after(choice(["JSON-LD", JSON_LD]));
+  } }, h("summary", "Turtle, N-Triples, curl"), buttons, curl, h("pre", { tabindex: "0", "aria-label": "The resource as text" }, code));
+  return details;
+}
+
+// ---- properties
+
+/// The form of what is sent to a resource, by the shapes that its Link names; null if it has none.
+async function guardedBy(iri) {
+  const { constrainedBy } = await optionsOf(iri);
+  const g = (await known(constrainedBy)).g;
+  // Its shape: the one that targets it, or the one that is called as it is below its thing.
+  const shape = g.subjects(sh("targetNode"), iri)[0] ?? [...g.about.keys()].find((s) => s.includes("#") && iri.endsWith("/" + s.split("#")[1]));
+  return nodeModel(g, shape);
+}
+
+/// A value, its age and its last minute; with a form if it can be written.
+function propertyCard(iri, large) {
+  const value = new ValueView(), plot = new Plot(), when = h("p.age.quiet"), write = h("div.write"), name = humanised(localName(iri));
+  const element = card(large ? "property.large" : "property", large ? 2 : 3, !large && iri, large ? "Value" : name, value.element, when, plot.element, write);
+  let last, form;
+  const tick = () => {
+    const modified = last?.text(iri, dcterms("modified"));
+    say(when, modified ? age(modified) : "");
+    when.title = modified ?? "";
+  };
+  view.ticks.push(tick);
+  view.plot(plot);
+  const prefill = () => { if (form && last && !form.dirty && !form.whole.contains(document.activeElement)) form.read(last, iri); };
+  const update = (g) => {
+    last = g;
+    const all = leaves(g, iri);
+    plot.add(all);
+    value.show(all, plot);
+    tick();
+    prefill();
+  };
+  const fail = (e) => {
+    value.key = null;
+    value.element.replaceChildren(notice(e));
+  };
+  (async () => {
+    if (!(await optionsOf(iri)).allows("PUT")) return;
+    form = formElement({ target: iri, model: await guardedBy(iri), method: "PUT", title: "Set", name: `Set ${name}`, done: async () => {
+      const { g } = await ask("GET", iri);
+      update(g);
+      form.read(g, iri);
+      return "Set";
+    } });
+    write.append(form.parts.length ? form.whole : quiet("Its shape is none that a form can show."));
+    prefill();
+  })().catch((e) => write.replaceChildren(notice(e)));
+  return { element, update, fail };
+}
+
+/// A property in one line, for a thing among others.
+function propertyRow(iri) {
+  const value = new ValueView(), plot = Object.assign(new Plot(), { small: true });
+  const element = h("div.row", h("a", { href: local(iri) }, humanised(localName(iri))), value.element, plot.element);
+  view.plot(plot);
+  return { element, fail: () => {}, update: (g) => {
+    const all = leaves(g, iri);
+    plot.add(all);
+    const one = all.find((l) => plot.moves(l)) ?? all[0];
+    value.show(one ? [{ ...one, words: one.path, path: [] }] : [], plot);
+  } };
+}
+
+// ---- actions
+
+function invocationRow(iri, large) {
+  const status = h("span.status"), bar = h("progress", { max: "1", "aria-label": "Progress" }), percent = h("span.number"), note = h("div"), when = h("span.quiet");
+  const cancel = command("Cancel", () => ask("DELETE", iri), note, { hidden: true });
+  const element = h(large ? "div" : "li", h("div.line", status, bar, percent, cancel, when, !large && h("a.quiet", { href: local(iri) }, "details")), note);
+  let last;
+  const tick = () => {
+    if (!last) return;
+    const time = (p) => last.text(iri, p), from = time(prov("startedAtTime")) ?? time(dcterms("created")), to = time(prov("endedAtTime"));
+    say(when, to ? `${((Date.parse(to) - Date.parse(from)) / 1000).toFixed(1)} s, ${age(to)}` : `since ${Math.max(0, Math.round((Date.now() + skew - Date.parse(from)) / 1000))} s`);
+  };
+  view.ticks.push(tick);
+  const be = (name, over) => {
+    say(status, name);
+    status.className = `status ${name}`;
+    bar.hidden = percent.hidden = cancel.hidden = over;
+  };
+  const watch = view.watch(element, iri, {
+    g: (g) => {
+      last = g;
+      const name = localName(g.id(iri, lrt("status")) ?? "?"), error = g.text(iri, lrt("error"));
+      watch.over = ["succeeded", "failed", "cancelled"].includes(name);
+      be(name, watch.over);
+      bar.value = g.number(iri, lrt("progress")) ?? 0;
+      say(percent, `${Math.round(bar.value * 100)} %`);
+      tick();
+      note.replaceChildren(...["input", "result"].flatMap((part) => {
+        const node = g.id(iri, lrt(part));
+        return node ? h("div.io", h("span.quiet", part), valueOf(g, node)) : [];
+      }), ...(error ? [h("p.bad", error)] : []));
+      if (watch.over) watch.stop();
+    },
+    problem: (e) => {
+      if (e.status !== 404) return note.replaceChildren(notice(e));
+      watch.over = true;
+      be("forgotten", true);
+    },
+  });
+  return element;
+}
+
+function actionCard(iri, large, first) {
+  const name = humanised(localName(iri)), body = h("div"), list = h("ul.invocations", { role: "list", "aria-label": "Invocations" }), seen = new Set(), most = large ? 40 : 5;
+  const element = card("action", large ? 2 : 3, !large && iri, large ? "Run" : name, body, list);
+  const list1 = (invocation) => {
+    if (seen.has(invocation)) return;
+    seen.add(invocation);
+    list.prepend(invocationRow(invocation));
+    while (list.childElementCount > most) list.lastChild.remove();
+  };
+  const update = (g) => {
+    if (!body.firstChild) {
+      const binding = g.id(iri, hybrit("binding"));
+      body.append(formElement({ target: g.text(binding, http("requestURI")) ?? iri, method: localName(g.id(binding, http("mthd")) ?? "POST"),
+        model: nodeModel(g, g.id(iri, hybrit("consumes"))), title: name, name: `Run ${name}`, done: (answer) => {
+          const made = answer.field("Location");
+          if (made) list1(made);
+          return "Sent";
+        } }).whole);
+    }
+    g.ids(iri, lrt("invocation")).slice(-most).forEach(list1);
+  };
+  if (first) update(first);
+  view.watch(element, iri, { g: update, problem: (e) => list.replaceChildren(notice(e)) });
+  return element;
+}
+
+// ---- containers
+
+/// Keeps one element for each member. They cannot be observed: asked for.
+function members(element, list, container, make, every) {
+  const rows = new Map();
+  return view.watch(element, container, { problem: (e) => list.replaceChildren(notice(e)), g: (g) => {
+    const now = g.ids(container, ldp("contains"));
+    for (const [m, row] of rows) if (!now.includes(m)) { row.remove(); rows.delete(m); }
+    for (const m of now) {
+      if (rows.has(m)) continue;
+      rows.set(m, make(m));
+      list.append(rows.get(m));
+    }
+    element.classList.toggle("empty", !now.length);
+  } }, { socket: false, every });
+}
+
+const SUBSCRIPTION = ["Of", "By", "Delivered", "Dropped", "Since", "Last error", ""];
+function subscriptionRow(iri, gone) {
+  const cells = SUBSCRIPTION.map((name) => h("td", { "data-label": name || null })), [what, how, delivered, dropped, since, error, last] = cells;
+  const element = h("tr", cells);
+  last.append(command("Cancel", async () => { await ask("DELETE", iri); gone(); }, error));
+  view.watch(element, iri, { problem: () => {}, g: (g) => {
+    const text = (p) => g.text(iri, p) ?? "", of = text(hybrit("onResource")), queue = text(lrt("queueLength"));
+    if (what.title !== of) what.replaceChildren(linkTo(what.title = of));
+    say(how, [text(hybrit("callbackURL")) || "WebSocket", text(hybrit("mediaType")), queue ? `queue of ${queue}` : "newest", text(lrt("suspended")) && "suspended"].filter(Boolean).join(", "));
+    say(delivered, text(lrt("delivered")));
+    say(dropped, text(lrt("dropped")));
+    say(since, age(text(dcterms("created"))));
+    say(error, text(lrt("lastError")));
+  } }, { socket: false, every: 1000 });
+  return element;
+}
+function subscriptions(container) {
+  const whole = table(SUBSCRIPTION, [], ".subscriptions"), element = h("div", whole, h("p.none.quiet", "Nobody is told of changes."));
+  const watch = members(element, whole.querySelector("tbody"), container, (iri) => subscriptionRow(iri, () => watch.later(0)), 1500);
+  return element;
+}
+
+function collectionCard(iri, large) {
+  const name = humanised(localName(iri)), list = h("ul.members", { role: "list" }), form = h("div");
+  const element = card("action", large ? 2 : 3, !large && iri, large ? "Members" : name, list, h("p.none.quiet", "empty"), form);
+  const watch = members(element, list, iri, (member) => {
+    const value = h("div"), error = h("p"), remove = command("Remove", async () => { await ask("DELETE", member); watch.later(0); }, error, { hidden: true });
+    optionsOf(member).then((o) => { remove.hidden = !o.allows("DELETE"); }, () => {});
+    ask("GET", member).then((a) => value.append(valueOf(a.g, member)), () => {});
+    return h("li", h("div.line", h("a", { href: local(member) }, localName(member)), remove), value, error);
+  });
+  (async () => {
+    if ((await optionsOf(iri)).allows("POST"))
+      form.append(formElement({ target: iri, model: await guardedBy(iri), method: "POST", title: "Add", name: `Add to ${name}`, done: () => { watch.later(0); return "Added"; } }).whole);
+  })().catch((e) => form.replaceChildren(notice(e)));
+  return element;
+}
+
+// ---- things
+
+/// Feeds properties from the state; each from itself if one of them spoils the whole.
+function watchState(element, state, shown, cancelled) {
+  const watch = view.watch(element, state, { g: (g) => shown.forEach((p) => p.update(g)), state: (s) => cancelled?.(s === "cancelled"),
+    problem: () => {
+      watch.over = true;
+      watch.stop();
+      for (const p of shown) view.watch(p.element, p.iri, { g: p.update, problem: p.fail });
+    } });
+  return watch;
+}
+const partsOf = (g, iri, make) => g.ids(iri, hybrit("property")).map((p) => ({ iri: p, ...make(p) }));
+
+/// A thing as one card among others; read when it comes in sight.
+function thingCard(iri, g, level = 3) {
+  const element = card("thing", level, iri, titleOf(g, iri), h("p", chips(g, iri).slice(1))), here = view;
+  let begun;
+  view.inSight(element, async () => {
+    if (begun) return;
+    begun = true;
+    try {
+      const said = (await known(iri)).g;
+      if (here.gone) return;
+      say(element.querySelector("a"), titleOf(said, iri));
+      const shown = partsOf(said, iri, propertyRow), actions = said.ids(iri, hybrit("action")), parts = said.ids(iri, dcterms("hasPart")).length;
+      element.append(...shown.map((p) => p.element));
+      if (actions.length) element.append(h("p.actions", h("span.quiet", "actions: "), actions.flatMap((a, i) => [i ? ", " : "", linkTo(a, humanised(localName(a)))])));
+      if (parts) element.append(quiet(`${parts} parts`));
+      element.classList.toggle("plain", !shown.length && !actions.length && !parts);
+      if (shown.length) watchState(element, said.id(iri, lrt("state")), shown);
+    } catch (e) { element.append(notice(e)); }
+  }, () => {});
+  return element;
+}
+const thingCards = (g, things, level) => h("div.cards", things.map((t) => thingCard(t, g, level)));
+
+function showThing(iri, g) {
+  const shown = partsOf(g, iri, propertyCard), ids = (p) => g.ids(iri, p), actions = ids(hybrit("action")), collections = ids(lrt("collection")), parts = ids(dcterms("hasPart"));
+  const stopped = h("p.bad", { hidden: true }, "This page's subscription was cancelled. ", button("Watch again", () => { watch.over = false; watch.start(); }));
+  const grid = h("div.cards", shown.map((p) => p.element));
+  const watch = shown.length && watchState(grid, g.id(iri, lrt("state")), shown, (is) => { stopped.hidden = !is; });
+  const list = subscriptionsOf(g.id(iri, hybrit("subscriptions")), g.id(iri, hybrit("blueprint")));
+  // Predicates that lead only to what is shown anyway: ros:rotation beside hybrit:property.
+  const all = [...ids(hybrit("property")), ...actions, ...collections], domain = g.of(iri).map(([p]) => p).filter((p) => g.all(iri, p).every((o) => all.includes(o.id)));
+  const about = facts(g, iri, [...THING_PARTS, ...domain]);
+  return [shown.length && section("Properties", stopped, grid), actions.length && section("Actions", h("div.cards.wide", actions.map((a) => actionCard(a)))),
+    collections.length && section("Collections", h("div.cards.wide", collections.map((c) => collectionCard(c)))), parts.length && section("Parts", thingCards(g, parts)),
+    about && section("About", about), list];
+}
+const THING_PARTS = [rdf("type"), lrt("state"), lrt("collection"), ...["title", "hasPart", "isPartOf"].map(dcterms), ...["property", "action", "subscriptions", "blueprint"].map(hybrit)];
+
+function subscriptionsOf(container, blueprint) {
+  const details = h("details", { ontoggle: () => { if (!details.children[1]) details.append(subscriptions(container)); } }, h("summary", "Who is told of changes"));
+  return section("Subscriptions and shapes", details, h("p", linkTo(container, "All subscriptions"), " · ", linkTo(blueprint, "Blueprint")));
+}
+
+function showRoot(iri, g) {
+  const things = g.ids(iri, ldp("contains")), here = view, box = h("div", thingCards(g, things, 2));
+  // Below a few robots their parts are what one comes for.
+  if (things.length <= 3) for (const t of things) known(t).then(({ g }) => {
+    const parts = g.ids(t, dcterms("hasPart"));
+    if (parts.length && !here.gone) box.append(section(`Parts of ${titleOf(g, t)}`, thingCards(g, parts)));
+  }, () => {});
+  return [box];
+}
+
+function showBlueprint(g) {
+  const rows = (model, before) => model.fields.flatMap((f) => {
+    const name = [before, fieldName(f)].filter(Boolean).join(" › "), v = f.element ?? f;
+    if (f.kind === "node") return rows(f.node, name);
+    return [[name || "value", (f.element ? "list of " : "") + (v.choices ? v.choices.map((c) => c.id ? localName(c.id) : c.value).join(" | ") : v.kind), hint({ ...v, kind: "", types: [], least: f.least }), f.unit]];
+  });
+  return g.subjects(rdf("type"), sh("NodeShape")).filter((s) => !isBlank(s)).map((s) => {
+    const target = g.id(s, sh("targetNode")), lines = rows(nodeModel(g, s), "");
+    return section(g.text(s, sh("name")) ?? localName(s), target && h("p", h("span.quiet", "of "), linkTo(target)),
+      lines.length ? table(["What", "Kind", "Limits", "Unit"], lines.map((l) => h("tr", l.map((c) => h("td", c))))) : quiet("links and types that must be there"));
+  });
+}
+
+// ---- the way to a resource: by its own links
+
+async function show(focus) {
+  const here = newView(), main = $("main"), address = withoutHash(location.href), plain = address.split("?")[0];
+  main.setAttribute("aria-busy", "true");
+  try {
+    const answer = await ask("GET", address), g = answer.g;
+    // The resource itself: by its address, or at the same path under the robot's public name.
+    const self = g.about.has(plain) ? plain : [...g.about.keys()].find((s) => isWeb(s) && plain.endsWith(new URL(s).pathname)) ?? plain;
+    if (g.about.has(self)) robotOrigin = new URL(self).origin;
+    const subject = g.subjects(lrt("state"), self)[0] ?? self, chain = [];  // what is above, the root first
+    for (let at = self; chain.length < 20;) {
+      const { up } = await optionsOf(at);
+      if (!up || chain.includes(up)) break;
+      chain.unshift(at = up);
+    }
+    const up = chain.at(-1), is = (t) => g.is(subject, t), upper = is(ldp("Container")) && up ? (await known(up)).g : new Graph();
+    if (here.gone) return;
+    let content, title = is(hybrit("Property")) || is(hybrit("Action")) ? humanised(localName(subject)) : titleOf(g, subject), about = [];
+    if (is(hybrit("RoboticThing"))) content = showThing(subject, g);
+    else if (is(hybrit("Property"))) {
+      const shown = propertyCard(subject, true);
+      here.watch(shown.element, subject, { g: shown.update, problem: shown.fail });
+      content = [shown.element];
+    } else if (is(hybrit("Action"))) {
+      content = [actionCard(subject, true, g)];
+    } else if (is(lrt("Invocation"))) {
+      title = `Invocation of ${humanised(localName(up))}`;
+      content = [h("div.card", invocationRow(subject, true))];
+    } else if (is(hybrit("Subscription"))) {
+      title = "Subscription";
+      content = [table(SUBSCRIPTION, subscriptionRow(subject, () => go(local(up))), ".subscriptions")];
+    } else if (is(ldp("Container"))) {
+      const told = upper.subjects(hybrit("subscriptions"), subject).length;
+      if (told) title = `Subscriptions of ${titleOf(upper, up)}`;
+      content = !up ? showRoot(subject, g) : told ? [subscriptions(subject)] : [collectionCard(subject, true)];
+      content.push(h("nav.line", { "aria-label": "Pages" }, ["first", "prev", "next", "last"].flatMap((rel) => links(answer, rel).map((l) => linkTo(l, rel)))));
+    } else if (g.subjects(rdf("type"), sh("NodeShape")).length) {
+      title = `Blueprint of ${up ? localName(up) : plain}`;
+      content = showBlueprint(g);
+    } else {  // a member of a collection, the list of terms, or what this page knows nothing of
+      content = [g.about.has(subject) && h("div.card", valueOf(g, subject)), ...[...g.about.keys()].filter((s) => !isBlank(s) && withoutHash(s) !== subject).slice(0, 300).map((s) => section(localName(s), facts(g, s, [])))];
+    }
+    document.title = `${title} – robot`;
+    const heading = h("h1", { tabindex: "-1" }, title);
+    main.replaceChildren(h("nav.crumbs", { "aria-label": "Where this is" }, chain.flatMap((c, i) => [i ? " › " : "", linkTo(c, i ? localName(c) : "Things")])), heading, h("p", up && chips(g, subject)), ...content.flat().filter(Boolean), source(address));
+    if (focus) heading.focus({ preventScroll: true });
+    tree(chain[0] ?? self, [...chain, self]).catch(() => {});
+  } catch (e) {
+    if (here.gone) return;
+    main.replaceChildren(h("h1", e instanceof Lost ? "The robot does not answer" : "This could not be shown"), notice(e), h("p", h("a", { href: "/" }, "To the list of Things")));
+    if (!(e instanceof Lost || e instanceof Problem)) throw e;
+    here.watch(main.firstChild, address, { g: () => show(), problem: () => {} }, { socket: false });
+  } finally { if (!here.gone) main.removeAttribute("aria-busy"); }
+}
+
+// ---- the tree
+
+let treeRoot;
+
+async function tree(root, current) {
+  const nav = $("tree");
+  if (treeRoot !== root) {
+    const things = [];
+    for (let page = root, n = 0; page && n < 20; ++n) {
+      const answer = await ask("GET", page);
+      things.push(...answer.g.ids(root, ldp("contains")));
+      page = links(answer, "next")[0];
+    }
+    treeRoot = root;
+    $("home").href = local(root);
+    nav.replaceChildren(branch(things, things.length <= 3));
+  }
+  nav.above = current;
+  mark();
+}
+/// Unfolds the way to what is shown, and names the thing that it is of.
+function mark() {
+  const { above } = $("tree");
+  let nearest;
+  for (const item of $("tree").querySelectorAll("li")) {
+    item.firstChild.nextSibling.removeAttribute("aria-current");
+    if (!above?.includes(item.iri)) continue;
+    nearest = item;
+    item.unfold(true);
+  }
+  nearest?.children[1].setAttribute("aria-current", "page");
+}
+function branch(things, unfolded) {
+  return h("ul", things.map((iri) => {
+    const a = h("a", { href: local(iri) }, localName(iri)), twist = h("button.twist", { type: "button", "aria-expanded": "false", "aria-label": `Parts of ${localName(iri)}`, hidden: true });
+    const item = Object.assign(h("li", twist, a), { iri, unfold(yes) {
+      if (yes && !item.children[2] && item.parts?.length) {
+        item.append(branch(item.parts));
+        mark();
+      }
+      if (item.children[2]) item.children[2].hidden = !yes;
+      twist.setAttribute("aria-expanded", String(yes));
+    } });
+    twist.addEventListener("click", () => item.unfold(twist.getAttribute("aria-expanded") !== "true"));
+    known(iri).then(({ g }) => {
+      say(a, titleOf(g, iri));
+      item.parts = g.ids(iri, dcterms("hasPart"));
+      twist.hidden = !item.parts.length;
+      if (unfolded) item.unfold(true);
+      mark();
+    }, () => {});
+    return item;
+  }));
+}
+function menu(shown) {
+  document.body.classList.toggle("menu", shown);
+  $("menu").setAttribute("aria-expanded", String(shown));
+}
+$("menu").addEventListener("click", () => menu(!document.body.classList.contains("menu")));
+
+// ---- navigation, on the resources' own addresses
+
+let shownAddress = withoutHash(location.href);
+function arrive(focus) {
+  shownAddress = withoutHash(location.href);
+  menu(false);
+  scrollTo(0, 0);
+  return show(focus);
+}
+function go(href) {
+  history.pushState(null, "", href);
+  arrive(true);
+}
+document.addEventListener("click", (event) => {
+  const a = event.target.closest("a[href]");
+  if (!a || event.button || event.metaKey || event.ctrlKey || event.shiftKey || event.altKey || a.origin !== location.origin || a.getAttribute("href").startsWith("#")) return;
+  event.preventDefault();
+  go(a.href);
+});
+addEventListener("popstate", () => { if (withoutHash(location.href) !== shownAddress) arrive(); });
+show();

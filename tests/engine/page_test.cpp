@@ -1,0 +1,144 @@
+#include <lrt/engine/engine.hpp>
+
+#include <cstring>
+
+#include "tests/support/bench.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/sample_robot.hpp"
+
+using namespace lrt;
+using namespace lrt::test;
+
+namespace {
+const std::string browser = "\nAccept: text/html,application/xhtml+xml,application/xml;q=0.9,image/avif,image/webp,*/*;q=0.8";
+const std::string html = "text/html; charset=utf-8";
+
+void check_harmless(const Answer& a) {
+  const std::string policy = a.field("Content-Security-Policy");
+  CHECK(policy.rfind("default-src 'none'; script-src 'sha256-", 0) == 0);
+  for (const char* part : {"; style-src 'sha256-", "; connect-src 'self'", "; base-uri 'none'", "; form-action 'none'", "; frame-ancestors 'none'"})
+    CHECK(policy.find(part) != std::string::npos);
+  CHECK(policy.find("unsafe") == std::string::npos);
+  CHECK(a.field("X-Content-Type-Options") == "nosniff");
+  CHECK(a.field("Referrer-Policy") == "no-referrer");
+  CHECK(a.field("Vary") == "Accept");
+}
+}  // namespace
+
+TEST_CASE("a browser gets the same page from every resource, and who takes anything gets Turtle", "[engine][R0.3][R1.2]") {
+  SampleRobot robot;
+  Bench bench;
+  bench.add(robot.arm());
+  const std::string invocation = bench.ask("POST /arm/actions/home").field("Location").substr(std::strlen("http://localhost"));
+  const Answer root = bench.ask("GET /" + browser);
+  CHECK(root.status == 200);
+  for (const std::string& path : {std::string("/arm"), std::string("/arm/state"), std::string("/arm/angle"), std::string("/arm/speed"),
+                                  std::string("/arm/broken"), std::string("/arm/actions/home"), std::string("/arm/blueprint"),
+                                  std::string("/arm/subscriptions"), std::string("/arm/waypoints"), invocation, std::string("/ns/lrt")}) {
+    CAPTURE(path);
+    const std::string get = "GET " + path;
+    const Answer page = bench.ask(get + browser);
+    CHECK(page.status == 200);
+    CHECK(page.field("Content-Type") == html);
+    CHECK(page.body == root.body);
+    CHECK(page.field("ETag") == root.field("ETag"));
+    CHECK(page.field("Allow").find("GET") != std::string::npos);
+    CHECK(page.field("Link").find("ldp#Resource") != std::string::npos);
+    check_harmless(page);
+    CHECK(bench.ask(get + "\nAccept: text/html").field("Content-Type") == html);
+    if (path == "/arm/broken" || path == "/arm/state") continue;  // 500: a lambda throws
+    for (const char* accept : {"*/*", "text/*", "text/html, text/turtle", "text/html;q=0.5, */*;q=0.6"})
+      CHECK(bench.ask(get + "\nAccept: " + accept).field("Content-Type") == "text/turtle");
+  }
+}
+
+TEST_CASE("the page reads no value: a robot that does not poll shows it all the same", "[engine]") {
+  SampleRobot robot;
+  Bench bench;
+  bench.add(robot.arm());
+  const auto sent = bench.send("GET /arm/speed" + browser);
+  CHECK_FALSE(sent.ticket);
+  CHECK(sent.answer.status == 200);
+}
+
+TEST_CASE("the page is at most 60 kB and fetches nothing from elsewhere", "[engine]") {
+  Bench bench;
+  const Answer page = bench.ask("GET /" + browser);
+  CHECK(page.body.size() <= 60'000);
+  CHECK(page.body.find("<script type=\"module\">") != std::string::npos);
+  for (const char* other : {"src=", "@import", " url(", "{{", "onclick=\"", "style=\"", "innerHTML"}) {
+    CAPTURE(other);
+    CHECK(page.body.find(other) == std::string::npos);
+  }
+}
+
+TEST_CASE("the page has a tag of its own: 304, 412, HEAD, ranges", "[engine][R0.11]") {
+  SampleRobot robot;
+  Bench bench;
+  bench.add(robot.arm());
+  const Answer page = bench.ask("GET /arm" + browser);
+  const std::string tag = page.field("ETag");
+  CHECK(tag != bench.get("/arm").field("ETag"));
+  const Answer same = bench.ask("GET /arm" + browser + "\nIf-None-Match: " + tag);
+  CHECK(same.status == 304);
+  CHECK(same.field("ETag") == tag);
+  CHECK(same.field("Vary") == "Accept");
+  CHECK(bench.ask("GET /arm\nIf-None-Match: " + tag).status == 200);
+  CHECK(bench.ask("GET /arm" + browser + "\nIf-Match: \"other\"").status == 412);
+  const Answer head = bench.ask("HEAD /arm" + browser);
+  CHECK(head.status == 200);
+  CHECK(head.field("ETag") == tag);
+  CHECK(head.field("Content-Type") == html);
+  const Answer part = bench.ask("GET /arm" + browser + "\nRange: bytes=0-14");
+  CHECK(part.status == 206);
+  CHECK(part.body == "<!doctype html>");
+}
+
+TEST_CASE("a WebSocket is never told in HTML, whatever a browser accepts", "[engine][R0.17]") {
+  SampleRobot robot;
+  Bench bench;
+  bench.add(robot.arm());
+  const auto channel = bench.open("/arm/angle", browser.substr(1) + "\n");
+  const auto messages = bench.messages(channel);
+  REQUIRE_FALSE(messages.empty());
+  CHECK(messages.front().find("<html") == std::string::npos);
+  CHECK(bench.upgrade("/arm/angle", "Accept: text/html\n").answer.status == 406);
+}
+
+TEST_CASE("406 names the page too", "[engine][R0.6]") {
+  Bench bench;
+  CHECK(bench.ask("GET /\nAccept: image/png").says("text/html"));
+}
+
+TEST_CASE("an error is a small page for a browser, and what a stranger sent is only text in it", "[engine][R0.6]") {
+  SampleRobot robot;
+  Bench bench;
+  bench.add(robot.arm());
+  const Answer missing = bench.ask("GET /nowhere" + browser);
+  CHECK(missing.status == 404);
+  CHECK(missing.field("Content-Type") == html);
+  CHECK(missing.says("<h1>404 Not Found</h1>"));
+  CHECK(missing.says("nothing lives at this path"));
+  CHECK(missing.says("/\">To the list of Things</a>"));
+  check_harmless(missing);
+  CHECK(missing.body.size() < 15'000);
+  const Answer foreign = bench.ask("POST /arm/actions/home" + browser + "\nOrigin: http://x/<script>alert(\"1\")</script>&'{{home}}");
+  CHECK(foreign.status == 403);
+  CHECK(foreign.says("http://x/&lt;script&gt;alert(&quot;1&quot;)&lt;/script&gt;&amp;&#39;{{home}}"));
+  CHECK_FALSE(foreign.says("<script>"));
+  CHECK(bench.ask("DELETE /arm" + browser).field("Allow").find("GET") != std::string::npos);
+  CHECK(bench.ask("GET /nowhere\nAccept: */*").field("Content-Type") == "application/problem+json");
+}
+
+TEST_CASE("commands of the page are of the same origin and are taken; those of another page are not", "[engine]") {
+  SampleRobot robot;
+  Bench bench;
+  bench.add(robot.arm());
+  const auto post = [&](const std::string& origin) {
+    return bench.ask("POST /arm/actions/home\nAccept: application/n-triples, application/problem+json;q=0.9\nOrigin: " + origin);
+  };
+  CHECK(post("http://elsewhere.example").status == 403);
+  CHECK(robot.homed == 0);
+  CHECK(post("http://localhost").status == 204);
+  CHECK(robot.homed == 1);
+}

@@ -1,0 +1,431 @@
+"""The page for people in a real browser: Chromium without a window, driven by WebDriver.
+
+   page_test.py BAXTER PAGE_ROBOT [FOLDER FOR SCREENSHOTS]
+"""
+
+import json
+import os
+import sys
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(os.path.dirname(HERE), "conformance"))
+
+import webdriver  # noqa: E402
+from robot_process import Robot, objects, plain, until  # noqa: E402
+from webdriver import Browser  # noqa: E402
+
+VALUE = "http://vocab.arvida.de/2015/06/vom/vocab#numericalValue"
+CARD = "[...document.querySelectorAll('article')].find(a => a.querySelector('h2,h3').textContent === arguments[0])"
+TAB, ENTER, RIGHT = "\ue004", "\ue007", "\ue014"
+
+folder = None
+
+
+class Sample(Robot):
+    """page_robot on a port of its own."""
+
+    def __init__(self, *arguments, port=0):
+        Robot.program, baxter = Sample.binary, Robot.program
+        try:
+            super().__init__(*arguments, port=port)
+        finally:
+            Robot.program = baxter
+
+
+def card(browser, name, script, what, *arguments):
+    """What a script says of the card with that heading, as `card`, once it says something."""
+    return browser.until(f"const card = {CARD}; card?.scrollIntoView({{block: 'nearest'}}); return card && (() => {{ {script} }})()", what, name, *arguments)
+
+
+def fill(browser, name, text, index=0):
+    """Types into the nth text field of a card, as a person would."""
+    card(browser, name, "const i = card.querySelectorAll('input[type=text]')[arguments[1]]; if (i) { i.focus(); i.select(); } return !!i".replace("arguments[1]", str(index)), f"a field of {name}")
+    browser.keys(text)
+
+
+def press(browser, name, words):
+    card(browser, name, f"const b = [...card.querySelectorAll('button')].find(b => b.innerText.trim() === {json.dumps(words)} && !b.disabled && b.getClientRects().length); b?.click(); return !!b", f"the button {words} of {name}")
+
+
+def live(browser):
+    browser.until("return document.getElementById('link').textContent === 'Live'", "the page is live")
+
+
+def shot(browser, name):
+    if folder:
+        browser.run("scrollTo(0, 0)")
+        browser.screenshot(os.path.join(folder, name + ".png"))
+
+
+def check_clean(browser, robot, provoked=()):
+    """No complaint of the browser but about answers that were provoked, and no request to anybody else."""
+    for m in browser.messages():
+        told = m["message"]
+        if m["source"] == "network" and any(p in told for p in provoked):
+            continue
+        if "Page entered Back-Forward Cache" in told:  # before a socket that was being closed had said good-bye
+            continue
+        assert m["level"] not in ("SEVERE", "WARNING"), told
+    names = browser.run("return performance.getEntriesByType('resource').map(e => e.name)")
+    foreign = [n for n in names if not n.startswith((robot.url, robot.ws(""), "data:"))]
+    assert not foreign, foreign
+
+
+def number(robot, path):
+    return float(plain(objects(robot.n_triples(path), VALUE)[0]))
+
+
+# ---- what must hold
+
+
+def shows_the_tree_and_live_values(browser):
+    with Robot("--demo") as robot:
+        browser.open(robot.url)
+        browser.until("return document.querySelectorAll('#tree a').length === 16", "16 things in the tree")
+        assert "right_w2" in browser.text("#tree")
+        live(browser)
+        now = "return card.querySelector('.row .number')?.innerText"
+        first = card(browser, "right_s0", now, "a value")
+        browser.until(f"return {CARD}.querySelector('.row .number').innerText !== arguments[1]", "the value changes", "right_s0", first)
+        sockets = "return performance.getEntriesByType('resource').length"
+        assert browser.run(sockets) < 80
+        assert len([m for m in robot.members("baxter")]) == 0
+        open_sockets = sum(len(robot.members(f"baxter/right_{j}")) for j in ("s0", "s1", "e0", "e1", "w0", "w1", "w2"))
+        assert 1 <= open_sockets <= 6, open_sockets
+        browser.click("#tree li li:nth-child(10) a")
+        browser.until("return location.pathname === '/baxter/right_s1' && document.querySelector('h1').textContent === 'right_s1'", "a real address")
+        card(browser, "rotation", "return !card.querySelector('.plot').hidden && /now|s ago/.test(card.querySelector('.age').innerText)", "a plot and an age")
+        assert browser.run("return document.querySelector('#tree [aria-current]').textContent") == "right_s1"
+        assert browser.run("return document.activeElement.tagName") == "H1"
+        browser.run("history.back()")
+        browser.until("return document.querySelector('h1').textContent === 'Robotic Things'", "back again")
+        until(lambda: not robot.members("baxter/right_w2"), "what is out of sight is let go")
+        until(lambda: robot.members("baxter/right_s0"), "what is in sight is watched")
+        browser.open(robot.at("baxter/right_wrist"))  # a page anew, which the browser may keep the old one beside
+        until(lambda: not robot.members("baxter/right_s0"), "a page that was left is let go")
+        browser.run("history.back()")
+        until(lambda: robot.members("baxter/right_s0"), "and watches again on the way back")
+        live(browser)
+        check_clean(browser, robot)
+
+
+def every_address_shows_its_resource(browser):
+    with Robot() as robot:
+        made = robot.rotate("right_s1", 10).expect(204).field("Location")
+        robot.call_back("baxter/right_s1", "http://127.0.0.1:9/").expect(201)
+        member = robot.members("baxter/right_s1")[0]
+        for path, title, inside, element in (
+                ("baxter/right_s1/rotation", "rotation", "rotation angle", ".property.large"), ("baxter/right_s1/actions/rotate", "rotate", "0 to below 360", ".action form"),
+                ("baxter/right_s1/blueprint", "Blueprint of right_s1", "0 to below 360", "table"), ("baxter/right_s1/state", "right_s1", "friction", ".property"),
+                ("baxter/right_s1/subscriptions", "Subscriptions of right_s1", "http://127.0.0.1:9/", "td button"), (member, "Subscription", "127.0.0.1:9", "td button"),
+                (made, "Invocation of rotate", "input", ".status"), ("baxter", "Baxter's right arm", "right_s1", ".thing"), ("ns/lrt", "lrt", "progress", ".facts")):
+            browser.open(path if path.startswith("http") else robot.at(path))
+            browser.until("return document.querySelector('h1')?.textContent === arguments[0]", f"the title of {path}", title)
+            browser.until("return document.querySelector('main').innerText.includes(arguments[0])", f"{inside} on {path}", inside)
+            browser.find("main " + element)
+            check_clean(browser, robot)
+        browser.open(robot.at("nowhere"))
+        assert "404 Not Found" in browser.text() and "nothing lives at this path" in browser.text()
+        browser.click("main a")
+        browser.until("return document.querySelector('h1')?.textContent === 'Robotic Things'", "from an error to the list of things")
+        browser.messages()
+
+
+def data_can_be_read_and_copied(browser):
+    with Robot() as robot:
+        browser.open(robot.at("baxter/right_s1/rotation"))
+        browser.click(".source summary")
+        browser.until("return document.querySelector('.source pre').innerText.includes('@prefix')", "Turtle")
+        assert f"curl -H 'Accept: text/turtle' '{robot.at('baxter/right_s1/rotation')}'" in browser.text(".source")
+        browser.run("[...document.querySelectorAll('.source button')].find(b => b.value === 'application/n-triples').click()")
+        browser.until("return document.querySelector('.source pre').innerText.includes('^^<http')", "N-Triples")
+        check_clean(browser, robot)
+
+
+def a_slider_and_a_field_write_a_property(browser):
+    with Robot() as robot:
+        browser.open(robot.at("baxter/right_s1"))
+        live(browser)
+        card(browser, "friction", "return card.querySelector('input[type=text]')?.value === '0.7'", "the form has the present value")
+        card(browser, "friction", "card.querySelector('input[type=range]').focus(); return true", "the slider")
+        browser.keys(RIGHT * 4)
+        moved = float(card(browser, "friction", "return card.querySelector('input[type=text]').value !== '0.7' && card.querySelector('input[type=text]').value", "the slider moves the field"))
+        press(browser, "friction", "Set")
+        card(browser, "friction", f"return Number(card.querySelector('.big .number').innerText) === {moved}", "the new value")
+        assert number(robot, "baxter/right_s1/friction") == moved
+        for bad, words in (("99", "60"), ("fast", "fast")):
+            fill(browser, "friction", bad)
+            press(browser, "friction", "Set")
+            told = card(browser, "friction", f"const e = card.querySelector('.field .error').innerText; return e.includes({json.dumps(words)}) ? e : ''", f"what is wrong with {bad}")
+            assert "expected" in told, told
+            assert card(browser, "friction", "return card.querySelector('input[aria-invalid]') === document.activeElement && card.querySelector('[role=alert]').innerText", "it is marked").startswith("Not accepted (422)")
+        assert number(robot, "baxter/right_s1/friction") == moved
+        shot(browser, "refused-1280")
+        fill(browser, "friction", "1.5")
+        press(browser, "friction", "Set")
+        card(browser, "friction", "return card.querySelector('.big .number').innerText === '1.5' && !card.querySelector('[aria-invalid]')", "mended")
+        check_clean(browser, robot, provoked=["422"])
+
+
+def an_action_runs_to_its_end_and_is_cancelled(browser):
+    with Robot() as robot:
+        browser.open(robot.at("baxter/right_s1"))
+        live(browser)
+        fill(browser, "rotate", "30")
+        press(browser, "rotate", "rotate")
+        card(browser, "rotate", "const s = card.querySelector('.status'), p = card.querySelector('progress'); return s?.innerText === 'running' && p.value > 0 && p.value < 1", "progress")
+        ended = time.monotonic()
+        card(browser, "rotate", "return card.querySelector('.status').innerText === 'succeeded' && !card.querySelector('progress').getClientRects().length", "its end")
+        assert time.monotonic() - ended < 4, "a move of 0.7 s is told to be over long after its end"
+        card(browser, "rotation", "return Math.abs(Number.parseFloat(card.querySelector('.number').innerText) - 0.5236) < 0.001", "the new value")
+        fill(browser, "rotate", "300")
+        press(browser, "rotate", "rotate")
+        card(browser, "rotate", "return card.querySelectorAll('.status').length === 2 && card.querySelector('.status').innerText === 'running'", "the second one, above")
+        press(browser, "rotate", "Cancel")
+        card(browser, "rotate", "return card.querySelector('.status').innerText === 'cancelled'", "it is cancelled")
+        fill(browser, "rotate", "120")
+        press(browser, "rotate", "rotate")
+        card(browser, "rotate", "return [...card.querySelectorAll('li')][0].innerText.includes('outside the limits')", "why it failed")
+        shot(browser, "actions-1280")
+        check_clean(browser, robot)
+
+
+def a_subscription_is_cancelled(browser):
+    with Robot("--demo") as robot:
+        browser.open(robot.at("baxter/right_s1"))
+        live(browser)
+        browser.click("section:last-of-type > details > summary")
+        browser.until("return [...document.querySelectorAll('td[data-label=Delivered]')].some(c => Number(c.innerText) > 3)", "counters move")
+        shot(browser, "subscriptions-1280")
+        state = browser.run("return [...document.querySelectorAll('.subscriptions tbody tr')].findIndex(r => r.innerText.includes('state'))")
+        browser.run("[...document.querySelectorAll('.subscriptions tbody tr')][arguments[0]].querySelector('button').click()", state)
+        browser.until("return [...document.querySelectorAll('p.bad')].some(p => p.getClientRects().length && p.innerText.includes('was cancelled'))", "it is told")
+        assert not [m for m in robot.members("baxter/right_s1") if "state" in robot.n_triples(m)]
+        browser.run("[...document.querySelectorAll('button')].find(b => b.innerText === 'Watch again').click()")
+        live(browser)
+        value = card(browser, "rotation", "return card.querySelector('.number').innerText", "a value")
+        card(browser, "rotation", f"return card.querySelector('.number').innerText !== {json.dumps(value)}", "it moves again")
+        check_clean(browser, robot)
+
+
+def a_lost_robot_comes_back(browser):
+    robot = Robot("--demo")
+    browser.open(robot.at("baxter/right_s1"))
+    live(browser)
+    robot.kill()
+    browser.until("return document.getElementById('link').textContent.startsWith('Connection lost')", "the loss is told")
+    shot(browser, "lost-1280")
+    with Robot("--demo", port=robot.port):
+        live(browser)
+        value = card(browser, "rotation", "return card.querySelector('.number').innerText", "a value")
+        card(browser, "rotation", f"return card.querySelector('.number').innerText !== {json.dumps(value)}", "it moves again")
+        fill(browser, "rotate", "20")
+        press(browser, "rotate", "rotate")
+        card(browser, "rotate", "return card.querySelector('.status')?.innerText === 'running'", "commands again")
+    robot.process.stdout.close()
+    browser.messages()  # connections that failed
+
+
+def without_websocket_it_asks(browser):
+    refuse = browser.devtools("Page.addScriptToEvaluateOnNewDocument",
+                              source="window.WebSocket = class { constructor() { setTimeout(() => this.onclose({code: 1006})); } close() {} };")
+    try:
+        with Robot("--demo") as robot:
+            browser.open(robot.at("baxter/right_s1"))
+            browser.until("return document.getElementById('link').textContent.includes('asking')", "it says so")
+            value = card(browser, "rotation", "return card.querySelector('.number').innerText", "a value")
+            card(browser, "rotation", f"return card.querySelector('.number').innerText !== {json.dumps(value)}", "it changes")
+            check_clean(browser, robot)
+    finally:
+        browser.devtools("Page.removeScriptToEvaluateOnNewDocument", identifier=refuse["identifier"])
+
+
+def a_form_is_used_by_keyboard_alone(browser):
+    with Robot() as robot:
+        browser.open(robot.at("baxter/right_s1/actions/rotate"))
+        browser.find("form input[type=text]")
+        browser.keys(TAB)
+        assert browser.run("return document.activeElement.className") == "skip"
+        for _ in range(60):
+            if browser.run("return document.activeElement.matches('form input[type=text]')"):
+                break
+            browser.keys(TAB)
+        else:
+            raise AssertionError("the field is not reached by Tab")
+        outline = browser.run("return getComputedStyle(document.activeElement).outlineStyle")
+        assert outline == "solid", outline
+        browser.keys("15" + ENTER)
+        card(browser, "Run", "return card.querySelector('.status')?.innerText === 'succeeded'", "it has run")
+        labels = browser.run("return [...document.querySelectorAll('input, select, button, canvas, progress')].filter(e => !(e.labels?.length || e.innerText || e.getAttribute('aria-label'))).map(e => e.outerHTML)")
+        assert not labels, labels
+        check_clean(browser, robot)
+
+
+def structs_lists_enums_and_booleans_are_written(browser):
+    with Sample() as robot:
+        browser.open(robot.at("sample"))
+        browser.until("return document.querySelector('h1')?.textContent === arguments[0]", "a title is only text", '<b>Sample</b> & "robot"')
+        live(browser)
+        value = "http://www.w3.org/1999/02/22-rdf-syntax-ns#value"
+        card(browser, "armed", "const b = card.querySelector('input[type=checkbox]'); b?.click(); return b?.checked", "a check box")
+        press(browser, "armed", "Set")
+        card(browser, "armed", "return card.querySelector('.big').innerText.trim() === 'yes'", "yes")
+        assert 'true' in plain(objects(robot.n_triples("sample/armed"), value)[0])
+        card(browser, "mode", "const s = card.querySelector('select'); if (!s || s.options.length !== 3) return false; s.value = [...s.options].find(o => o.text === 'active').value; s.dispatchEvent(new Event('input', {bubbles: true})); return true", "choices")
+        press(browser, "mode", "Set")
+        card(browser, "mode", "return card.querySelector('.big').innerText.trim() === 'active'", "the choice")
+        card(browser, "pose", "return [...card.querySelectorAll('input')].some(i => i.value === 'base')", "the fields of the struct")
+        fill(browser, "pose", "1.25", 0)
+        fill(browser, "pose", "-0.5", 3)
+        press(browser, "pose", "Set")
+        told = card(browser, "pose", "return [...card.querySelectorAll('.field')].map(f => f.querySelector('.error').innerText ? f.querySelector('label').innerText : '').join('')", "what is wrong, at its field")
+        assert told.startswith("tolerance"), told
+        fill(browser, "pose", "0.5", 3)
+        shot(browser, "struct-1280")
+        press(browser, "pose", "Set")
+        card(browser, "pose", "return card.querySelector('dl').innerText.includes('1.25') && !card.querySelector('[aria-invalid]')", "the struct")
+        press(browser, "gains", "Add a row")
+        fill(browser, "gains", "7.5", 2)
+        press(browser, "gains", "Set")
+        card(browser, "gains", "return card.querySelector('.big').innerText.trim() === '[1, 2.5, 7.5]'", "the list")
+        fill(browser, "gains", "much", 1)
+        press(browser, "gains", "Set")
+        card(browser, "gains", "return card.querySelector('form').innerText.includes('expected')", "what is wrong with the list")
+        press(browser, "measure", "measure")
+        card(browser, "measure", "return /result\\s*2.5 m/.test(card.innerText)", "a result")
+        check_clean(browser, robot, provoked=["422"])
+
+
+def a_property_that_fails_spoils_no_other(browser):
+    with Sample() as robot:
+        browser.open(robot.at("arm"))
+        card(browser, "broken", "return card.innerText.includes('the encoder does not answer')", "the problem, in its place")
+        card(browser, "speed", "return card.querySelector('.big .number')?.innerText === '1.5'", "the others")
+        press(browser, "fail", "fail")
+        card(browser, "fail", "return card.innerText.includes('the motor is hot')", "why an action failed")
+        press(browser, "grip", "grip")
+        press(browser, "grip", "Cancel")
+        card(browser, "grip", "return card.querySelector('.status').innerText === 'cancelled'", "cancelled")
+        fill(browser, "waypoints", "3", 0)
+        fill(browser, "waypoints", "4", 1)
+        fill(browser, "waypoints", "map", 2)
+        press(browser, "waypoints", "Add")
+        card(browser, "waypoints", "return card.querySelector('.members li')?.innerText.includes('map')", "a member")
+        press(browser, "waypoints", "Remove")
+        card(browser, "waypoints", "return !card.querySelector('.members li')", "none again")
+        shot(browser, "sample-1280")
+        check_clean(browser, robot, provoked=["500"])
+
+
+def a_robot_is_seen_by_another_name_than_its_public_one(browser):
+    with Sample("http://robot.example:1234") as robot:
+        here = f"http://127.0.0.1:{robot.port}/"
+        assert "http://robot.example:1234/sample" in robot.get("").body
+        browser.open(here + "sample")
+        browser.until("return document.querySelector('h1')?.textContent.includes('Sample')", "the thing")
+        live(browser)
+        card(browser, "mode", "return card.querySelector('.big')?.innerText.trim() === 'idle'", "a value")
+        assert browser.run("return document.querySelector('article h3 a').href") == here + "sample/armed"
+        browser.until("return document.querySelectorAll('#tree a').length >= 2", "the tree")
+        browser.messages()
+        names = browser.run("return performance.getEntriesByType('resource').map(e => e.name)")
+        assert names and all(n.startswith((here, "ws://127.0.0.1", "data:")) for n in names), names
+
+
+def it_fits_a_phone_and_the_dark(browser):
+    with Robot("--demo") as robot:
+        for width, scheme, name, path in ((390, "light", "root", ""), (390, "dark", "thing", "baxter/right_s1"), (390, "light", "subscriptions", "baxter/right_s1/subscriptions"),
+                                          (390, "light", "blueprint", "baxter/right_s1/blueprint"), (1280, "dark", "thing", "baxter/right_s1"), (1280, "light", "thing", "baxter/right_s1"),
+                                          (1280, "light", "root", ""), (1280, "light", "property", "baxter/right_s1/rotation"), (1280, "light", "blueprint", "baxter/right_s1/blueprint")):
+            browser.size(width, 844, phone=width == 390)
+            browser.prefer(color_scheme=scheme)
+            browser.open(robot.at(path))
+            browser.until("return document.querySelector('.source')", "the page")
+            if "right_s1" not in path or name in ("thing", "property"):
+                browser.until("return [...document.querySelectorAll('.plot')].some(p => !p.hidden)", "a plot")
+            over = browser.run("return [document.documentElement.scrollWidth, innerWidth, [...document.querySelectorAll('main *')].filter(e => e.getBoundingClientRect().right > innerWidth + 1 && !e.closest('.scroll, pre')).slice(0, 3).map(e => e.outerHTML.slice(0, 200))]")
+            assert over[0] <= over[1] == width and not over[2], (path, over)
+            back = [int(c) for c in browser.run("return getComputedStyle(document.body).backgroundColor").strip("rgb()").split(",")]
+            assert (sum(back) < 150) == (scheme == "dark"), back
+            weak = browser.run(CONTRAST)
+            assert not weak, (path, scheme, weak)
+            if width == 390:
+                assert not browser.run("return document.querySelector('#tree').getClientRects().length")
+                small = browser.run("return [...document.querySelectorAll('main button, main input, #menu')].filter(e => e.getClientRects().length && e.getBoundingClientRect().height < 20).map(e => e.outerHTML)")
+                assert not small, small
+                browser.click("#menu")
+                browser.until("return document.querySelector('#tree').getClientRects().length", "the menu")
+                browser.click("#menu")
+            if folder:
+                end = time.monotonic() + 4  # for the pictures only: so that a plot has something to show
+                while name in ("thing", "property", "root") and time.monotonic() < end:
+                    time.sleep(0.1)
+                shot(browser, f"{name}-{scheme}-{width}")
+            check_clean(browser, robot)
+
+
+# Text whose contrast with what is behind it is below 4.5 (WCAG 2 AA).
+CONTRAST = """
+const parse = c => (c.match(/[\\d.]+/g) ?? []).map(Number), light = c => { const [r, g, b] = c.map(v => (v /= 255) <= .03928 ? v / 12.92 : ((v + .055) / 1.055) ** 2.4); return .2126 * r + .7152 * g + .0722 * b; };
+const back = e => { for (; e; e = e.parentElement) { const c = parse(getComputedStyle(e).backgroundColor); if (c.length === 3 || c[3] > .5) return c.slice(0, 3); } return [255, 255, 255]; };
+return [...document.querySelectorAll('body *')].filter(e => e.getClientRects().length && [...e.childNodes].some(n => n.nodeType === 3 && n.data.trim()) && !e.disabled && !e.matches('.skip, option')).map(e => {
+  const a = light(parse(getComputedStyle(e).color).slice(0, 3)), b = light(back(e));
+  return [(Math.max(a, b) + .05) / (Math.min(a, b) + .05), e.outerHTML.slice(0, 120)];
+}).filter(([c]) => c < 4.5);
+"""
+
+
+def only_its_own_script_runs_and_it_is_small(browser):
+    with Robot() as robot:
+        browser.open(robot.at("baxter/right_s1"))
+        live(browser)
+        size = browser.run("return performance.getEntriesByType('navigation')[0].encodedBodySize")
+        print(f"  {size} bytes")
+        assert 0 < size <= 60000, size
+        browser.run("const s = document.createElement('script'); s.textContent = 'window.intruder = 1'; document.body.append(s);"
+                    "document.body.insertAdjacentHTML('beforeend', '<img src=x onerror=\"window.intruder = 2\">');")
+        browser.until("return document.querySelector('img').complete", "the picture")
+        assert browser.run("return window.intruder") is None
+        assert any("Content Security Policy" in m["message"] for m in browser.messages())
+
+
+CASES = [shows_the_tree_and_live_values, every_address_shows_its_resource, data_can_be_read_and_copied, a_slider_and_a_field_write_a_property,
+         an_action_runs_to_its_end_and_is_cancelled, a_subscription_is_cancelled, a_lost_robot_comes_back, without_websocket_it_asks,
+         a_form_is_used_by_keyboard_alone, structs_lists_enums_and_booleans_are_written, a_property_that_fails_spoils_no_other,
+         only_its_own_script_runs_and_it_is_small, a_robot_is_seen_by_another_name_than_its_public_one, it_fits_a_phone_and_the_dark]
+
+
+def main():
+    global folder
+    Robot.program, Sample.binary = sys.argv[1:3]
+    folder = sys.argv[3] if len(sys.argv) > 3 else None
+    wanted = sys.argv[4:]
+    missing = [name for name, path in zip(("chromium", "chromedriver"), webdriver.programs()) if not path]
+    if missing:
+        print(f"skipped: there is no {' and no '.join(missing)} (vendor/install.sh browser)")
+        return 77
+    if folder:
+        os.makedirs(folder, exist_ok=True)
+    failed = 0
+    with Browser() as browser:
+        for case in CASES:
+            if wanted and case.__name__ not in wanted:
+                continue
+            began = time.monotonic()
+            browser.open("about:blank")
+            browser.messages()  # of the one before, whose robot is gone
+            try:
+                case(browser)
+                print(f"ok   {case.__name__} ({time.monotonic() - began:.1f} s)", flush=True)
+            except (AssertionError, webdriver.Refused) as error:
+                failed += 1
+                print(f"FAIL {case.__name__}: {error}", flush=True)
+                shot(browser, "failed-" + case.__name__)
+                browser.messages()
+    print(f"{failed} failed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

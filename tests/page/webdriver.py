@@ -1,0 +1,138 @@
+"""W3C WebDriver with the standard library: as much of it as the tests of the page need."""
+
+import base64
+import json
+import os
+import re
+import select
+import shutil
+import subprocess
+import tempfile
+import time
+import urllib.error
+import urllib.request
+
+PATIENCE = 30  # seconds, for whatever must come; nothing is slept for
+ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
+
+
+def programs():
+    """chromium and chromedriver, or None for what is missing."""
+    return shutil.which("chromium"), shutil.which("chromedriver")
+
+
+class Refused(Exception):
+    pass
+
+
+class Browser:
+    def __init__(self, width=1280, height=900):
+        chromium, driver = programs()
+        self.folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
+        self.log = open(os.path.join(self.folder.name, "log"), "w+")
+        self.process = subprocess.Popen([driver, "--port=0"], stdout=subprocess.PIPE, stderr=self.log, text=True)
+        said, end = "", time.monotonic() + PATIENCE
+        while not (port := re.search(r"started successfully on port (\d+)", said)):
+            assert time.monotonic() < end and self.process.poll() is None, f"chromedriver did not start: {said!r}"
+            if select.select([self.process.stdout], [], [], 0.2)[0]:
+                said += self.process.stdout.readline()
+        self.base = f"http://127.0.0.1:{port.group(1)}/session"
+        arguments = ["--headless=new", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run", "--disable-background-networking",
+                     "--disable-component-update", "--force-color-profile=srgb", f"--user-data-dir={self.folder.name}/profile", f"--window-size={width},{height}"]
+        if os.geteuid() == 0:
+            arguments.append("--no-sandbox")  # root has none
+        made = self._send("POST", self.base, {"capabilities": {"alwaysMatch": {
+            "browserName": "chrome", "goog:chromeOptions": {"binary": chromium, "args": arguments}, "goog:loggingPrefs": {"browser": "ALL"}}}})
+        self.base += "/" + made["sessionId"]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        try:
+            self._send("DELETE", self.base)
+        except (OSError, Refused):
+            pass
+        self.process.terminate()
+        self.process.wait(PATIENCE)
+        self.process.stdout.close()
+        self.log.close()
+        self.folder.cleanup()
+
+    @staticmethod
+    def _send(method, url, body=None):
+        data = None if method in ("GET", "DELETE") else json.dumps(body or {}).encode()
+        request = urllib.request.Request(url, data, {"Content-Type": "application/json"}, method=method)
+        try:
+            with urllib.request.urlopen(request, timeout=PATIENCE + 30) as answer:
+                return json.load(answer)["value"]
+        except urllib.error.HTTPError as error:
+            value = json.load(error)["value"]
+            raise Refused(f"{value['error']}: {value['message'].splitlines()[0]}") from None
+
+    def send(self, method, path, body=None):
+        return self._send(method, self.base + path, body)
+
+    def devtools(self, command, **parameters):
+        return self.send("POST", "/goog/cdp/execute", {"cmd": command, "params": parameters})
+
+    def open(self, url):
+        self.send("POST", "/url", {"url": url})
+
+    def url(self):
+        return self.send("GET", "/url")
+
+    def run(self, script, *arguments):
+        """The value of a function's body in the page."""
+        return self.send("POST", "/execute/sync", {"script": script, "args": list(arguments)})
+
+    def until(self, script, what, *arguments, patience=PATIENCE):
+        """Asks the page again and again."""
+        end, found = time.monotonic() + patience, None
+        while time.monotonic() < end:
+            try:
+                found = self.run(script, *arguments)
+                if found:
+                    return found
+            except Refused as error:  # the page changes under the question
+                found = error
+            time.sleep(0.02)
+        raise AssertionError(f"not within {patience} s: {what}; {found!r}; the page says: {self.text()[:1500]}")
+
+    def text(self, selector="body"):
+        return self.run("return document.querySelector(arguments[0])?.innerText ?? ''", selector)
+
+    def find(self, selector):
+        return self.until("return document.querySelector(arguments[0])", selector, selector)
+
+    def click(self, selector):
+        element = self.find(selector)[ELEMENT]
+        self.run("arguments[0].scrollIntoView({block: 'center'})", {ELEMENT: element})
+        self.send("POST", f"/element/{element}/click")
+
+    def type(self, selector, text):
+        element = self.find(selector)[ELEMENT]
+        self.send("POST", f"/element/{element}/clear")
+        self.send("POST", f"/element/{element}/value", {"text": text})
+
+    def keys(self, text):
+        """Pressed one after the other, wherever the focus is."""
+        actions = [{"type": kind, "value": key} for key in text for kind in ("keyDown", "keyUp")]
+        self.send("POST", "/actions", {"actions": [{"type": "key", "id": "keyboard", "actions": actions}]})
+
+    def size(self, width, height, phone=False):
+        self.devtools("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=phone)
+
+    def prefer(self, **features):
+        """prefer(color_scheme="dark")"""
+        self.devtools("Emulation.setEmulatedMedia", features=[{"name": "prefers-" + k.replace("_", "-"), "value": v} for k, v in features.items()])
+
+    def screenshot(self, path):
+        """Of the whole page, not only of what is in the window."""
+        shot = self.devtools("Page.captureScreenshot", captureBeyondViewport=True)
+        with open(path, "wb") as file:
+            file.write(base64.b64decode(shot["data"]))
+
+    def messages(self):
+        """What the console has said since the last call."""
+        return [m for m in self.send("POST", "/se/log", {"type": "browser"})]
