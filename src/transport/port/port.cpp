@@ -128,8 +128,11 @@ milliseconds Port::poll(std::chrono::microseconds budget, milliseconds wait) {
   auto& readiness = loop_.readiness;
   readiness.forget_buried();
   wait = left_ || readiness.has_left() ? milliseconds(0) : prepare_wait(wait);
-  readiness.set_budget(budget);
+  // Half of it belongs to those who wait for an answer or listen, however many requests there are.
+  const bool others = !loop_.tickets.empty() || !loop_.channels.empty();
+  readiness.set_budget(others ? budget / 2 : budget);
   const bool all = readiness.serve(static_cast<int>(wait.count()));
+  if (others) readiness.set_budget(budget / 2);
   const auto now = loop_.clock.now();
   deliver(now);
   expire(now);

@@ -55,8 +55,16 @@ bool Readiness::is_over() noexcept {
   return now >= *end_;
 }
 
+/// At the first step, not after it: two handshakes must not fit into a budget that one of them exceeds.
+void Readiness::begin_budget() noexcept {
+  if (!end_) end_ = std::chrono::steady_clock::now() + budget_;
+}
+
 bool Readiness::serve(int wait) {
-  if (has_left()) wait = 0;
+  if (has_left()) {
+    wait = 0;
+    begin_budget();
+  }
   if (!serve_round()) return false;
   for (;;) {
     buried_.clear();
@@ -64,6 +72,7 @@ bool Readiness::serve(int wait) {
     next_ = 0;
     count_ = ::epoll_wait(set_.descriptor(), events_.data(), static_cast<int>(events_.size()), wait);
     wait = 0;
+    if (count_ > 0 || !turns_.empty()) begin_budget();
     const bool many = count_ > 1;  // there is time for others to become ready
     if (!serve_round()) return false;
     if (!many && later_.empty()) return true;

@@ -70,7 +70,7 @@ class Readiness {
   /// The same, and what the budget left over of this round is dropped: it will be told again.
   void drop() noexcept;
 
-  /// From here on the budget holds: at least one step.
+  /// The budget begins with the next step, and allows at least that.
   void set_budget(std::chrono::microseconds budget) noexcept {
     budget_ = budget;
     end_.reset();
@@ -80,6 +80,7 @@ class Readiness {
 
  private:
   bool serve_round();
+  void begin_budget() noexcept;
 
   Socket set_;
   std::array<epoll_event, 128> events_;  ///< of this round
