@@ -57,6 +57,15 @@ std::optional<std::size_t> find_invalid(std::string_view text) noexcept {
   return std::nullopt;
 }
 
+bool ends_within_character(std::string_view text) noexcept {
+  const auto byte = [text](std::size_t from_end) { return static_cast<unsigned char>(text[text.size() - 1 - from_end]); };
+  std::size_t tail = 0;
+  while (tail < text.size() && tail < 3 && (byte(tail) & 0xC0U) == 0x80) ++tail;
+  if (tail == text.size()) return false;
+  const unsigned lead = byte(tail);
+  return tail < (lead >= 0xF0 ? 3U : lead >= 0xE0 ? 2U : lead >= 0xC0 ? 1U : 0U);
+}
+
 void append(std::string& out, char32_t code_point) {
   const auto put = [&out](char32_t value) { out += static_cast<char>(static_cast<unsigned char>(value)); };
   if (code_point < 0x80) {

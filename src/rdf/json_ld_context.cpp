@@ -9,6 +9,8 @@
 
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/rdf/n_triples.hpp"
+
 namespace lrt::rdf::json_ld {
 namespace {
 
@@ -125,16 +127,16 @@ std::string members(PrefixTable& prefixes, const std::vector<bool>* used, int in
   const std::string line = ",\n" + std::string(static_cast<std::size_t>(indent), ' ');
   const auto compact = [&](std::string& out, std::string_view iri) {
     PrefixTable::Prefix* prefix = prefixes.best_for(iri);
-    if (prefix == nullptr) return append_string(out, iri);
+    if (prefix == nullptr) return append_quoted(out, iri);
     prefix->used = true;
-    append_string(out, std::string(prefix->name) + ":" + std::string(iri.substr(prefix->iri.size())));
+    append_quoted(out, std::string(prefix->name) + ":" + std::string(iri.substr(prefix->iri.size())));
   };
   std::string defined;
   for (std::size_t i = 0; i < std::size(terms); ++i) {
     const Term& t = terms[i];
     if ((used != nullptr && !(*used)[i]) || !is_usable(t, prefixes)) continue;
     defined += line;
-    append_string(defined, t.name);
+    append_quoted(defined, t.name);
     defined += ": ";
     if (t.coercion == Coercion::none) {
       compact(defined, t.iri.text);
@@ -157,46 +159,15 @@ std::string members(PrefixTable& prefixes, const std::vector<bool>* used, int in
   for (const PrefixTable::Prefix& prefix : prefixes.all()) {
     if (used != nullptr && !prefix.used) continue;
     out += line;
-    append_string(out, prefix.name);
+    append_quoted(out, prefix.name);
     out += ": ";
     // A simple definition is a prefix if its IRI ends in a gen-delim (JSON-LD-API 1.1, 4.2.2).
     const bool simple = std::string_view(":/?#[]@").find(prefix.iri.back()) != std::string_view::npos;
     if (!simple) out += "{\"@id\": ";
-    append_string(out, prefix.iri);
+    append_quoted(out, prefix.iri);
     if (!simple) out += ", \"@prefix\": true}";
   }
   return out + defined;
-}
-
-void append_string(std::string& out, std::string_view text) {
-  static constexpr std::array<bool, 256> escaped = [] {
-    std::array<bool, 256> table{};
-    for (std::size_t i = 0; i < 0x20; ++i) table[i] = true;
-    table['"'] = table['\\'] = table[0x7F] = true;
-    return table;
-  }();
-  out.push_back('"');
-  std::size_t from = 0;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto c = static_cast<unsigned char>(text[i]);
-    if (!escaped[c]) continue;
-    out.append(text, from, i - from);
-    from = i + 1;
-    out.push_back('\\');
-    switch (c) {
-      case '"': out.push_back('"'); break;
-      case '\\': out.push_back('\\'); break;
-      case '\n': out.push_back('n'); break;
-      case '\r': out.push_back('r'); break;
-      case '\t': out.push_back('t'); break;
-      default:
-        out.append("u00");
-        out.push_back("0123456789ABCDEF"[c >> 4]);
-        out.push_back("0123456789ABCDEF"[c & 15]);
-    }
-  }
-  out.append(text, from);
-  out.push_back('"');
 }
 
 std::string canonical_double(double value) {

@@ -49,9 +49,6 @@ bool is_usable(const Term& term, PrefixTable& prefixes) noexcept;
 /// @param used  by index_of(); nullptr: all terms. Prefixes as marked, or all.
 std::string members(PrefixTable& prefixes, const std::vector<bool>* used, int indent);
 
-/// Appends a JSON string (RFC 8259 7).
-void append_string(std::string& out, std::string_view text);
-
 /// The canonical form of xsd:double that JSON-LD makes of a number: "%1.15E" without trailing zeros (JSON-LD-API 1.1, 8.6).
 std::string canonical_double(double value);
 

@@ -14,7 +14,6 @@
 namespace lrt::rdf {
 namespace {
 
-using json_ld::append_string;
 using json_ld::Coercion;
 using json_ld::Term;
 
@@ -240,16 +239,16 @@ class JsonLdWriter : GraphWriter {
     if (const std::string_view why = fault_of({TermKind::literal, view.text, "x:", view.language}); !why.empty()) fault(id, why);
     if (!view.language.empty()) {
       out_.append("{\"@language\": ");
-      append_string(out_, view.language);
+      append_quoted(out_, view.language);
       out_.append(", \"@value\": ");
-      append_string(out_, view.text);
+      append_quoted(out_, view.text);
       out_.push_back('}');
       return;
     }
     const bool is_typed = term != nullptr && term->coercion == Coercion::datatype;
     const bool is_string = view.datatype == vocab::xsd::string.text;
     if (is_typed ? view.datatype == term->datatype.text : is_string && (term == nullptr || term->coercion == Coercion::none)) {
-      append_string(out_, view.text);
+      append_quoted(out_, view.text);
       return;
     }
     const bool is_boolean = view.datatype == vocab::xsd::boolean.text && (view.text == "true" || view.text == "false");
@@ -264,7 +263,7 @@ class JsonLdWriter : GraphWriter {
       out_.append(", ");
     }
     out_.append("\"@value\": ");
-    append_string(out_, view.text);
+    append_quoted(out_, view.text);
     out_.push_back('}');
   }
 
@@ -312,7 +311,7 @@ class JsonLdWriter : GraphWriter {
     // "ros:thing" as an IRI, of a scheme that is called like a prefix, would be read with that prefix.
     const std::size_t colon = text.find(':');
     if (text.substr(colon + 1, 2) != "//" && prefixes_.find(text.substr(0, colon)) != nullptr) schemes_.push_back(text.substr(0, colon));
-    append_string(out_, text);
+    append_quoted(out_, text);
   }
 
   std::string document(bool several) {
@@ -323,7 +322,7 @@ class JsonLdWriter : GraphWriter {
       text.append("{").append(context).append("\n  },");
     } else {
       text.reserve(text.size() + context_.size() + out_.size() + 32);
-      append_string(text, context_);
+      append_quoted(text, context_);
       text.push_back(',');
     }
     if (several) text.append("\n  \"@graph\": [");

@@ -7,7 +7,7 @@
 
 namespace lrt::rdf {
 
-/// Appends `"text"` with what Turtle and N-Triples need escaped: quote, backslash, controls. Bytes beyond ASCII stay.
+/// Appends `"text"` with what Turtle, N-Triples and JSON need escaped: quote, backslash, controls. Bytes beyond ASCII stay.
 void append_quoted(std::string& out, std::string_view text);
 
 /// Appends the term as N-Triples writes it (RDF 1.1 N-Triples 2). Judges nothing: see fault_of().

@@ -249,4 +249,53 @@ inline std::string get(std::string_view path, std::string_view more = {}) {
   return "GET " + std::string(path) + " HTTP/1.1\r\nHost: robot\r\n" + std::string(more) + "\r\n";
 }
 
+/// A transport that is driven by the test's own thread, in between the steps of its clients.
+struct TestHost {
+  explicit TestHost(std::unique_ptr<transport::Transport> made) : server(std::move(made)) {
+    if (const auto started = server->start(handler); !started) throw std::runtime_error(started.error().message);
+  }
+  RawClient client(int receive_buffer = 0) { return RawClient(server->port(), "127.0.0.1", receive_buffer); }
+
+  /// Polls until `reached`, but no longer than anything here can take.
+  template <class Reached>
+  bool run(std::initializer_list<RawClient*> clients, Reached reached) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (std::chrono::steady_clock::now() < end) {
+      for (auto* const client : clients) client->step();
+      if (reached()) return true;
+      server->poll(std::chrono::milliseconds(1), std::chrono::milliseconds(1));
+    }
+    return false;
+  }
+  bool run_to_end(RawClient& client) {
+    return run({&client}, [&] { return client.ended; });
+  }
+  bool run_to_answers(RawClient& client, std::size_t count, const std::set<std::size_t>& heads = {}) {
+    return run({&client}, [&] {
+      const auto answers = parse_answers(client.received, heads);
+      return answers.size() >= count && answers[count - 1].complete;
+    });
+  }
+  bool run_until_handled(RawClient& client, std::size_t requests) {
+    return run({&client}, [&] { return handler.requests >= requests; });
+  }
+  /// Lets everything happen that can happen without a wait.
+  void settle() {
+    for (int i = 0; i < 20; ++i) server->poll(std::chrono::milliseconds(1), std::chrono::milliseconds(1));
+  }
+  void complete(std::size_t index, std::string body) {
+    handler.complete(handler.open.at(index), std::move(body));
+    server->waker()->wake();
+  }
+  /// Another client is served.
+  bool is_well() {
+    auto other = client();
+    other.send(get("/", "Connection: close\r\n"));
+    return run_to_end(other) && statuses(parse_answers(other.received)) == std::vector{200};
+  }
+
+  TestHandler handler;
+  std::unique_ptr<transport::Transport> server;
+};
+
 }  // namespace lrt::test

@@ -26,54 +26,14 @@ transport::Options on_any_port() {
   return options;
 }
 
-struct Host {
-  explicit Host(transport::Options options = on_any_port()) : server(make_epoll_transport(std::move(options))) {
-    if (const auto started = server->start(handler); !started) throw std::runtime_error(started.error().message);
-  }
-  RawClient client(int receive_buffer = 0) { return RawClient(server->port(), "127.0.0.1", receive_buffer); }
+struct Host : TestHost {
+  explicit Host(transport::Options options = on_any_port()) : TestHost(make_epoll_transport(std::move(options))) {}
 
-  template <class Reached>
-  bool run(std::initializer_list<RawClient*> clients, Reached reached) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-    while (std::chrono::steady_clock::now() < end) {
-      for (auto* const one : clients) one->step();
-      if (reached()) return true;
-      server->poll(milliseconds(1), milliseconds(1));
-    }
-    return false;
-  }
-  bool run_to_end(RawClient& client) {
-    return run({&client}, [&] { return client.ended; });
-  }
-  bool run_to_answers(RawClient& client, std::size_t count, const std::set<std::size_t>& heads = {}) {
-    return run({&client}, [&] {
-      const auto answers = parse_answers(client.received, heads);
-      return answers.size() >= count && answers[count - 1].complete;
-    });
-  }
-  bool run_until_handled(RawClient& client, std::size_t requests) {
-    return run({&client}, [&] { return handler.requests >= requests; });
-  }
-  void settle() {
-    for (int i = 0; i < 20; ++i) server->poll(milliseconds(1), milliseconds(1));
-  }
-  void complete(std::size_t index, std::string body) {
-    handler.complete(handler.open.at(index), std::move(body));
-    server->waker()->wake();
-  }
   /// Whether descriptor() says that there is something to do.
   bool calls(milliseconds wait = milliseconds(0)) {
     pollfd item{server->descriptor(), POLLIN, 0};
     return ::poll(&item, 1, static_cast<int>(wait.count())) == 1;
   }
-  bool is_well() {
-    auto other = client();
-    other.send(get("/", "Connection: close\r\n"));
-    return run_to_end(other) && statuses(parse_answers(other.received)) == std::vector{200};
-  }
-
-  TestHandler handler;
-  std::unique_ptr<transport::Transport> server;
 };
 
 }  // namespace

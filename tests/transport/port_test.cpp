@@ -45,48 +45,8 @@ transport::Options on_any_port() {
   return options;
 }
 
-/// A transport that is driven by the test's own thread, in between the steps of its clients.
-struct Host {
-  explicit Host(transport::Options options = on_any_port()) : server(make_transport(std::move(options))) {
-    const auto started = server->start(handler);
-    if (!started) throw std::runtime_error(started.error().message);
-  }
-  RawClient client(int receive_buffer = 0) { return RawClient(server->port(), "127.0.0.1", receive_buffer); }
-
-  /// Polls until `reached`, but no longer than anything here can take.
-  template <class Reached>
-  bool run(std::initializer_list<RawClient*> clients, Reached reached) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-    while (std::chrono::steady_clock::now() < end) {
-      for (auto* const client : clients) client->step();
-      if (reached()) return true;
-      server->poll(milliseconds(1), milliseconds(1));
-    }
-    return false;
-  }
-  bool run_to_end(RawClient& client) {
-    return run({&client}, [&] { return client.ended; });
-  }
-  bool run_to_answers(RawClient& client, std::size_t count, const std::set<std::size_t>& heads = {}) {
-    return run({&client}, [&] {
-      const auto answers = parse_answers(client.received, heads);
-      return answers.size() >= count && answers[count - 1].complete;
-    });
-  }
-  bool run_until_handled(RawClient& client, std::size_t requests) {
-    return run({&client}, [&] { return handler.requests >= requests; });
-  }
-  /// Lets everything happen that can happen without a wait.
-  void settle() {
-    for (int i = 0; i < 20; ++i) server->poll(milliseconds(1), milliseconds(1));
-  }
-  void complete(std::size_t index, std::string body) {
-    handler.complete(handler.open.at(index), std::move(body));
-    server->waker()->wake();
-  }
-
-  TestHandler handler;
-  std::unique_ptr<transport::Transport> server;
+struct Host : TestHost {
+  explicit Host(transport::Options options = on_any_port()) : TestHost(make_transport(std::move(options))) {}
 };
 
 }  // namespace
@@ -599,6 +559,9 @@ TEST_CASE("without descriptors clients are refused, and served again when there 
   auto options = on_any_port();
   options.clock = &clock;
   Host host(options);
+  auto idle = host.client();
+  idle.send(get("/"));
+  REQUIRE(host.run_to_answers(idle, 1));
   auto served = host.client();
   served.send(get("/"));
   REQUIRE(host.run_to_answers(served, 1));
@@ -610,6 +573,8 @@ TEST_CASE("without descriptors clients are refused, and served again when there 
   ::setrlimit(RLIMIT_NOFILE, &none);
   host.settle();
   ::setrlimit(RLIMIT_NOFILE, &before);
+  idle.step();
+  CHECK(idle.ended);  // to make room, in vain; the others are left alone
   clock.advance(milliseconds(200));
   served.send(get("/"));
   REQUIRE(host.run_to_answers(served, 2));
@@ -641,6 +606,31 @@ TEST_CASE("the last descriptor serves to tell clients that there are no more", "
   auto later = host.client();
   later.send(get("/"));
   REQUIRE(host.run_to_answers(later, 1));
+}
+
+TEST_CASE("when descriptors run out, who is idle longest makes room", "[transport]") {
+  ON_EACH_TRANSPORT();
+  Host host;
+  auto idle = host.client(), busy = host.client();
+  idle.send(get("/"));
+  REQUIRE(host.run_to_answers(idle, 1));
+  busy.send(get("/defer"));
+  REQUIRE(host.run_until_handled(busy, 2));
+  auto late = host.client();
+  late.send(get("/"));
+  late.step();
+  rlimit before{};
+  ::getrlimit(RLIMIT_NOFILE, &before);
+  const int next = ::dup(0);
+  ::close(next);
+  rlimit full = before;
+  full.rlim_cur = static_cast<rlim_t>(next);
+  ::setrlimit(RLIMIT_NOFILE, &full);
+  const bool served = host.run_to_answers(late, 1) && host.run_to_end(idle);
+  ::setrlimit(RLIMIT_NOFILE, &before);
+  REQUIRE(served);
+  CHECK(statuses(parse_answers(late.received)) == std::vector{200});
+  CHECK_FALSE(busy.ended);
 }
 
 TEST_CASE("stop answers what the handler still gives and 503 for the rest", "[transport]") {

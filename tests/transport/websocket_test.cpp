@@ -489,7 +489,9 @@ TEST_CASE("frames have one meaning however the bytes are split", "[transport]") 
 
 TEST_CASE("hundreds of pings in one segment are all answered", "[transport]") {
   ON_EACH_TRANSPORT();
-  Host host;
+  auto options = on_any_port();
+  options.limits.websocket_messages = 4000;
+  Host host(options);
   auto client = host.open();
   std::string bytes;
   for (int i = 0; i < 3000; ++i) bytes += Frame{Frame::ping, std::to_string(i)}.bytes();
@@ -625,13 +627,13 @@ TEST_CASE("what no client may send is closed with 1002", "[transport]") {
 TEST_CASE("a client that talks too much is closed with 1008", "[transport]") {
   ON_EACH_TRANSPORT();
   auto options = on_any_port();
-  options.limits.websocket_messages = 3;
+  options.limits.websocket_messages = 4;
   Host host(options);
   auto quiet = host.open();
   auto client = host.open();
   for (int round = 0; round < 3; ++round) {
     for (int i = 0; i < 3; ++i) client->send_text("x");
-    client->send(Frame{Frame::ping, "not a message"});
+    client->send(Frame{Frame::ping, "counts as one"});
     REQUIRE(host.run_to_frames(*client, static_cast<std::size_t>(round + 1) * 4));
     host.clock.advance(host.limits.ping_time);
     client->send(Frame{Frame::pong, ""});
@@ -645,10 +647,32 @@ TEST_CASE("a client that talks too much is closed with 1008", "[transport]") {
   CHECK(client->close_code() == 1008);
   client->send_close(1008);
   REQUIRE(host.run_to_end(*client));
-  CHECK(host.handler.messages.size() == 12);
+  CHECK(host.handler.messages.size() == 13);
   CHECK(host.handler.open.size() == 1);
   quiet->send_text("still here");
   REQUIRE(host.run({quiet.get()}, [&] { return host.handler.messages.size() == 13; }));
+}
+
+TEST_CASE("pings are counted as messages are, and many of them are not one step of a poll", "[transport]") {
+  ON_EACH_TRANSPORT();
+  auto options = on_any_port();
+  options.limits.websocket_messages = 1000;
+  Host host(options);
+  auto client = host.open();
+  std::string bytes;
+  for (int i = 0; i < 1300; ++i) bytes += Frame{Frame::ping, ""}.bytes();
+  client->send(bytes);
+  while (!client->all_sent()) client->step();
+  const auto pongs = [&] { return std::count_if(client->frames.begin(), client->frames.end(), [](const Frame& f) { return f.opcode == Frame::pong; }); };
+  for (auto before = pongs(), polls = pongs(); client->close_code() == 0; before = pongs()) {
+    host.server->poll(std::chrono::microseconds(0), milliseconds(0));
+    client->step();
+    CHECK(pongs() - before <= 2);
+    REQUIRE(++polls < 10'000);
+  }
+  CHECK(client->close_code() == 1008);
+  CHECK(pongs() <= 1001);
+  CHECK(pongs() >= 990);
 }
 
 TEST_CASE("a WebSocket counts as a connection, and is not closed to make room", "[transport][R0.1]") {

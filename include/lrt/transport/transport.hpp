@@ -40,7 +40,7 @@ struct Limits {
   std::chrono::milliseconds stop_time{1'000};          ///< for answers still on their way when the server stops
   // WebSocket. A client need not say anything; what it says is read within these limits.
   std::size_t websocket_message_bytes = 4 * 1024;      ///< of one message of a client; more: close 1009
-  std::size_t websocket_messages = 64;                 ///< of a client within ping_time; more: close 1008
+  std::size_t websocket_messages = 64;                 ///< and pings of a client within ping_time; more: close 1008
   std::chrono::milliseconds ping_time{20'000};         ///< silence of a client after which it is pinged
   std::chrono::milliseconds pong_time{10'000};         ///< more silence after that: it is taken for dead and dropped
   std::chrono::milliseconds close_time{2'000};         ///< for the client's half of the closing handshake

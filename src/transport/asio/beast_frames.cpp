@@ -18,6 +18,7 @@
 #include <vector>
 
 #include <lrt/base/unique_function.hpp>
+#include <lrt/base/utf8.hpp>
 
 namespace lrt::transport {
 namespace {
@@ -35,15 +36,6 @@ std::string_view clipped(std::string_view text, std::size_t limit) {
   if (text.size() <= limit) return text;
   while (limit > 0 && (static_cast<unsigned char>(text[limit]) & 0xC0U) == 0x80) --limit;
   return text.substr(0, limit);
-}
-
-/// Of UTF-8 that is right up to its end. Beast 1.74 does not ask this when the last frame of a message is empty.
-bool ends_within_character(std::string_view text) {
-  std::size_t tail = 0;
-  while (tail < text.size() && tail < 3 && (static_cast<unsigned char>(text[text.size() - 1 - tail]) & 0xC0U) == 0x80) ++tail;
-  if (tail == text.size()) return false;
-  const auto lead = static_cast<unsigned char>(text[text.size() - 1 - tail]);
-  return tail < (lead >= 0xF0 ? 3U : lead >= 0xE0 ? 2U : lead >= 0xC0 ? 1U : 0U);
 }
 
 }  // namespace
@@ -238,6 +230,7 @@ class BeastFrames final : public Frames {
     if (over_) return *over_;
     return closing_ || !stream_.is_open() ? State::closing : State::open;
   }
+  std::size_t pings() const noexcept override { return pings_; }
 
  private:
   Wire& wire() noexcept { return stream_.next_layer(); }
@@ -256,6 +249,7 @@ class BeastFrames final : public Frames {
   beast::flat_buffer message_;  ///< of the client, as far as it has come
   bool reading_ = false;        ///< a message
   bool ready_ = false;          ///< message_ is whole
+  std::size_t pings_ = 0;
   bool closing_ = false;        ///< by us
   std::optional<State> over_;
   websocket::stream<Wire, false> stream_;  // last: its completions know the rest
@@ -282,6 +276,7 @@ std::string BeastFrames::accept(std::string_view key, std::size_t message_bytes)
   stream_.set_option(websocket::stream_base::decorator([](websocket::response_type&) {}));
   if (error) return {};
   stream_.control_callback([this](websocket::frame_type type, beast::string_view) {
+    if (type == websocket::frame_type::ping) ++pings_;
     // RFC 6455 7.4.2 has no such codes. Beast would say them back.
     if (type == websocket::frame_type::close && stream_.reason().code >= 5000 && state() == State::open) begin_close(1002, {});
   });
@@ -326,7 +321,8 @@ void BeastFrames::read() {
 void BeastFrames::on_read() {
   if (closing_) return;  // the rest is Beast's
   const auto data = message_.cdata();
-  if (stream_.got_text() && ends_within_character({static_cast<const char*>(data.data()), data.size()})) return begin_close(1007, {});
+  // Beast 1.74 does not ask this when the last frame of a message is empty.
+  if (stream_.got_text() && utf8::ends_within_character({static_cast<const char*>(data.data()), data.size()})) return begin_close(1007, {});
   ready_ = true;
 }
 

@@ -36,15 +36,6 @@ void clear(Buffer& buffer, std::size_t kept) {
   else buffer.clear();
 }
 
-/// Of UTF-8 that is right up to its end.
-bool ends_within_character(std::string_view text) noexcept {
-  std::size_t tail = 0;
-  while (tail < text.size() && tail < 3 && (byte(text[text.size() - 1 - tail]) & 0xC0U) == 0x80) ++tail;
-  if (tail == text.size()) return false;
-  const auto lead = byte(text[text.size() - 1 - tail]);
-  return tail < (lead >= 0xF0 ? 3U : lead >= 0xE0 ? 2U : lead >= 0xC0 ? 1U : 0U);
-}
-
 /// RFC 6455 7.4, and of what IANA has registered since, 1012 and 1013. 1014 is a gateway's.
 bool is_close_code(unsigned code) noexcept {
   return (code >= 1000 && code <= 1013 && (code < 1004 || code > 1006)) || (code >= 3000 && code < 5000);
@@ -127,6 +118,7 @@ class LwsFrames final : public Frames {
   void sent(std::size_t bytes) override;
 
   State state() const noexcept override;
+  std::size_t pings() const noexcept override { return pings_; }
 
   /// From libwebsockets, within service().
   int on_received(std::string_view part);
@@ -188,6 +180,7 @@ class LwsFrames final : public Frames {
   std::string output_;
   std::size_t sent_ = 0;
   bool answered_ = false;  ///< there is a pong in output_
+  std::size_t pings_ = 0;
 };
 
 // -------------------------------------------------------------------------------------------------------------- beginning
@@ -236,6 +229,7 @@ void LwsFrames::advance() {
 
 /// Up to something that the owner should take: a message, or the answer to a ping.
 void LwsFrames::advance(std::string_view& bytes) {
+  context_->incoming.clear();  // whatever another one may have left when memory ran out
   while (!bytes.empty() && listens() && !message_ && !answered_) {
     if (payload_left_ > 0) {
       const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(payload_left_, bytes.size()));
@@ -259,7 +253,8 @@ void LwsFrames::on_head() {
   const std::size_t more = small_size == 126 ? 2 : small_size == 127 ? 8 : 0;
   if (head_wanted_ == 2) {
     const bool is_masked = (byte(head_[1]) & 0x80U) != 0;
-    if (!is_masked || (is_control && more != 0)) return refuse(LWS_CLOSE_STATUS_PROTOCOL_ERR);
+    const bool is_odd_control = is_control && ((byte(head_[0]) & 0xF0U) != 0x80 || (byte(head_[0]) & 0x0FU) > 0x0A || more != 0);
+    if (!is_masked || is_odd_control) return refuse(LWS_CLOSE_STATUS_PROTOCOL_ERR);
     head_wanted_ = 2 + 4 + (is_control ? small_size : more);
     return;
   }
@@ -287,13 +282,14 @@ void LwsFrames::on_control(std::string_view frame) {
   switch (byte(frame[0])) {
     case 0x88: return on_close(frame);
     case 0x89:
+      ++pings_;
       give(frame);
       if (phase_ != Phase::open) return;
       service(LWS_POLLOUT);
       answered_ = true;
       return collect(frame.size());
     case 0x8A: return;  // a pong, which nobody waits for
-    default: return give(frame);  // reserved, or a fragment: it refuses that
+    default: return;  // there is no other: on_head() has looked
   }
 }
 
@@ -332,7 +328,7 @@ int LwsFrames::on_received(std::string_view part) {
   part_ += part;
   if (lws_is_final_fragment(wsi_) == 0) return 0;
   const bool text = lws_frame_is_binary(wsi_) == 0;
-  if (text && ends_within_character(part_)) {
+  if (text && utf8::ends_within_character(part_)) {
     lws_close_reason(wsi_, LWS_CLOSE_STATUS_INVALID_PAYLOAD, nullptr, 0);
     return -1;
   }

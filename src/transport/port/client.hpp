@@ -1,5 +1,8 @@
 #pragma once
 
+#include <sys/socket.h>
+#include <sys/uio.h>
+
 #include <cstddef>
 #include <memory>
 
@@ -25,6 +28,19 @@ class Client : public Watched, public std::enable_shared_from_this<Client> {
 
  protected:
   explicit Client(Loop& loop) : loop_(loop) {}
+
+  /// As send(2).
+  /// @param tls  nullptr: plain
+  static ssize_t send(const Socket& socket, TlsStream* tls, const Output& output) {
+    if (output.second.empty() && tls == nullptr) return ::send(socket.descriptor(), output.first.data(), output.first.size(), MSG_NOSIGNAL);
+    iovec parts[2] = {{const_cast<char*>(output.first.data()), output.first.size()},
+                      {const_cast<char*>(output.second.data()), output.second.size()}};
+    if (tls != nullptr) return tls->send(parts, 2);
+    msghdr message{};
+    message.msg_iov = parts;
+    message.msg_iovlen = 2;
+    return ::sendmsg(socket.descriptor(), &message, MSG_NOSIGNAL);
+  }
 
   void join() {
     index_ = loop_.clients.size();

@@ -1,7 +1,6 @@
 #include "src/transport/port/connection.hpp"
 
 #include <sys/socket.h>
-#include <sys/uio.h>
 
 #include <cerrno>
 #include <utility>
@@ -92,10 +91,19 @@ void Connection::begin_stop(TimePoint) {
 
 /// The socket, and what came after the head, go to a WebSocket, which takes this one's place.
 void Connection::upgrade(TimePoint now) {
+  auto upgrade = session_.take_upgrade();
+  auto handshake = loop_.protocols->accept(upgrade.key, loop_.options.limits.websocket_message_bytes);
+  if (!handshake.frames) {
+    loop_.log(LogLevel::warning, "a WebSocket is refused: there is no memory or no descriptor for it");
+    loop_.context.handler->closed(upgrade.channel);
+    session_.refuse(503, "there is no room for another WebSocket", now);
+    write(now);
+    return update(now);
+  }
   closed_ = true;
   loop_.deadlines.clear(*this);
   Linked<IdleTag>::unlink();
-  auto next = std::make_shared<WebSocket>(loop_, std::move(socket_), session_.take_upgrade(), std::move(place_), std::move(tls_));
+  auto next = std::make_shared<WebSocket>(loop_, std::move(socket_), std::move(upgrade), std::move(handshake), std::move(place_), std::move(tls_));
   auto& websocket = *next;
   make_way(std::move(next));
   websocket.open(now);
@@ -199,7 +207,7 @@ void Connection::write(TimePoint now) {
       if (tls_ && tls_->owes() && tls_->flush() != 0) blocked_ = true;
       return;
     }
-    const auto sent = send(output);
+    const auto sent = send(socket_, tls_.get(), output);
     if (sent < 0) {
       if (errno == EINTR) continue;
       if (errno == EINPROGRESS && tls_) return;  // on_ready() goes on
@@ -211,17 +219,6 @@ void Connection::write(TimePoint now) {
     if (!session_.output().empty() && loop_.readiness.is_over()) break;
   }
   if (!session_.output().empty()) write_later();
-}
-
-ssize_t Connection::send(const Output& output) {
-  if (output.second.empty() && !tls_) return ::send(socket_.descriptor(), output.first.data(), output.first.size(), MSG_NOSIGNAL);
-  iovec parts[2] = {{const_cast<char*>(output.first.data()), output.first.size()},
-                    {const_cast<char*>(output.second.data()), output.second.size()}};
-  if (tls_) return tls_->send(parts, 2);
-  msghdr message{};
-  message.msg_iov = parts;
-  message.msg_iovlen = 2;
-  return ::sendmsg(socket_.descriptor(), &message, MSG_NOSIGNAL);
 }
 
 /// Lets the others have their turn.

@@ -49,7 +49,6 @@ class Connection final : public Client, public Deadlines::Entry, public Linked<I
   bool wants_input() const noexcept { return session_.wants_input() || (tls_ && !tls_->is_open() && !half_closed_); }
   void on_tls_failure(TimePoint now);
   void write(TimePoint now);
-  ssize_t send(const Output& output);
   void update(TimePoint now);
   void watch();
   void write_later();

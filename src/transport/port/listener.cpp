@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstring>
 #include <string>
+#include <utility>
 
 #include "src/transport/port/connection.hpp"
 
@@ -132,11 +133,13 @@ void Listener::pause(const char* reason) {
 
 void Listener::on_ready(std::uint32_t) {
   if (!socket_.is_open() || resumes_at_) return;
+  bool made_room = false;  // in vain, if descriptors are not what is missing
   for (int turn = 0; turn < accepts_per_turn; ++turn) {
     sockaddr_storage address{};
     socklen_t size = sizeof address;
     const int descriptor = ::accept4(socket_.descriptor(), reinterpret_cast<sockaddr*>(&address), &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (descriptor >= 0) {
+      made_room = false;
       admit(descriptor, numeric_address(address));
       if (loop_.readiness.is_over()) break;
       continue;
@@ -145,7 +148,7 @@ void Listener::on_ready(std::uint32_t) {
       case EAGAIN: return;
       case EMFILE:
       case ENFILE:
-        if (refuse_with_reserve()) continue;
+        if ((!std::exchange(made_room, true) && make_room()) || refuse_with_reserve()) continue;
         return pause(std::strerror(EMFILE));
       case ENOBUFS:
       case ENOMEM: return pause(std::strerror(errno));
@@ -180,11 +183,12 @@ bool Listener::has_room() const noexcept {
 /// Closes the connection that has been idle longest. One whose next request has arrived unnoticed is not idle: it is served now, as
 /// it would have been soon.
 bool Listener::make_room() {
+  const std::size_t before = loop_.clients.size();
   Connection* served = nullptr;
   for (int look = 0; look < looks_for_room && !loop_.idle.empty(); ++look) {
     auto& longest = loop_.idle.front();
     longest.look();
-    if (has_room()) return true;  // it was gone
+    if (loop_.clients.size() < before) return true;  // it was gone
     if (longest.is_idle() && &loop_.idle.front() == &longest) {
       longest.close();
       return true;

@@ -54,6 +54,8 @@ class Frames {
   virtual void sent(std::size_t bytes) = 0;
 
   virtual State state() const noexcept = 0;
+  /// Of the client, answered until now: its owner says how many it may send.
+  virtual std::size_t pings() const noexcept = 0;
 
  protected:
   Frames() = default;

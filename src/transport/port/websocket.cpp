@@ -38,13 +38,16 @@ const std::shared_ptr<const std::string>& nothing() {
 
 }  // namespace
 
-WebSocket::WebSocket(Loop& loop, Socket socket, Session::Upgrade upgrade, Addresses::Place place, std::unique_ptr<TlsStream> tls)
+WebSocket::WebSocket(Loop& loop, Socket socket, Session::Upgrade upgrade, Protocols::Handshake handshake, Addresses::Place place,
+                     std::unique_ptr<TlsStream> tls)
     : Client(loop),
       upgrade_(std::move(upgrade)),
       channel_(upgrade_.channel),
       socket_(std::move(socket)),
       tls_(std::move(tls)),
       place_(std::move(place)),
+      frames_(std::move(handshake.frames)),
+      accept_(std::move(handshake.accept)),
       early_(std::move(upgrade_.early)) {}
 
 // -------------------------------------------------------------------------------------------------------------- beginning
@@ -53,21 +56,17 @@ void WebSocket::open(TimePoint now) {
   loop_.channels.emplace(static_cast<std::uint64_t>(channel_), this);
   ::setsockopt(socket_.descriptor(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &unsent_bytes, sizeof unsent_bytes);
   head_ = take_head(now);
-  if (head_.empty()) return close();
   if (write(now)) begin(now);
   watch();
 }
 
 std::string WebSocket::take_head(TimePoint now) {
-  auto handshake = loop_.protocols->accept(upgrade_.key, loop_.options.limits.websocket_message_bytes);
-  if (!handshake.frames) return {};
-  frames_ = std::move(handshake.frames);
   auto& response = upgrade_.response;
   response.status = 101;
   response.close = false;
   response.fields.set("Upgrade", "websocket");
   response.fields.set("Connection", "Upgrade");
-  response.fields.set("Sec-WebSocket-Accept", handshake.accept);
+  response.fields.set("Sec-WebSocket-Accept", accept_);
   std::string head;
   loop_.protocols->write_head(head, response, loop_.context.date(now.utc), true, 11);
   return head;
@@ -127,6 +126,7 @@ void WebSocket::read(TimePoint now) {
     if (got <= 0) return close();
     heard(now);
     frames_->receive({scratch.data(), static_cast<std::size_t>(got)});
+    count_pings(now);
     take_messages(now);
     drained = static_cast<std::size_t>(got) < piece_bytes && !has_more();
     if (loop_.readiness.is_over()) break;
@@ -149,10 +149,9 @@ ssize_t WebSocket::receive(char* to, std::size_t size) {
 void WebSocket::take_messages(TimePoint now) {
   while (is_speaking()) {
     auto message = frames_->next();
-    if (message && phase_ == Phase::open) {
-      if (is_too_much(now)) begin_close(1008, "too many messages", now);
-      else loop_.context.handler->received(channel_, message->bytes, message->text, now);
-    }
+    if (message && phase_ == Phase::open) count(now);
+    if (is_too_much()) begin_close(1008, "too many messages", now);
+    else if (message && phase_ == Phase::open) loop_.context.handler->received(channel_, message->bytes, message->text, now);
     const bool answers = !output().empty();
     const bool free = write(now);
     if (message && free) push_some(now);
@@ -164,15 +163,16 @@ void WebSocket::take_messages(TimePoint now) {
   }
 }
 
-/// Counted from the first message after the last ping_time was over.
-bool WebSocket::is_too_much(TimePoint now) {
-  const auto& limits = loop_.options.limits;
-  if (now.steady - window_ >= limits.ping_time) {
+/// A message or a ping, from the first after the last ping_time was over.
+void WebSocket::count(TimePoint now) {
+  if (now.steady - window_ >= loop_.options.limits.ping_time) {
     window_ = now.steady;
     window_messages_ = 0;
   }
-  return ++window_messages_ > limits.websocket_messages;
+  ++window_messages_;
 }
+
+bool WebSocket::is_too_much() const noexcept { return phase_ == Phase::open && window_messages_ > loop_.options.limits.websocket_messages; }
 
 /// Reads what nobody needs, so that closing does not reset the connection while the client's last bytes are on their way.
 void WebSocket::discard() {
@@ -233,10 +233,11 @@ void WebSocket::send_all(TimePoint now) {
       frames_->ping();
       continue;
     }
-    const auto bytes = send(output);
+    const auto bytes = send(socket_, tls_.get(), output);
     if (bytes > 0) {
       sent(static_cast<std::size_t>(bytes));
       anew = true;
+      if (phase_ != Phase::opening && count_pings(now) && must_pause()) return;
     } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
       return block(anew, now);
     } else if (errno != EINTR) {
@@ -245,14 +246,20 @@ void WebSocket::send_all(TimePoint now) {
   }
 }
 
-ssize_t WebSocket::send(const Output& output) {
-  iovec parts[2] = {{const_cast<char*>(output.first.data()), output.first.size()},
-                    {const_cast<char*>(output.second.data()), output.second.size()}};
-  if (tls_) return tls_->send(parts, 2);
-  msghdr message{};
-  message.msg_iov = parts;
-  message.msg_iovlen = 2;
-  return ::sendmsg(socket_.descriptor(), &message, MSG_NOSIGNAL);
+/// True when the client has sent some since the last call.
+bool WebSocket::count_pings(TimePoint now) {
+  const std::size_t pings = frames_->pings();
+  if (pings == pings_) return false;
+  for (; pings_ != pings; ++pings_) count(now);
+  return true;
+}
+
+/// The answer to a ping has left, and the next was found: a client's pings are not one step, however many come at once.
+bool WebSocket::must_pause() {
+  if (!is_too_much() && !loop_.readiness.is_over()) return false;
+  unfinished_ = true;
+  loop_.readiness.later(*this);
+  return true;
 }
 
 void WebSocket::sent(std::size_t bytes) {

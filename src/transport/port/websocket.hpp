@@ -27,7 +27,8 @@ namespace lrt::transport {
 class WebSocket final : public Client, public Linked<TurnTag> {
  public:
   /// @param tls  nullptr: plain
-  WebSocket(Loop& loop, Socket socket, Session::Upgrade upgrade, Addresses::Place place, std::unique_ptr<TlsStream> tls);
+  WebSocket(Loop& loop, Socket socket, Session::Upgrade upgrade, Protocols::Handshake handshake, Addresses::Place place,
+            std::unique_ptr<TlsStream> tls);
 
   /// Its place in the loop's list is taken. Answers 101.
   void open(TimePoint now);
@@ -65,7 +66,10 @@ class WebSocket final : public Client, public Linked<TurnTag> {
   void read(TimePoint now);
   ssize_t receive(char* to, std::size_t size);
   void take_messages(TimePoint now);
-  bool is_too_much(TimePoint now);
+  void count(TimePoint now);
+  bool is_too_much() const noexcept;
+  bool count_pings(TimePoint now);
+  bool must_pause();
   void discard();
   bool is_speaking() const noexcept { return phase_ == Phase::open || phase_ == Phase::closing; }
   bool wants_input() const noexcept;
@@ -75,7 +79,6 @@ class WebSocket final : public Client, public Linked<TurnTag> {
   bool write(TimePoint now);
   void send_all(TimePoint now);
   Output output() const noexcept;
-  ssize_t send(const Output& output);
   void sent(std::size_t bytes);
   void block(bool anew, TimePoint now);
 
@@ -99,12 +102,14 @@ class WebSocket final : public Client, public Linked<TurnTag> {
   Phase phase_ = Phase::opening;
   std::string head_;             ///< the 101
   std::size_t head_sent_ = 0;
+  std::string accept_;           ///< Sec-WebSocket-Accept
   std::string early_;            ///< what came with the handshake
   std::size_t early_used_ = 0;
   Timer life_{*this, &WebSocket::on_silence};
   Timer progress_{*this, &WebSocket::on_stuck};
   std::chrono::steady_clock::time_point window_{};  ///< in which the client's messages are counted
   std::size_t window_messages_ = 0;
+  std::size_t pings_ = 0;  ///< that are counted
   std::size_t discarded_ = 0;
   bool blocked_ = false;      ///< the socket takes no more for now
   bool unfinished_ = false;   ///< the frames may have more messages of what was received
