@@ -242,7 +242,7 @@ TEST_CASE("what is said to be a type and is no IRI is a value of rdf:type", "[rd
 }
 
 TEST_CASE("what is no RDF is not written", "[rdf]") {
-  for (const auto& [subject, predicate, object] : {std::tuple{literal("x"), p, q}, std::tuple{s, blank("b"), q}, std::tuple{lrt::rdf::iri("rel"), p, q},
+  for (const auto& [subject, predicate, object] : {std::tuple{lrt::rdf::iri("rel"), p, q},
                                                    std::tuple{s, lrt::rdf::iri("rel"), q}, std::tuple{s, p, lrt::rdf::iri("http://e/ x")},
                                                    std::tuple{s, p, literal("x", lrt::Iri("rel"))}, std::tuple{s, p, tagged_literal("x", "d e")}}) {
     Graph g;
