@@ -68,7 +68,7 @@ class Server {
   Result<void> remove(std::string_view path);
 
   /// Runs lambdas that have come due, and with Io::in_poll serves the network. Never waits. At most one lambda is begun after `budget`
-  /// is used up, and with Io::in_poll what is under way by then is completed: below 1 ms for anything but a large body (README, Threads),
+  /// is used up, and with Io::in_poll what is under way by then is completed: 1 ms at most for anything but a large body (README, Threads),
   /// which limits.body_bytes bounds. When idle: no allocation, and no system call with Io::own_thread, one with Io::in_poll.
   /// @return  how long the caller may sleep; zero when there is more to do
   std::chrono::milliseconds poll(std::chrono::microseconds budget = std::chrono::microseconds(200)) noexcept;
