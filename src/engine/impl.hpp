@@ -101,6 +101,7 @@ struct Context {
   Resource* resource = nullptr;
   std::size_t page = 1;
   http::Preferences preferences;
+  std::optional<bool> for_people{};   ///< asks_for_page(), once it was asked
 };
 
 class Engine::Impl {
@@ -196,6 +197,8 @@ class Engine::Impl {
   void start_read(PropertyResource& property);
   Result<const Rendering*> render(Resource& resource, std::size_t base, Form form, std::size_t page);
   Result<std::string> write(const rdf::Graph& graph, Form form, std::size_t base) const;
+  /// The fields of a 200 that only the structure changes.
+  http::Fields fields_of(Resource& resource, std::size_t base, std::size_t page, std::string_view cache_control);
   void forget_renderings(Resource& resource);
   void trim_cache();
   /// Whether If-Match and If-None-Match let a method go on; the answer if not.

@@ -53,16 +53,18 @@ bool asks_for_minimal_container(const http::Preferences& preferences) {
 }
 
 /// Whether Accept prefers the page to every RDF syntax, as browsers do.
-bool asks_for_page(const http::Request& request) {
+bool asks_for_page(Context& context) {
+  if (context.for_people) return *context.for_people;
   static const std::vector<std::string_view> offers = [] {
     std::vector<std::string_view> types = all_offers();
     types.push_back("text/html");  // last: who takes anything gets Turtle (R1.2)
     return types;
   }();
+  const http::Request& request = context.request;
   const auto accept = request.find("Accept");
-  if (!accept) return false;
   const auto chosen = [](std::string_view field) { return http::negotiate(field, offers) == offers.size() - 1; };
-  return request.count("Accept") > 1 ? chosen(request.joined("Accept")) : chosen(*accept);
+  context.for_people = accept && (request.count("Accept") > 1 ? chosen(request.joined("Accept")) : chosen(*accept));
+  return *context.for_people;
 }
 
 }  // namespace
@@ -118,7 +120,7 @@ bool Engine::Impl::sync(Resource& resource) {
 }
 
 Outcome Engine::Impl::get(Context& context, bool fresh) {
-  if (asks_for_page(context.request)) return represent(context);  // it has no values: nothing to be read for it
+  if (asks_for_page(context)) return represent(context);  // it has no values: nothing to be read for it
   if (sync(*context.resource) && !fresh) return read_first(context, pulled_of(*context.resource));
   return represent(context);
 }
@@ -170,7 +172,7 @@ http::Response Engine::Impl::represent(Context& context) {
   const std::optional<std::string_view> accept = context.request.find("Accept");
   const std::string joined = accept && context.request.count("Accept") > 1 ? context.request.joined("Accept") : std::string();
   std::optional<Rendering> page;
-  if (asks_for_page(context.request)) page = page_of(resource, context.base, context.page);
+  if (asks_for_page(context)) page = page_of(resource, context.base, context.page);
   const bool minimal = !page && is_container(resource) && asks_for_minimal_container(context.preferences);
   if (minimal) context.page = minimal_page;
   std::variant<const Rendering*, http::Response> chosen = page ? &*page : nullptr;
@@ -225,12 +227,18 @@ Rendering Engine::Impl::page_of(Resource& resource, std::size_t base, std::size_
   Rendering made{&resource, base, {}, page, 0, 0, {}, {}, page_tag(), page_html()};
   add_page_fields(made.fields);
   made.fields.add("ETag", made.tag);
-  made.fields.add("Vary", "Accept");
-  made.fields.add("Cache-Control", "no-cache");
-  made.fields.add("Accept-Ranges", "bytes");
-  add_allow(made.fields, resource);
-  add_links(made.fields, resource, bases_[base], page);
+  made.fields.append(fields_of(resource, base, page, revalidated));
   return made;
+}
+
+http::Fields Engine::Impl::fields_of(Resource& resource, std::size_t base, std::size_t page, std::string_view cache_control) {
+  http::Fields fields;
+  fields.add("Vary", page == minimal_page ? "Accept, Prefer" : "Accept");
+  fields.add("Cache-Control", cache_control);
+  fields.add("Accept-Ranges", "bytes");
+  add_allow(fields, resource);
+  add_links(fields, resource, bases_[base], page);
+  return fields;
 }
 
 Result<const Rendering*> Engine::Impl::render(Resource& resource, std::size_t base, Form form, std::size_t page) {
@@ -256,13 +264,7 @@ Result<const Rendering*> Engine::Impl::render(Resource& resource, std::size_t ba
     resource.renderings.erase(at);
     break;
   }
-  if (made.links.block().empty()) {
-    made.links.add("Vary", page == minimal_page ? "Accept, Prefer" : "Accept");
-    made.links.add("Cache-Control", resource.kind == Kind::context ? kept_for_a_day : revalidated);
-    made.links.add("Accept-Ranges", "bytes");
-    add_allow(made.links, resource);
-    add_links(made.links, resource, bases_[base], page);
-  }
+  if (made.links.block().empty()) made.links = fields_of(resource, base, page, resource.kind == Kind::context ? kept_for_a_day : revalidated);
   made.tag = http::entity_tag(media_type(form), *text);
   made.body = std::make_shared<const std::string>(*std::move(text));
   made.fields.add("Content-Type", media_type(form));

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include <lrt/engine/engine.hpp>
-
 #include <lrt/transport/session.hpp>
 
 #if LRT_HAS_ASIO

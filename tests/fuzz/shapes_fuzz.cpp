@@ -1,11 +1,11 @@
 #include <lrt/shacl/validator.hpp>
 
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <string>
 
 #include <lrt/rdf/codec.hpp>
+
+#include "tests/fuzz/round_trip.hpp"
 
 // Shapes as Turtle, a byte 0xFF (which no UTF-8 text has), data as Turtle -> compile, validate within small limits -> the
 // report as a graph, which must be writable, readable again, and the same at a second validation. Without data the shapes judge
@@ -14,13 +14,9 @@
 namespace {
 
 using lrt::Result;
+using lrt::fuzz::broken;
 using lrt::rdf::Graph;
 using lrt::rdf::Syntax;
-
-[[noreturn]] void broken(const char* what, const std::string& text) {
-  std::fprintf(stderr, "%s:\n%s\n", what, text.c_str());
-  std::abort();
-}
 
 Result<Graph> read(std::string_view text) {
   // As a parser meets it in tests/shacl, so that what is found can be tried there; short inputs get further this way.

@@ -1,5 +1,7 @@
 #include "tests/support/websocket.hpp"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <deque>
 #include <functional>
@@ -651,6 +653,32 @@ TEST_CASE("a client that talks too much is closed with 1008", "[transport]") {
   CHECK(host.handler.open.size() == 1);
   quiet->send_text("still here");
   REQUIRE(host.run({quiet.get()}, [&] { return host.handler.messages.size() == 13; }));
+}
+
+TEST_CASE("a WebSocket for which there is no descriptor is refused with 503, and its channel closed", "[transport][R0.12]") {
+  ON_EACH_TRANSPORT();
+  Host host;
+  const auto early = host.open();
+  const auto client = host.connect();
+  host.settle({client.get()});
+  rlimit before{};
+  ::getrlimit(RLIMIT_NOFILE, &before);
+  const int next = ::dup(0);
+  ::close(next);
+  rlimit full = before;
+  full.rlim_cur = static_cast<rlim_t>(next);
+  ::setrlimit(RLIMIT_NOFILE, &full);
+  client->send(WebSocketClient::handshake("/echo"));
+  const bool answered = host.run({client.get()}, [&] { return client->status != 0; });
+  ::setrlimit(RLIMIT_NOFILE, &before);
+  REQUIRE(answered);
+  const bool refused = present_transport() == "classic";  // only there a WebSocket needs more than the connection has
+  CHECK(client->status == (refused ? 503 : 101));
+  CHECK(host.handler.open.size() == (refused ? 1 : 2));
+  if (refused) CHECK(host.run_to_end(*client));
+  const auto late = host.open();
+  early->send_text("still here");
+  REQUIRE(host.run_to_frames(*early, 1));
 }
 
 TEST_CASE("pings are counted as messages are, and many of them are not one step of a poll", "[transport]") {

@@ -5,10 +5,11 @@
 #include <memory>
 #include <string>
 
+#include <lrt/transport/session.hpp>
+
 #include "src/transport/port/client.hpp"
 #include "src/transport/port/deadlines.hpp"
 #include "src/transport/port/loop.hpp"
-#include <lrt/transport/session.hpp>
 #include "src/transport/port/tls.hpp"
 
 namespace lrt::transport {

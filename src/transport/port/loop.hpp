@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <lrt/base/clock.hpp>
+#include <lrt/transport/session.hpp>
 #include <lrt/transport/transport.hpp>
 
 #include "src/transport/port/addresses.hpp"
@@ -16,7 +17,6 @@
 #include "src/transport/port/list.hpp"
 #include "src/transport/port/protocols.hpp"
 #include "src/transport/port/readiness.hpp"
-#include <lrt/transport/session.hpp>
 #include "src/transport/port/tls.hpp"
 
 namespace lrt::transport {

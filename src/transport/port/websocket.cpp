@@ -3,7 +3,6 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
-#include <sys/uio.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -47,8 +46,9 @@ WebSocket::WebSocket(Loop& loop, Socket socket, Session::Upgrade upgrade, Protoc
       tls_(std::move(tls)),
       place_(std::move(place)),
       frames_(std::move(handshake.frames)),
-      accept_(std::move(handshake.accept)),
-      early_(std::move(upgrade_.early)) {}
+      early_(std::move(upgrade_.early)) {
+  upgrade_.response.fields.set("Sec-WebSocket-Accept", handshake.accept);
+}
 
 // -------------------------------------------------------------------------------------------------------------- beginning
 
@@ -66,7 +66,6 @@ std::string WebSocket::take_head(TimePoint now) {
   response.close = false;
   response.fields.set("Upgrade", "websocket");
   response.fields.set("Connection", "Upgrade");
-  response.fields.set("Sec-WebSocket-Accept", accept_);
   std::string head;
   loop_.protocols->write_head(head, response, loop_.context.date(now.utc), true, 11);
   return head;

@@ -9,11 +9,12 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/transport/session.hpp>
+
 #include "src/transport/port/client.hpp"
 #include "src/transport/port/deadlines.hpp"
 #include "src/transport/port/loop.hpp"
 #include "src/transport/port/protocols.hpp"
-#include <lrt/transport/session.hpp>
 
 namespace lrt::transport {
 
@@ -102,7 +103,6 @@ class WebSocket final : public Client, public Linked<TurnTag> {
   Phase phase_ = Phase::opening;
   std::string head_;             ///< the 101
   std::size_t head_sent_ = 0;
-  std::string accept_;           ///< Sec-WebSocket-Accept
   std::string early_;            ///< what came with the handshake
   std::size_t early_used_ = 0;
   Timer life_{*this, &WebSocket::on_silence};
