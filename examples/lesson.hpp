@@ -121,6 +121,13 @@ class Client {
   }
   Answer remove(const std::string& path) { return shown("DELETE", path, {}, {}); }
   Answer options(const std::string& path) { return shown("OPTIONS", path, {}, {}); }
+  /// A body that is no Turtle.
+  Answer put_as(const std::string& type, const std::string& path, const std::string& body) {
+    const std::string fields = "Content-Type: " + type + "\r\n";
+    const Answer answer = exchanged("PUT", path, body, fields);
+    print("PUT", path, body, fields, answer);
+    return answer;
+  }
 
   /// Asks until the answer has `text`, then prints that answer.
   Answer get_until(const std::string& path, std::string_view text) {
@@ -209,16 +216,19 @@ class Client {
   }
 
   Answer ask(const std::string& method, const std::string& path, const std::string& turtle, const std::string& fields) const {
+    if (turtle.empty()) return exchanged(method, path, turtle, fields);
+    return exchanged(method, path, prefixes() + turtle + "\n", fields + "Content-Type: text/turtle\r\n");
+  }
+
+ private:
+  Answer exchanged(const std::string& method, const std::string& path, const std::string& body, const std::string& fields) const {
     const std::string host = "127.0.0.1:" + std::to_string(port_);
-    const std::string body = turtle.empty() ? turtle : prefixes() + turtle + "\n";
     std::string request =
         method + " " + without_base(path) + " HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n" + fields;
-    if (!body.empty()) request += "Content-Type: text/turtle\r\n";
     if (!body.empty() || method == "POST") request += "Content-Length: " + std::to_string(body.size()) + "\r\n";
     return parse(exchange(request + "\r\n" + body));
   }
 
- private:
   Answer shown(const std::string& method, const std::string& path, const std::string& turtle, const std::string& fields) {
     Answer answer = ask(method, path, turtle, fields);
     print(method, path, turtle, fields, answer);

@@ -3,10 +3,13 @@
 #include <chrono>
 #include <cstddef>
 #include <memory>
+#include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 
 #include <lrt/model/detail/spec.hpp>
+#include <lrt/model/representation.hpp>
 #include <lrt/rdf/traits.hpp>
 
 namespace lrt {
@@ -73,6 +76,49 @@ class Property {
   Property& add(Iri predicate, Object object) {
     return edit([&](auto& s) { s.statements.push_back({std::string(predicate.text), std::move(object)}); });
   }
+  /// The coordinate system in which the numbers are to be read, as lrt:frame: an IRI, a name, or Object::resource("baxter/torso").
+  Property& frame(Object system) {
+    return edit([&](auto& s) { s.frame = std::move(system); });
+  }
+
+  /// Offers the property's values in a further media type. Whoever asks for it gets what `encode` makes of the present value, by GET (with
+  /// ranges) and as binary messages; the RDF links to it with its size, and it links back.
+  ///
+  ///     camera.representation("image/jpeg", [](const Frame& f) { return f.jpeg; });   // Bytes: nothing is copied
+  ///
+  /// Two values that traits<T>::same() takes for one are one: what changes the bytes must be in the RDF too, if only as a time stamp or a
+  /// number.
+  ///
+  /// @param media_type  "image/jpeg"; not one that lrt writes itself, but application/octet-stream
+  /// @param encode      callable of `const T&`: Bytes, std::string, or a Result of these. Null or an error of Errc::unsupported_syntax:
+  ///                    there is no such representation of this value (406); another error: 500.
+  /// @param layout      of bytes that are numbers; described if element_type is given
+  ///
+  /// @par Errors   expected_media_type, duplicate_path (one type twice): by Server::add
+  /// @par Threads  `encode` is called like rdf::traits<T>::encode: by the thread that makes representations, on a copy of the value, once
+  ///               for each value somebody asks for. It may not touch the robot. What takes more than a millisecond is encoded better
+  ///               before publish().
+  /// @par Implements  R0.17, R1.2; the paper's D5
+  template <class F>
+  Property& representation(std::string_view media_type, F encode, Layout layout = {}) {
+    static_assert(std::is_invocable_v<F&, const T&>, "lrt: representation takes a callable of const T&, T being the property's type");
+    return edit([&](auto& s) {
+      model::RepresentationSpec made{std::string(media_type), {}, std::move(layout)};
+      made.encode = [encode = std::move(encode)](const void* value) mutable { return model::to_bytes(encode(*static_cast<const T*>(value))); };
+      s.representations.push_back(std::move(made));
+      if (s.slot) s.slot->hold();
+      s.whole = [](const rdf::Value& value) -> std::shared_ptr<const void> {
+        Result<T> whole = rdf::traits<T>::decode(value);
+        return whole ? std::make_shared<const T>(*std::move(whole)) : nullptr;
+      };
+    });
+  }
+  /// Offers numbers and lists of numbers as application/octet-stream too, both ways: as rdf::Plain::octets, with the layout described.
+  /// @par Errors  invalid_option, for other types: by Server::add
+  Property& octets() {
+    return edit([](auto& s) { s.octets = true; });
+  }
+
   /// How often `read` is called while somebody observes the property (pulled properties); zero: only on changed(). Default:
   /// subscription::Options::sample_period.
   Property& sample(std::chrono::milliseconds period) {

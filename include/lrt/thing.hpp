@@ -65,7 +65,12 @@ class Thing {
     using T = rdf::detail::stored_t<std::invoke_result_t<Read&>>;
     auto spec = new_property(path, rdf::traits<T>::type(), unit);
     spec->changes = std::make_shared<model::ChangeSignal>();
-    spec->read = [read = std::move(read)]() mutable { return rdf::traits<T>::encode(T(read())); };
+    spec->read = [read = std::move(read), own = spec.get()]() mutable {
+      T value(read());
+      model::Reading reading{rdf::traits<T>::encode(value), nullptr};
+      if (!own->representations.empty()) reading.whole = std::make_shared<const T>(std::move(value));
+      return reading;
+    };
     return Property<T>(std::move(spec), nullptr);
   }
   /// Exposes a value that the control loop hands over by publish(): GET is answered without the host's thread. Until the first

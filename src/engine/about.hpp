@@ -29,6 +29,7 @@ class About {
     return time == decltype(time){} ? *this : add(predicate, rdf::literal(to_xsd_date_time(time), vocab::xsd::dateTime));
   }
   rdf::TermId subject() const noexcept { return subject_; }
+  rdf::Graph& graph() const noexcept { return graph_; }
 
  private:
   rdf::Graph& graph_;

@@ -7,17 +7,6 @@
 
 namespace lrt::engine {
 
-namespace {
-const std::string& post_types() {
-  static const std::string types = [] {
-    std::string all;
-    for (const rdf::Syntax s : rdf::all_syntaxes) all += (all.empty() ? "" : ", ") + std::string(rdf::media_type(s));
-    return all;
-  }();
-  return types;
-}
-}  // namespace
-
 std::string Engine::Impl::allow(const Resource& resource) const {
   std::string methods = "GET, HEAD, OPTIONS";
   switch (resource.kind) {
@@ -42,7 +31,7 @@ std::string Engine::Impl::allow(const Resource& resource) const {
 void Engine::Impl::add_allow(http::Fields& fields, const Resource& resource) const {
   const std::string methods = allow(resource);
   fields.add("Allow", methods);
-  if (methods.find("POST") != std::string::npos) fields.add("Accept-Post", post_types());
+  if (methods.find("POST") != std::string::npos) fields.add("Accept-Post", readable_types(resource.kind != Kind::subscriptions));
 }
 
 /// LDP 4.2.1.4, 5.2.1.4: on every answer, what the resource is.
@@ -146,25 +135,26 @@ http::Response Engine::Impl::violation(Context& context, const shacl::Report& re
   return response;
 }
 
-http::Response Engine::Impl::with_graph(const Context& context, int status, const rdf::Graph& graph) {
-  std::vector<rdf::Syntax> syntaxes(rdf::all_syntaxes.begin(), rdf::all_syntaxes.end());
+http::Response Engine::Impl::with_graph(const Context& context, int status, const rdf::Graph& graph, const Said* said) {
+  Offers offers = said ? offers_of_values() : offers_of_graphs();
   http::Response response;
   response.status = status;
-  while (!syntaxes.empty()) {
-    std::vector<std::string_view> offers;
-    for (const rdf::Syntax s : syntaxes) offers.push_back(rdf::media_type(s));
+  while (!offers.types.empty()) {
     std::optional<std::size_t> choice = 0;
-    if (context.request.find("Accept")) choice = http::negotiate(std::string_view(context.request.joined("Accept")), offers);
+    if (context.request.find("Accept")) choice = http::negotiate(std::string_view(context.request.joined("Accept")), offers.types);
     const std::size_t at = choice.value_or(0);  // what has happened is not taken back for the want of a format
-    if (Result<std::string> text = write(graph, Form{syntaxes[at]}, context.base)) {
-      response.fields.add("Content-Type", offers[at]);
-      if (status < 300) response.fields.add("ETag", http::entity_tag(offers[at], *text));
+    const Form form = offers.forms[at];
+    const std::string_view type = offers.types[at];
+    if (Result<std::string> text = form.is_rdf() ? write(graph, form, context.base) : rdf::write_plain(*said->type, *said->facets, said->value, form.plain())) {
+      response.fields.add("Content-Type", type);
+      if (status < 300) response.fields.add("ETag", http::entity_tag(type, *text));
       response.fields.add("Vary", "Accept");
       if (context.resource) add_types(response.fields, *context.resource);
       response.set_body(*std::move(text));
       return response;
     }
-    syntaxes.erase(syntaxes.begin() + static_cast<std::ptrdiff_t>(at));
+    offers.types.erase(offers.types.begin() + static_cast<std::ptrdiff_t>(at));
+    offers.forms.erase(offers.forms.begin() + static_cast<std::ptrdiff_t>(at));
   }
   return problem(context, 500, "the result cannot be written");
 }

@@ -97,7 +97,8 @@ void Engine::Impl::member_created(const std::string& path, const std::string& id
   if (context.preferences.return_ == http::Preferences::Return::representation) {
     rdf::Graph graph;
     describe(graph, *member, bases_[context.base], 1);
-    response = with_graph(context, 201, graph);
+    const Said said = said_by(*member);
+    response = with_graph(context, 201, graph, &said);
     response.fields.add("Content-Location", location);
     response.fields.add("Preference-Applied", "return=representation");
   } else {

@@ -13,17 +13,6 @@ namespace {
 using rdf::Graph;
 using rdf::TermId;
 
-Iri status_iri(Status status) {
-  switch (status) {
-    case Status::pending: return vocab::lrt::pending;
-    case Status::running: return vocab::lrt::running;
-    case Status::succeeded: return vocab::lrt::succeeded;
-    case Status::failed: return vocab::lrt::failed;
-    case Status::cancelled: return vocab::lrt::cancelled;
-  }
-  return {};
-}
-
 void add_classes(About& about, const std::vector<std::string>& classes) {
   for (const std::string& c : classes) about.a(Iri(std::string_view(c)));
 }
@@ -37,6 +26,17 @@ void value_classes(About& about, const rdf::Type& type) {
 }  // namespace
 
 /// Adds a kept graph with the placeholder replaced by the base.
+Iri status_iri(Status status) {
+  switch (status) {
+    case Status::pending: return vocab::lrt::pending;
+    case Status::running: return vocab::lrt::running;
+    case Status::succeeded: return vocab::lrt::succeeded;
+    case Status::failed: return vocab::lrt::failed;
+    case Status::cancelled: return vocab::lrt::cancelled;
+  }
+  return {};
+}
+
 void add_placed(Graph& graph, const Graph& kept, const std::string& base) {
   std::map<TermId, TermId> blanks;  // its blank nodes are nobody else's
   const auto placed = [&](TermId id) {
@@ -75,19 +75,19 @@ std::string Engine::Impl::blueprint_iri(const ThingNode& thing, const std::strin
 
 std::string Engine::Impl::context_iri(const std::string& base) const { return base + context_.path + "?v=" + context_version_; }
 
+TermId Engine::Impl::object_term(Graph& graph, const Object& o, const std::string& base) {
+  switch (o.kind()) {
+    case Object::Kind::iri: return graph.intern(rdf::iri(o.text()));
+    case Object::Kind::resource: return graph.intern(rdf::iri(base + "/" + model::encode_path(o.text()).value_or(std::string())));
+    case Object::Kind::literal: break;
+  }
+  if (!o.language().empty()) return graph.intern(rdf::tagged_literal(o.text(), o.language()));
+  return graph.intern(o.datatype().empty() ? rdf::literal(o.text()) : rdf::literal(o.text(), Iri(std::string_view(o.datatype()))));
+}
+
 void Engine::Impl::add_statements(Graph& graph, TermId subject, const std::vector<Statement>& statements, const std::string& base) {
   for (const Statement& s : statements) {
-    const TermId predicate = graph.intern(rdf::iri(s.predicate));
-    const Object& o = s.object;
-    TermId object{};
-    switch (o.kind()) {
-      case Object::Kind::iri: object = graph.intern(rdf::iri(o.text())); break;
-      case Object::Kind::resource: object = graph.intern(rdf::iri(base + "/" + model::encode_path(o.text()).value_or(std::string()))); break;
-      case Object::Kind::literal:
-        if (!o.language().empty()) object = graph.intern(rdf::tagged_literal(o.text(), o.language()));
-        else object = graph.intern(o.datatype().empty() ? rdf::literal(o.text()) : rdf::literal(o.text(), Iri(std::string_view(o.datatype()))));
-        break;
-    }
+    const TermId predicate = graph.intern(rdf::iri(s.predicate)), object = object_term(graph, s.object, base);
     graph.add(subject, predicate, object);
   }
 }
@@ -229,7 +229,44 @@ void Engine::Impl::describe_property(Graph& graph, PropertyResource& property, c
     rdf::write_value(graph, about.subject(), *property.spec->type, property.spec->facets, property.value,
                      names_base(*property.thing, base));
   about.when(vocab::dcterms::modified, property.modified);
+  if (property.spec->frame) about.add(vocab::lrt::frame, object_term(graph, *property.spec->frame, base));
   add_statements(graph, about.subject(), property.spec->statements, base);
+  describe_formats(about, property, base);
+}
+
+/// The paper's D5: binary and semantic data together. What formats there are of the present value, their sizes, and how numbers lie in them.
+void Engine::Impl::describe_formats(About& about, PropertyResource& property, const std::string& base) {
+  Graph& graph = about.graph();
+  const auto add = [&](const std::string& type, std::size_t bytes, const std::optional<Layout>& layout) {
+    const std::string iri = format_iri(base + property.path, type);
+    about.link(vocab::dcterms::hasFormat, iri);
+    About format(graph, iri);
+    const auto count = [&](std::size_t n) { return graph.intern(rdf::literal(std::to_string(n), vocab::xsd::nonNegativeInteger)); };
+    format.a(vocab::dcat::Distribution).add(vocab::dcterms::format, rdf::literal(type));
+    format.link(vocab::dcat::mediaType, "https://www.iana.org/assignments/media-types/" + type.substr(0, type.find(';')));
+    format.add(vocab::dcat::byteSize, count(bytes));
+    if (!layout) return;
+    std::vector<TermId> shape;
+    for (const std::size_t n : layout->shape) shape.push_back(count(n));
+    format.add(vocab::lrt::elementType, rdf::TermView(layout->element_type)).add(vocab::lrt::shape, graph.add_list(shape));
+    format.add(vocab::lrt::byteOrder, rdf::TermView(layout->byte_order == Layout::ByteOrder::little_endian ? vocab::lrt::littleEndian
+                                                                                                           : vocab::lrt::bigEndian));
+    const Unit& unit = layout->unit.empty() ? property.spec->facets.unit() : layout->unit;
+    if (!unit.vom.empty()) format.add(vocab::vom::unit, rdf::TermView(unit.vom));
+    if (!unit.qudt.empty()) format.add(vocab::qudt::unit, rdf::TermView(unit.qudt));
+    if (property.spec->frame) format.add(vocab::lrt::frame, object_term(graph, *property.spec->frame, base));
+  };
+  for (std::size_t i = 0; i < property.spec->representations.size(); ++i) {
+    const model::RepresentationSpec& spec = property.spec->representations[i];
+    const Result<Bytes>& bytes = encoded(property, i);
+    if (bytes) add(spec.media_type, (*bytes)->size(), spec.layout.element_type.empty() ? std::nullopt : std::optional(spec.layout));
+  }
+  if (!property.spec->octets || property.value.is_null()) return;
+  if (const auto layout = layout_of(property)) {
+    std::size_t bytes = rdf::octets_of(*property.spec->type)->bytes;
+    for (const std::size_t n : layout->shape) bytes *= n;
+    add(std::string(rdf::media_type(rdf::Plain::octets)), bytes, layout);
+  }
 }
 
 void Engine::Impl::describe_action(Graph& graph, ActionResource& action, const std::string& base) {
@@ -291,7 +328,7 @@ void Engine::Impl::describe_subscription(Graph& graph, SubscriptionResource& s, 
   describe_type(graph, s, about.subject());
   about.link(vocab::hybrit::onResource, bases_[s.base] + s.observed.path);
   if (s.protocol == Protocol::callback) about.add(vocab::hybrit::callbackURL, rdf::literal(s.url, vocab::xsd::anyURI));
-  about.add(vocab::hybrit::mediaType, rdf::literal(media_type(s.form)));
+  about.add(vocab::hybrit::mediaType, rdf::literal(offers_of(s.observed).type_of(s.form)));
   about.add(vocab::dcterms::identifier, rdf::literal(s.id));
   about.when(vocab::dcterms::created, s.created);
   about.add(vocab::lrt::delivery, rdf::TermView(policy.queues() ? vocab::lrt::queue : vocab::lrt::latest));
@@ -334,6 +371,8 @@ void Engine::Impl::add_links(http::Fields& fields, Resource& resource, const std
   } else if (resource.kind == Kind::root) {
     links.add(base + terms_.path, "describedby");
   }
+  for (const std::string_view type : offers_of(resource).types)
+    if (type.find(';') == std::string_view::npos && resource.kind != Kind::context) links.add(format_iri(base + resource.path, type), "alternate", type);
   if (is_container(resource)) {
     if (page == minimal_page) return links.finish(fields, base + resource.path, "describedby");
     const std::vector<Resource*> members = members_of(resource);

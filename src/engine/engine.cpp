@@ -7,6 +7,7 @@
 #include <lrt/http/head.hpp>
 #include <lrt/http/websocket.hpp>
 
+#include "src/base/ascii.hpp"
 #include "src/engine/impl.hpp"
 
 namespace lrt::engine {
@@ -176,6 +177,42 @@ std::optional<http::Response> Engine::Impl::find_resource(Context& context, cons
     }
   }
   return std::nullopt;
+}
+
+std::optional<std::string> query_parameter(std::string_view target, std::string_view name) {
+  const std::size_t mark = target.find('?');
+  if (mark == std::string_view::npos) return std::nullopt;
+  for (std::string_view query = target.substr(mark + 1); !query.empty();) {
+    const std::string_view one = query.substr(0, query.find('&'));
+    query.remove_prefix(std::min(query.size(), one.size() + 1));
+    if (one.size() <= name.size() || one[name.size()] != '=' || one.substr(0, name.size()) != name) continue;
+    Result<std::string> value = iri::decode(one.substr(name.size() + 1));
+    if (value) return *std::move(value);
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string_view> accept_of(Context& context) {
+  if (context.accept) return *context.accept;
+  const http::Request& request = context.request;
+  context.accept = request.find("Accept");
+  std::optional<std::string> text = query_parameter(request.target, "accept");
+  if (!text && request.count("Accept") > 1) text = request.joined("Accept");
+  if (text) {
+    context.accept_text = std::make_unique<const std::string>(*std::move(text));
+    context.accept = std::optional<std::string_view>(*context.accept_text);
+  }
+  return *context.accept;
+}
+
+std::string format_iri(const std::string& resource, std::string_view media_type) {
+  std::string iri = resource + "?accept=";
+  for (const char c : media_type) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || std::string_view("-._~/+").find(c) != std::string_view::npos;
+    if (plain) iri += c;
+    else detail::append_percent(iri, c);
+  }
+  return iri;
 }
 
 Outcome Engine::Impl::handle(const http::Request& request, TimePoint now) {

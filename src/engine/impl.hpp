@@ -27,6 +27,9 @@
 
 namespace lrt::engine {
 
+class About;
+struct Said;
+
 /// What user threads leave for the engine: run in order, by the engine's thread, with the engine.
 using Message = UniqueFunction<void(Engine::Impl&, TimePoint)>;
 
@@ -102,6 +105,8 @@ struct Context {
   std::size_t page = 1;
   http::Preferences preferences;
   std::optional<bool> for_people{};   ///< asks_for_page(), once it was asked
+  std::optional<std::optional<std::string_view>> accept{};  ///< accept_of(), once it was asked
+  std::unique_ptr<const std::string> accept_text{};         ///< what it is a view of, unless that is the request
 };
 
 class Engine::Impl {
@@ -141,7 +146,7 @@ class Engine::Impl {
   Result<void> check() const;
 
   // Called by messages.
-  void read_done(const std::string& path, const std::shared_ptr<Claim>& claim, Result<rdf::Value> value, TimePoint now);
+  void read_done(const std::string& path, const std::shared_ptr<Claim>& claim, Result<model::Reading> reading, TimePoint now);
   void write_done(const std::string& path, const std::shared_ptr<Claim>& claim, Result<void> result, TimePoint now);
   void invocation_started(const std::string& path, TimePoint now);
   void invocation_finished(const std::string& path, Result<rdf::Value> result, TimePoint now);
@@ -188,14 +193,15 @@ class Engine::Impl {
   Rendering page_of(Resource& resource, std::size_t base, std::size_t page);
   /// Puts a request off until pulled properties have been read; it then goes its way anew, as `fresh`.
   Outcome read_first(Context& context, const std::vector<PropertyResource*>& pulled);
-  /// The rendering in the media type that suits an Accept field best; the answer if there is none.
-  std::variant<const Rendering*, http::Response> negotiated(Context& context, std::optional<std::string_view> accept);
+  /// The rendering in the media type that suits accept_of() best; the answer if there is none.
+  std::variant<const Rendering*, http::Response> negotiated(Context& context);
   /// Brings pushed values up to date; true if pulled ones must be read first.
   bool sync(Resource& resource);
   std::vector<PropertyResource*> pulled_of(Resource& resource);
   void read(PropertyResource& property, Continuation done);
   void start_read(PropertyResource& property);
   Result<const Rendering*> render(Resource& resource, std::size_t base, Form form, std::size_t page);
+  Result<Bytes> body_of(Resource& resource, std::size_t base, Form form, std::size_t page);
   Result<std::string> write(const rdf::Graph& graph, Form form, std::size_t base) const;
   /// The fields of a 200 that only the structure changes.
   http::Fields fields_of(Resource& resource, std::size_t base, std::size_t page, std::string_view cache_control);
@@ -213,7 +219,8 @@ class Engine::Impl {
     bool empty = true;
   };
   /// The body as a graph; the answer if it is none.
-  std::variant<Body, http::Response> read_body(Context& context);
+  /// @param type, facets  of the value that it may be, written without RDF; nullptr: it may not
+  std::variant<Body, http::Response> read_body(Context& context, const rdf::Type* type = nullptr, const rdf::Facets& facets = {});
   /// The value in a body; the answer if it is none (SPEC 3.3).
   std::variant<rdf::Value, http::Response> read_value(Context& context, const rdf::Type& type, const rdf::Facets& facets);
   /// The answer if a node does not conform to the shape of that name in the Blueprint; no node is judged as nothing said about <>.
@@ -298,6 +305,8 @@ class Engine::Impl {
   void describe_subscription(rdf::Graph& graph, SubscriptionResource& s, const std::string& base);
   void describe_container(rdf::Graph& graph, Resource& container, const std::string& base, std::size_t page);
   void describe_type(rdf::Graph& graph, Resource& resource, rdf::TermId subject);
+  void describe_formats(About& about, PropertyResource& property, const std::string& base);
+  static rdf::TermId object_term(rdf::Graph& graph, const Object& object, const std::string& base);
   void add_statements(rdf::Graph& graph, rdf::TermId subject, const std::vector<Statement>& statements, const std::string& base);
   void add_links(http::Fields& fields, Resource& resource, const std::string& base, std::size_t page);
   std::vector<Resource*> members_of(Resource& container) const;
@@ -319,7 +328,8 @@ class Engine::Impl {
   http::Response refused(const Context& context, const std::string& what, const Error& error);
   http::Response too_late(const Context& context);
   http::Response no_content(const Context& context, int status = 204);
-  http::Response with_graph(const Context& context, int status, const rdf::Graph& graph);
+  /// A graph, or, where that is given and preferred, the value that it is about without RDF.
+  http::Response with_graph(const Context& context, int status, const rdf::Graph& graph, const Said* said = nullptr);
   void add_allow(http::Fields& fields, const Resource& resource) const;
   void add_types(http::Fields& fields, const Resource& resource) const;
   void add_constrained_by(http::Fields& fields, const Context& context);
@@ -387,6 +397,7 @@ class Engine::Impl {
   std::size_t callbacks_ = 0;
   struct Leaving {
     std::deque<subscription::Item> items;      // that it still gets
+    bool text;
     std::uint16_t code;
     std::string reason;
   };
@@ -400,6 +411,7 @@ class Engine::Impl {
     std::string path, base, id;
     Utc created;
     Wish wish;
+    std::string media_type;                    // of the wish, which has no form before the resource is there
     bool refused = false;                      // its receiver may not be called now: kept for a start when it may
   };
   std::vector<Parked> parked_;
@@ -457,11 +469,30 @@ inline constexpr std::string_view notification_field = "Lrt-Notification-Of";
 /// Of a container without its members (LDP 7.2.2, PreferMinimalContainer).
 inline constexpr std::size_t minimal_page = 0;
 
-/// The media types in the order in which an indifferent client gets them (R1.2: Turtle first), and what they stand for.
-const std::vector<std::string_view>& all_offers();
-std::optional<Form> form_of(std::string_view media_type) noexcept;
-std::string_view media_type(Form form) noexcept;
-std::string list_of_offers();
+/// A value of a resource with its type.
+struct Said {
+  const rdf::Type* type;
+  const rdf::Facets* facets;
+  rdf::Value value;
+};
+/// @pre has_value(resource)
+Said said_by(const Resource& resource);
+rdf::Type state_type(const model::ThingSpec& thing);
+rdf::Type invocation_type(const model::ActionSpec& action);
+Iri status_iri(Status status);
+
+/// What the user's encoder makes of the present value, made once for each.
+/// @par Errors  unsupported_syntax: there is none of this value
+const Result<Bytes>& encoded(PropertyResource& property, std::size_t index);
+/// Of rdf::Plain::octets of the present value.
+std::optional<Layout> layout_of(const PropertyResource& property);
+
+/// The Accept of a request, which the parameter `accept` of its target replaces.
+std::optional<std::string_view> accept_of(Context& context);
+/// A parameter of a target's query, decoded; the first of that name counts. nullopt: there is none, or it is not well-formed.
+std::optional<std::string> query_parameter(std::string_view target, std::string_view name);
+/// Where a resource is to be had in one media type.
+std::string format_iri(const std::string& resource, std::string_view media_type);
 
 /// Whether a Link field (RFC 8288 3) asks for an LDP interaction model other than ldp:Resource and ldp:RDFSource (LDP 5.2.3.4).
 bool asks_for_other_model(std::string_view field);

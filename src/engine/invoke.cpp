@@ -70,7 +70,12 @@ Outcome Engine::Impl::post_action(Context& context) {
     input = std::move(std::get<rdf::Value>(read));
   } else {
     // SPEC 3.1: no input takes an empty body; any RDF is covered by no constraint and ignored.
-    auto read = read_body(context);
+    static const rdf::Type nothing = [] {
+      rdf::Type type;
+      type.kind = rdf::Type::Kind::record;
+      return type;
+    }();
+    auto read = read_body(context, &nothing);
     if (auto* answer = std::get_if<http::Response>(&read)) return std::move(*answer);
   }
   if (auto answer = precondition(context)) return *std::move(answer);
@@ -278,7 +283,8 @@ http::Response Engine::Impl::invocation_answer(const Context& context, Invocatio
   if (context.preferences.return_ == http::Preferences::Return::representation) {
     rdf::Graph graph;
     describe_invocation(graph, invocation, bases_[context.base]);
-    response = with_graph(context, 200, graph);
+    const Said said = said_by(invocation);
+    response = with_graph(context, 200, graph, &said);
     response.fields.add("Content-Location", location);
     response.fields.add("Preference-Applied", "return=representation");
   } else if (invocation.status == Status::failed || invocation.status == Status::cancelled) {
@@ -293,9 +299,9 @@ http::Response Engine::Impl::invocation_answer(const Context& context, Invocatio
              context.preferences.return_ != http::Preferences::Return::minimal) {
     rdf::Graph graph;
     const rdf::TermId focus = graph.intern(rdf::iri(location + "#result"));
-    rdf::write_value(graph, focus, *invocation.action->spec->output, invocation.action->spec->output_facets, *invocation.result,
-                     names_base(*invocation.thing, bases_[context.base]));
-    response = with_graph(context, 200, graph);
+    const Said said{invocation.action->spec->output, &invocation.action->spec->output_facets, *invocation.result};
+    rdf::write_value(graph, focus, *said.type, *said.facets, said.value, names_base(*invocation.thing, bases_[context.base]));
+    response = with_graph(context, 200, graph, &said);
   } else {
     response = no_content(context);
   }

@@ -127,6 +127,7 @@ std::optional<Push> Engine::Impl::next_push(Channel channel, TimePoint now) {
       if (!item) return std::nullopt;
       ++s->delivered;
       push.message = std::move(item->body);
+      push.text = s->form.is_text();
       return push;
     }
     const auto leaving = leaving_.find(static_cast<std::uint64_t>(channel));
@@ -136,6 +137,7 @@ std::optional<Push> Engine::Impl::next_push(Channel channel, TimePoint now) {
     }
     if (!leaving->second.items.empty()) {
       push.message = std::move(leaving->second.items.front().body);
+      push.text = leaving->second.text;
       leaving->second.items.pop_front();
       return push;
     }
@@ -168,7 +170,7 @@ std::optional<subscription::Notice> Engine::Impl::next_notice(Channel channel, T
     notice.body = item->body;
     notice.secret = s->secret.empty() ? options_.subscriptions.callbacks.secret : s->secret;
     notice.failed_before = s->patience.tried();
-    notice.fields.add("Content-Type", media_type(s->form));
+    notice.fields.add("Content-Type", offers_of(s->observed).type_of(s->form));
     notice.fields.add(notification_field, instance_);
     notice.fields.add("ETag", item->tag);
     http::LinkWriter links;

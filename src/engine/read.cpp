@@ -10,35 +10,6 @@
 namespace lrt::engine {
 
 namespace {
-/// JSON-LD with its context, for who cannot fetch the robot's.
-constexpr std::string_view inlined_json_ld = "application/ld+json;profile=\"https://w3id.org/lrt/ns#inlineContext\"";
-}  // namespace
-
-const std::vector<std::string_view>& all_offers() {
-  static const std::vector<std::string_view> offers = [] {
-    std::vector<std::string_view> types;
-    for (const rdf::Syntax s : rdf::all_syntaxes) types.push_back(rdf::media_type(s));
-    types.push_back(inlined_json_ld);
-    return types;
-  }();
-  return offers;
-}
-
-std::optional<Form> form_of(std::string_view type) noexcept {
-  if (type == inlined_json_ld) return Form{rdf::Syntax::json_ld, true};
-  const auto syntax = rdf::syntax_of(type);
-  return syntax ? std::optional(Form{*syntax}) : std::nullopt;
-}
-
-std::string_view media_type(Form form) noexcept { return form.inlined ? inlined_json_ld : rdf::media_type(form.syntax); }
-
-std::string list_of_offers() {
-  std::string list;
-  for (const rdf::Syntax s : rdf::all_syntaxes) list += (list.empty() ? "" : ", ") + std::string(rdf::media_type(s));
-  return list;
-}
-
-namespace {
 
 constexpr std::string_view revalidated = "no-cache", kept_for_a_day = "max-age=86400";
 
@@ -52,18 +23,12 @@ bool asks_for_minimal_container(const http::Preferences& preferences) {
   return has(preferences.include, vocab::ldp::PreferMinimalContainer.text) || has(preferences.omit, vocab::ldp::PreferContainment.text);
 }
 
-/// Whether Accept prefers the page to every RDF syntax, as browsers do.
+/// Whether Accept prefers the page to everything else there is, as browsers do.
 bool asks_for_page(Context& context) {
   if (context.for_people) return *context.for_people;
-  static const std::vector<std::string_view> offers = [] {
-    std::vector<std::string_view> types = all_offers();
-    types.push_back("text/html");  // last: who takes anything gets Turtle (R1.2)
-    return types;
-  }();
-  const http::Request& request = context.request;
-  const auto accept = request.find("Accept");
-  const auto chosen = [](std::string_view field) { return http::negotiate(field, offers) == offers.size() - 1; };
-  context.for_people = accept && (request.count("Accept") > 1 ? chosen(request.joined("Accept")) : chosen(*accept));
+  const Offers& offers = offers_of(*context.resource);
+  const auto accept = accept_of(context);
+  context.for_people = accept && http::negotiate(accept, offers.with_page) == offers.types.size();
   return *context.for_people;
 }
 
@@ -92,6 +57,7 @@ bool Engine::Impl::sync(Resource& resource) {
       if (!slot.every_sample() && rdf::same(value, p.value)) continue;  // SPEC 3.8
       if (p.value.is_null()) structure_changed();  // from now on the blueprint promises a value
       p.value = std::move(value);
+      p.whole = slot.whole();
       p.modified = since;
       changed(p);
     }
@@ -141,27 +107,23 @@ Outcome Engine::Impl::read_first(Context& context, const std::vector<PropertyRes
   return outcome;
 }
 
-std::variant<const Rendering*, http::Response> Engine::Impl::negotiated(Context& context, std::optional<std::string_view> accept) {
+std::variant<const Rendering*, http::Response> Engine::Impl::negotiated(Context& context) {
   Resource& resource = *context.resource;
-  std::vector<std::string_view> fewer;  // only when a syntax turned out not to carry the graph
-  static const std::vector<std::string_view> only_json_ld = {rdf::media_type(rdf::Syntax::json_ld)};
-  const bool is_context = resource.kind == Kind::context;
-  const std::vector<std::string_view>* offers = is_context ? &only_json_ld : &all_offers();
+  const Offers& all = offers_of(resource);
+  std::vector<std::string_view> fewer;  // only when a format turned out not to carry what there is
+  const std::vector<std::string_view>* offers = &all.types;
   while (true) {
-    const auto choice = http::negotiate(accept, *offers);
-    if (!choice) {
-      const std::string there = is_context ? "is " + std::string(only_json_ld.front())
-                                           : "are " + list_of_offers() + (asked_protocol(context) ? "" : ", text/html");
-      return problem(context, 406, "none of the accepted media types is available; there " + there);
-    }
-    const Form form = *form_of((*offers)[*choice]);
+    const auto choice = http::negotiate(accept_of(context), *offers);
+    if (!choice)
+      return problem(context, 406, "none of the accepted media types is available; there are " + list_of(all) + (asked_protocol(context) ? "" : ", text/html"));
+    const Form form = *all.form_of((*offers)[*choice]);
     Result<const Rendering*> rendered = render(resource, context.base, form, context.page);
     if (rendered) return *rendered;
     if (rendered.error().code != Errc::unsupported_syntax || offers->size() == 1) {
       log(LogLevel::error, resource.path + ": " + rendered.error().message);
       return problem(context, rendered.error().code == Errc::unsupported_syntax ? 406 : 500, rendered.error().message);
     }
-    fewer = *offers;
+    if (fewer.empty()) fewer = all.types;
     fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(*choice));
     offers = &fewer;
   }
@@ -169,14 +131,12 @@ std::variant<const Rendering*, http::Response> Engine::Impl::negotiated(Context&
 
 http::Response Engine::Impl::represent(Context& context) {
   Resource& resource = *context.resource;
-  const std::optional<std::string_view> accept = context.request.find("Accept");
-  const std::string joined = accept && context.request.count("Accept") > 1 ? context.request.joined("Accept") : std::string();
   std::optional<Rendering> page;
   if (asks_for_page(context)) page = page_of(resource, context.base, context.page);
   const bool minimal = !page && is_container(resource) && asks_for_minimal_container(context.preferences);
   if (minimal) context.page = minimal_page;
   std::variant<const Rendering*, http::Response> chosen = page ? &*page : nullptr;
-  if (!page) chosen = negotiated(context, joined.empty() ? accept : std::string_view(joined));
+  if (!page) chosen = negotiated(context);
   if (auto* answer = std::get_if<http::Response>(&chosen)) return std::move(*answer);
   const Rendering* rendering = std::get<const Rendering*>(chosen);
 
@@ -248,10 +208,8 @@ Result<const Rendering*> Engine::Impl::render(Resource& resource, std::size_t ba
     renderings_.splice(renderings_.begin(), renderings_, kept);
     return &*kept;
   }
-  rdf::Graph graph;
-  if (resource.kind != Kind::context) describe(graph, resource, bases_[base], page);
-  Result<std::string> text = resource.kind == Kind::context ? context_text_ : write(graph, form, base);
-  if (!text) return Unexpected{std::move(text).error()};
+  Result<Bytes> body = body_of(resource, base, form, page);
+  if (!body) return Unexpected{std::move(body).error()};
 
   Rendering made{&resource, base, form, page, revision, structure_, {}, {}, {}, nullptr};
   // A rendering of the same kind that is out of date gives up its place, and its links where they still hold.
@@ -265,11 +223,18 @@ Result<const Rendering*> Engine::Impl::render(Resource& resource, std::size_t ba
     break;
   }
   if (made.links.block().empty()) made.links = fields_of(resource, base, page, resource.kind == Kind::context ? kept_for_a_day : revalidated);
-  made.tag = http::entity_tag(media_type(form), *text);
-  made.body = std::make_shared<const std::string>(*std::move(text));
-  made.fields.add("Content-Type", media_type(form));
+  const std::string_view type = offers_of(resource).type_of(form);
+  made.body = *std::move(body);
+  made.tag = http::entity_tag(type, *made.body);
+  const bool is_text = form == Form(rdf::Plain::text);  // which is the only type whose charset is not fixed
+  made.fields.add("Content-Type", is_text ? std::string(type) + "; charset=utf-8" : std::string(type));
   made.fields.add("ETag", made.tag);
   made.fields.append(made.links);
+  if (!form.is_text()) {
+    http::LinkWriter links;
+    links.add(format_iri(bases_[base] + resource.path, rdf::media_type(rdf::Syntax::turtle)), "describedby", rdf::media_type(rdf::Syntax::turtle));
+    links.finish(made.fields, {});
+  }
   rendered_bytes_ += made.bytes();
   renderings_.push_front(std::move(made));
   resource.renderings.push_back(renderings_.begin());
@@ -277,9 +242,24 @@ Result<const Rendering*> Engine::Impl::render(Resource& resource, std::size_t ba
   return &renderings_.front();
 }
 
+Result<Bytes> Engine::Impl::body_of(Resource& resource, std::size_t base, Form form, std::size_t page) {
+  if (form.kind() == Form::Kind::own) return encoded(static_cast<PropertyResource&>(resource), form.index());
+  Result<std::string> text = context_text_;
+  if (form.kind() == Form::Kind::plain) {
+    const Said said = said_by(resource);
+    text = rdf::write_plain(*said.type, *said.facets, said.value, form.plain());
+  } else if (resource.kind != Kind::context) {
+    rdf::Graph graph;
+    describe(graph, resource, bases_[base], page);
+    text = write(graph, form, base);
+  }
+  if (!text) return Unexpected{std::move(text).error()};
+  return std::make_shared<const std::string>(*std::move(text));
+}
+
 Result<std::string> Engine::Impl::write(const rdf::Graph& graph, Form form, std::size_t base) const {
-  const bool refers = form.syntax == rdf::Syntax::json_ld && !form.inlined;
-  return rdf::write(graph, form.syntax, options_.prefixes, refers ? context_iri(bases_[base]) : std::string());
+  const bool refers = form == Form(rdf::Syntax::json_ld);
+  return rdf::write(graph, form.syntax(), options_.prefixes, refers ? context_iri(bases_[base]) : std::string());
 }
 
 void Engine::Impl::forget_renderings(Resource& resource) {
@@ -307,8 +287,9 @@ std::optional<http::Response> Engine::Impl::precondition(Context& context) {
   if (!if_match && !if_none_match) return std::nullopt;
   const std::string wanted = context.request.joined("If-Match"), unwanted = context.request.joined("If-None-Match");
   bool matched = false, hit = false;
-  for (const std::string_view type : all_offers()) {
-    const Result<const Rendering*> rendering = render(*context.resource, context.base, *form_of(type), context.page);
+  for (const Form form : offers_of(*context.resource).forms) {
+    if (matched && !if_none_match) break;
+    const Result<const Rendering*> rendering = render(*context.resource, context.base, form, context.page);
     if (!rendering) continue;
     const auto check = [&](bool asked, const std::string& field, bool weak, bool& found) {
       if (!asked) return true;
@@ -344,30 +325,31 @@ void Engine::Impl::start_read(PropertyResource& property) {
   add_job(where(*property.thing),
           [door = door_, spec = property.spec, claim = property.reading, path = property.path]() mutable {
             if (!claim->take()) return;
-            auto value = guarded<rdf::Value>([&]() -> Result<rdf::Value> { return spec->read(); });
-            door->put([path, claim, value = std::move(value)](Engine::Impl& engine, TimePoint now) mutable {
-              engine.read_done(path, claim, std::move(value), now);
+    auto reading = guarded<model::Reading>([&]() -> Result<model::Reading> { return spec->read(); });
+            door->put([path, claim, reading = std::move(reading)](Engine::Impl& engine, TimePoint now) mutable {
+              engine.read_done(path, claim, std::move(reading), now);
             });
           });
 }
 
-void Engine::Impl::read_done(const std::string& path, const std::shared_ptr<Claim>& claim, Result<rdf::Value> value, TimePoint now) {
+void Engine::Impl::read_done(const std::string& path, const std::shared_ptr<Claim>& claim, Result<model::Reading> reading, TimePoint now) {
   Resource* resource = find(path);
   if (!resource || resource->kind != Kind::property) return;
   auto& property = static_cast<PropertyResource&>(*resource);
   if (property.reading != claim) return;
   property.reading = nullptr;
   Result<void> result;
-  if (value) {
+  if (reading) {
     property.failing = false;
-    if (!rdf::same(property.value, *value)) {
-      property.value = *std::move(value);
+    if (!rdf::same(property.value, reading->value)) {
+      property.value = std::move(reading->value);
+      property.whole = std::move(reading->whole);
       property.modified = now.utc;
       changed(property);
     }
   } else {
-    result = unexpected(value.error().code == Errc::closed ? Errc::failed : value.error().code,
-                        "property \"" + property.path + "\" could not be read: " + value.error().message);
+    result = unexpected(reading.error().code == Errc::closed ? Errc::failed : reading.error().code,
+                        "property \"" + property.path + "\" could not be read: " + reading.error().message);
     if (!property.failing || !property.readers.empty()) log(LogLevel::warning, result.error().message);
     property.failing = true;
   }

@@ -45,6 +45,26 @@ Result<void> read_documents(rdf::Graph& all, const std::vector<std::string>& doc
   return {};
 }
 
+/// Each media type once, as clients ask for it; numbers where octets are wanted.
+Result<void> check_formats(model::PropertySpec& property, const std::string& name) {
+  if (property.octets && !rdf::octets_of(*property.type))
+    return unexpected(Errc::invalid_option, name + ": octets() needs a number, a list of numbers, or a list of lists of one length");
+  if (property.representations.size() > 100) return unexpected(Errc::limit_exceeded, name + ": more than 100 representations");
+  std::vector<std::string_view> others = offers_of_values().with_page;
+  if (property.octets) others.push_back(rdf::media_type(rdf::Plain::octets));
+  for (model::RepresentationSpec& r : property.representations) {
+    const Result<MediaType> type = MediaType::parse(r.media_type);
+    if (!type || type->type == "*" || type->subtype == "*")
+      return unexpected(Errc::expected_media_type, name + ": expected a media type, found \"" + r.media_type + "\"");
+    if (type->parameters.empty()) r.media_type = type->essence();
+    if (std::find(others.begin(), others.end(), r.media_type) != others.end()) return unexpected(Errc::duplicate_path, name + ": there is " + r.media_type + " of it already");
+    others.push_back(r.media_type);
+    if (!r.layout.element_type.empty() && !iri::is_absolute(r.layout.element_type.text))
+      return unexpected(Errc::expected_iri, name + ": expected an absolute IRI as element type");
+  }
+  return {};
+}
+
 /// Another one for another text, as a word for a query.
 std::string version_of(const std::string& text) {
   std::string version = http::entity_tag({}, text);
@@ -171,6 +191,9 @@ Result<void> Engine::Impl::add(Thing thing) {
   for (const auto& p : spec->properties) {
     if (Result<void> e = check_resource(*p); !e) return e;
     if (Result<void> e = check_facets(p->path, p->facets); !e) return e;
+    if (p->frame)
+      if (Result<void> e = check_statements({{std::string(vocab::lrt::frame.text), *p->frame}}); !e) return e;
+    if (Result<void> e = check_formats(*p, "property \"" + spec->path + "/" + p->path + "\""); !e) return e;
   }
   for (const auto& a : spec->actions) {
     if (Result<void> e = check_resource(*a); !e) return e;
@@ -186,10 +209,14 @@ Result<void> Engine::Impl::add(Thing thing) {
   ThingNode& t = *node;
   if (Result<void> r = read_documents(t.statements, t.spec->turtle, t.self.path, "its Turtle"); !r) return r;
   if (Result<void> r = read_documents(t.user_shapes, t.spec->shapes, t.blueprint.path, "its shapes"); !r) return r;
-  for (const auto& p : t.spec->properties)
+  for (const auto& p : t.spec->properties) {
     t.properties.push_back(std::make_unique<PropertyResource>(t.self.path + "/" + p->path, &t, p));
+    if (p->octets || !p->representations.empty()) t.properties.back()->offers = std::make_unique<const Offers>(offers_of(*p));
+  }
+  t.state_type = state_type(*t.spec);
   for (const auto& a : t.spec->actions)
     t.actions.push_back(std::make_unique<ActionResource>(t.self.path + "/actions/" + a->path, &t, a));
+  for (const auto& a : t.actions) a->invocation_type = invocation_type(*a->spec);
   for (const auto& c : t.spec->collections)
     t.collections.push_back(std::make_unique<CollectionResource>(t.self.path + "/" + c->path, &t, c));
 

@@ -22,6 +22,7 @@
 #include <lrt/shacl/shapes.hpp>
 #include <lrt/subscription/channel.hpp>
 
+#include "src/engine/form.hpp"
 #include "src/subscription/backlog.hpp"
 #include "src/subscription/patience.hpp"
 
@@ -36,15 +37,6 @@ using Utc = std::chrono::system_clock::time_point;
 struct ThingNode;
 struct Resource;
 struct SubscriptionResource;
-
-/// What a representation is written in.
-struct Form {
-  rdf::Syntax syntax{};
-  bool inlined = false;   ///< JSON-LD whose context stands in it
-
-  friend bool operator==(Form a, Form b) noexcept { return a.syntax == b.syntax && a.inlined == b.inlined; }
-  friend bool operator!=(Form a, Form b) noexcept { return !(a == b); }
-};
 
 /// A representation as bytes with its fields, kept while the resource's revision and the cache's budget allow.
 struct Rendering {
@@ -102,7 +94,15 @@ struct PropertyResource final : Resource {
 
   std::shared_ptr<model::PropertySpec> spec;
   rdf::Value value;                          ///< null: none yet
+  std::shared_ptr<const void> whole;         ///< the T that it is of, for the user's encoders
   Utc modified{};
+
+  std::unique_ptr<const Offers> offers;      ///< null: those of any property
+  struct Encoded {
+    std::uint64_t revision = 0;              ///< of the resource when they were made
+    Result<Bytes> bytes{Bytes()};
+  };
+  std::vector<Encoded> encoded;              ///< by the user's encoders, of the same index
 
   // While somebody observes it, or the state of its thing:
   std::size_t watchers = 0;
@@ -153,6 +153,7 @@ struct ActionResource final : Resource {
       : Resource(Kind::action, std::move(p), t), spec(std::move(s)) {}
 
   std::shared_ptr<model::ActionSpec> spec;
+  rdf::Type invocation_type;                                   ///< of invocations as records
   std::list<std::unique_ptr<InvocationResource>> invocations;  ///< oldest first
   std::deque<InvocationResource*> queue;                       ///< pending ones that wait for their turn
   std::size_t active = 0;                                      ///< handed to the host and not ended
@@ -221,6 +222,7 @@ struct ThingNode {
         subscriptions(Kind::subscriptions, self.path + "/subscriptions", this) {}
 
   std::unique_ptr<model::ThingSpec> spec;
+  rdf::Type state_type;                      ///< of its state as a record
   rdf::Graph statements;                     ///< of its Turtle, with IRIs below placeholder_base
   rdf::Graph user_shapes;                    ///< the same of the shapes that the user gave
   std::map<std::size_t, shacl::Shapes> door; ///< its blueprint compiled, by base, from the first body on

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include <lrt/base/media_type.hpp>
 #include <lrt/rdf/lexical.hpp>
 
 #include "src/engine/about.hpp"
@@ -14,14 +15,14 @@ std::optional<std::string> Engine::Impl::take_saved() {
   if (!std::exchange(callbacks_changed_, false)) return std::nullopt;
   rdf::Graph graph;
   const auto save = [&](const std::string& base, const std::string& path, const std::string& id, Utc made, const std::string& url,
-                        const std::string& secret, Form form, const subscription::Policy& policy) {
+                        const std::string& secret, std::string_view type, const subscription::Policy& policy) {
     About about(graph, graph.fresh_blank());
     about.a(vocab::hybrit::WebCallback)
         .add(vocab::dcterms::identifier, rdf::literal(id))
         .link(vocab::dcterms::isPartOf, base + "/")
         .link(vocab::hybrit::onResource, base + path)
         .add(vocab::hybrit::callbackURL, rdf::literal(url, vocab::xsd::anyURI))
-        .add(vocab::hybrit::mediaType, rdf::literal(media_type(form)))
+        .add(vocab::hybrit::mediaType, rdf::literal(type))
         .when(vocab::dcterms::created, made)
         .add(vocab::lrt::queueLength, rdf::literal(std::to_string(policy.queue_length), vocab::xsd::integer))
         .add(vocab::lrt::minimumInterval,
@@ -31,8 +32,8 @@ std::optional<std::string> Engine::Impl::take_saved() {
   for (const auto& [path, thing] : things_)
     for (const auto& s : thing->members)
       if (s->protocol == Protocol::callback && s->observed.kind != Kind::invocation)
-        save(bases_[s->base], s->observed.path, s->id, s->created, s->url, s->secret, s->form, s->backlog.policy());
-  for (const Parked& p : parked_) save(p.base, p.path, p.id, p.created, p.wish.url, p.wish.secret, p.wish.form, p.wish.policy);
+        save(bases_[s->base], s->observed.path, s->id, s->created, s->url, s->secret, offers_of(s->observed).type_of(s->form), s->backlog.policy());
+  for (const Parked& p : parked_) save(p.base, p.path, p.id, p.created, p.wish.url, p.wish.secret, p.media_type, p.wish.policy);
   Result<std::string> text = rdf::write(graph, rdf::Syntax::turtle, options_.prefixes);
   if (!text) {
     log(LogLevel::error, "the subscriptions cannot be saved: " + text.error().message);
@@ -84,14 +85,14 @@ Result<void> Engine::Impl::restore(std::string_view saved) {
     }
     parked.path = observed.substr(parked.base.size() - 1);
     parked.base.pop_back();
-    const auto form = form_of(text(vocab::hybrit::mediaType));
+    parked.media_type = text(vocab::hybrit::mediaType);
+    const bool is_type = static_cast<bool>(MediaType::parse(parked.media_type));
     const auto interval = interval_of(text(vocab::lrt::minimumInterval));
     const auto length = rdf::lexical::parse_uint64(text(vocab::lrt::queueLength));
-    if (!form || !interval || !length || *length > options_.subscriptions.longest_queue || parked.wish.secret.size() > longest_secret) {
+    if (!is_type || !interval || !length || *length > options_.subscriptions.longest_queue || parked.wish.secret.size() > longest_secret) {
       leave_out("its media type, interval, queue length or secret is not possible");
       continue;
     }
-    parked.wish.form = *form;
     parked.wish.policy.minimum_interval = *interval;
     parked.wish.policy.queue_length = static_cast<std::size_t>(*length);
     if (const auto made = rdf::lexical::parse_instant(text(vocab::dcterms::created)))
@@ -126,10 +127,17 @@ void Engine::Impl::adopt_parked() {
       ++i;
       continue;
     }
+    const auto form = offers_of(*observed).form_of(parked_[i].media_type);
+    if (!form) {
+      log(LogLevel::warning, "the saved subscription \"" + parked_[i].id + "\" waits: there is no " + parked_[i].media_type + " of \"" + observed->path + "\" now");
+      parked_[i++].refused = true;
+      continue;
+    }
     Parked parked = std::move(parked_[i]);
     parked_.erase(parked_.begin() + static_cast<std::ptrdiff_t>(i));
     const std::size_t base = intern_base(std::move(parked.base), false);
     parked.wish.observed = observed;
+    parked.wish.form = *form;
     make_subscription(std::move(parked.wish), Protocol::callback, base, std::move(parked.id), parked.created);
   }
 }

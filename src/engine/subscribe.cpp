@@ -24,18 +24,6 @@ bool observable(const Resource& resource) noexcept {
   }
 }
 
-/// A query parameter, decoded; the first of that name counts. nullopt: there is none, or it is not well-formed.
-std::optional<std::string> parameter(std::string_view query, std::string_view name) {
-  while (!query.empty()) {
-    const std::string_view one = query.substr(0, query.find('&'));
-    query.remove_prefix(std::min(query.size(), one.size() + 1));
-    if (one.size() <= name.size() || one[name.size()] != '=' || one.substr(0, name.size()) != name) continue;
-    Result<std::string> value = iri::decode(one.substr(name.size() + 1));
-    if (value) return *std::move(value);
-  }
-  return std::nullopt;
-}
-
 /// SPEC 3.5 as of SHACL: the node that describes the subscription. `<>`, or the only subject that says what it observes.
 std::vector<rdf::TermId> focus_nodes(const rdf::Graph& graph, const std::string& here) {
   const auto self = graph.find(rdf::iri(here));
@@ -112,9 +100,6 @@ std::optional<http::Response> Engine::Impl::refused_receiver(const Context& cont
 /// GET with Upgrade: websocket or callback (R0.12-R0.17).
 Outcome Engine::Impl::subscribe(Context& context, Protocol protocol, bool fresh) {
   const http::Request& request = context.request;
-  const auto target = http::split_target(request.target);
-  const std::string_view query = target ? target->query : std::string_view();
-
   Wish wish;
   wish.observed = context.resource;
   wish.policy = default_policy(*wish.observed);
@@ -133,12 +118,12 @@ Outcome Engine::Impl::subscribe(Context& context, Protocol protocol, bool fresh)
     wish.url = std::string(*request.find("Callback"));
     if (auto answer = refused_receiver(context, wish.url)) return *std::move(answer);
   }
-  if (const auto interval = parameter(query, "minimumInterval")) {
+  if (const auto interval = query_parameter(request.target, "minimumInterval")) {
     const auto parsed = interval_of(*interval);
     if (!parsed) return problem(context, 400, "minimumInterval: expected seconds from 0 to " + std::to_string(longest_interval.count()));
     wish.policy.minimum_interval = *parsed;
   }
-  if (const auto length = parameter(query, "queueLength")) {
+  if (const auto length = query_parameter(request.target, "queueLength")) {
     const auto parsed = rdf::lexical::parse_uint64(*length);
     if (!parsed || *parsed > options_.subscriptions.longest_queue)
       return problem(context, 400, "queueLength: expected a number from 0 to " + std::to_string(options_.subscriptions.longest_queue));
@@ -147,9 +132,7 @@ Outcome Engine::Impl::subscribe(Context& context, Protocol protocol, bool fresh)
   if (auto answer = refused_subscription(context, protocol)) return *std::move(answer);
   if (sync(*context.resource) && !fresh) return read_first(context, pulled_of(*context.resource));
 
-  std::optional<std::string> accept = parameter(query, "accept");
-  if (!accept && request.find("Accept")) accept = request.joined("Accept");
-  auto chosen = negotiated(context, accept ? std::optional<std::string_view>(*accept) : std::nullopt);
+  auto chosen = negotiated(context);
   if (auto* answer = std::get_if<http::Response>(&chosen)) return std::move(*answer);
   wish.form = std::get<const Rendering*>(chosen)->form;
 
@@ -220,9 +203,10 @@ Outcome Engine::Impl::post_subscription(Context& context) {
     return problem(context, 422, "hybrit:callbackURL: " + url.error().message);
   if (auto answer = refused_receiver(context, wish.url)) return *std::move(answer);
   const std::string type = object(vocab::hybrit::mediaType).value_or("");
-  const auto choice = http::negotiate(type.empty() ? std::nullopt : std::optional<std::string_view>(type), all_offers());
-  if (!choice) return problem(context, 422, "hybrit:mediaType: expected one of " + list_of_offers() + ", found \"" + type + "\"");
-  wish.form = *form_of(all_offers()[*choice]);
+  const Offers& offers = offers_of(*wish.observed);
+  const auto choice = http::negotiate(type.empty() ? std::nullopt : std::optional<std::string_view>(type), offers.types);
+  if (!choice) return problem(context, 422, "hybrit:mediaType: expected one of " + list_of(offers) + ", found \"" + type + "\"");
+  wish.form = offers.forms[*choice];
   if (const auto seconds = object(vocab::lrt::minimumInterval)) {
     const auto interval = interval_of(*seconds);
     if (!interval) return problem(context, 422, "lrt:minimumInterval: expected seconds from 0 to " + std::to_string(longest_interval.count()));
@@ -302,6 +286,7 @@ SubscriptionResource* Engine::Impl::find_channel(Channel channel) const {
 void Engine::Impl::unsubscribe(SubscriptionResource& s, std::uint16_t code, std::string reason) {
   if (s.protocol == Protocol::websocket && code != 0) {
     Leaving& leaving = leaving_[static_cast<std::uint64_t>(s.channel)];
+    leaving.text = s.form.is_text();
     leaving.code = code;
     leaving.reason = std::move(reason);
     if (code != 1000)  // who cancels wants no more

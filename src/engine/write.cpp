@@ -34,7 +34,7 @@ std::vector<rdf::TermId> focus_nodes(const rdf::Graph& graph, const std::string&
 
 }  // namespace
 
-std::variant<Engine::Impl::Body, http::Response> Engine::Impl::read_body(Context& context) {
+std::variant<Engine::Impl::Body, http::Response> Engine::Impl::read_body(Context& context, const rdf::Type* value, const rdf::Facets& facets) {
   const http::Request& request = context.request;
   if (const auto coding = request.find("Content-Encoding"); coding && !http::iequals(*coding, "identity")) {
     http::Response response = problem(context, 415, "Content-Encoding: expected identity, found \"" + std::string(*coding) + "\"");
@@ -45,21 +45,35 @@ std::variant<Engine::Impl::Body, http::Response> Engine::Impl::read_body(Context
 
   const auto content_type = request.find("Content-Type");
   if (!content_type && request.body.empty()) return Body{};
+  const bool octets = value && offers_of(*context.resource).type_of(Form(rdf::Plain::octets)) != std::string_view();
   const auto unsupported = [&](const std::string& found) {
-    http::Response response = problem(context, 415, "Content-Type: expected RDF (" + list_of_offers() + "), found " + found);
-    response.fields.set("Accept", list_of_offers());  // RFC 9110 15.5.16
-    if (request.method == "POST") response.fields.set("Accept-Post", list_of_offers());
+    std::string types = readable_types(value != nullptr);
+    if (octets) types += ", " + std::string(rdf::media_type(rdf::Plain::octets));
+    http::Response response = problem(context, 415, "Content-Type: expected one of " + types + ", found " + found);
+    response.fields.set("Accept", types);  // RFC 9110 15.5.16
+    if (request.method == "POST") response.fields.set("Accept-Post", types);
     return response;
   };
   if (!content_type) return unsupported("none");
   const Result<MediaType> type = MediaType::parse(*content_type);
   if (!type || request.count("Content-Type") > 1) return unsupported("\"" + request.joined("Content-Type") + "\"");
   const auto syntax = rdf::syntax_of(type->essence());
-  if (!syntax) return unsupported(type->essence());
+  std::optional<rdf::Plain> format;
+  if (value && !syntax) format = rdf::plain_of(*type);
+  if (!syntax && (!format || (*format == rdf::Plain::octets && !octets))) return unsupported(type->essence());
   if (const std::string_view charset = type->parameter("charset"); !charset.empty() && !http::iequals(charset, "utf-8"))
     return unsupported("charset " + std::string(charset));
 
   const std::string base = iri_of(context, context.resource->path);
+  if (format) {
+    Body body;
+    body.empty = request.body.empty();
+    const Result<void> read = rdf::read_plain(request.body, *format, *value, facets, names_base(*context.resource->thing, bases_[context.base]),
+                                              options_.body_triples, body.graph, body.graph.intern(rdf::iri(base)));
+    if (read) return body;
+    const Errc code = read.error().code;
+    return problem(context, code == Errc::limit_exceeded ? 413 : code == Errc::expected_rdf ? 400 : 422, "body: " + read.error().message);
+  }
   rdf::ReadOptions read_options;
   read_options.base = base;
   read_options.max_triples = options_.body_triples;
@@ -76,7 +90,7 @@ std::variant<Engine::Impl::Body, http::Response> Engine::Impl::read_body(Context
 }
 
 std::variant<rdf::Value, http::Response> Engine::Impl::read_value(Context& context, const rdf::Type& type, const rdf::Facets& facets) {
-  auto read = read_body(context);
+  auto read = read_body(context, &type, facets);
   if (auto* answer = std::get_if<http::Response>(&read)) return std::move(*answer);
   const rdf::Graph& graph = std::get<Body>(read).graph;
 
@@ -222,6 +236,8 @@ void Engine::Impl::write_done(const std::string& path, const std::shared_ptr<Cla
     (void)sync(property);
     if (!published && !rdf::same(property.value, write.value)) {
       property.value = write.value;
+      const auto whole = guarded<std::shared_ptr<const void>>([&] { return property.spec->whole ? property.spec->whole(write.value) : nullptr; });
+      property.whole = whole ? *whole : nullptr;
       property.modified = now.utc;
       changed(property);
     }

@@ -22,7 +22,7 @@ void append_uri(std::string& out, std::string_view text) {
   }
 }
 
-std::string format_link(std::string_view target, std::string_view rel) {
+std::string format_link(std::string_view target, std::string_view rel, std::string_view type = {}) {
   std::string link;
   link.reserve(target.size() + rel.size() + 10);
   link += '<';
@@ -36,6 +36,12 @@ std::string format_link(std::string_view target, std::string_view rel) {
     rel.remove_prefix(space + 1);
   }
   link += '"';
+  if (!type.empty()) {
+    link += "; type=\"";
+    for (const char c : type)
+      if (c != '"' && c != '\\' && c != '<') link += c;  // take_back() looks for the '<' that begins a link
+    link += '"';
+  }
   return link;
 }
 
@@ -63,8 +69,8 @@ void LinkWriter::take_back() {
   }
 }
 
-void LinkWriter::add(std::string_view target, std::string_view rel) {
-  if (!cut_) cut_ = !put(format_link(target, rel));  // what follows a cut is left out too: the rest is a tail, not a choice
+void LinkWriter::add(std::string_view target, std::string_view rel, std::string_view type) {
+  if (!cut_) cut_ = !put(format_link(target, rel, type));  // what follows a cut is left out too: the rest is a tail, not a choice
 }
 
 void LinkWriter::finish(Fields& fields, std::string_view rest, std::string_view rest_rel) {

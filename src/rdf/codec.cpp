@@ -57,6 +57,7 @@ const Prefixes& default_prefixes() {
       {"ldp", "http://www.w3.org/ns/ldp#"},
       {"sh", "http://www.w3.org/ns/shacl#"},
       {"dcterms", "http://purl.org/dc/terms/"},
+      {"dcat", "http://www.w3.org/ns/dcat#"},
       {"rdf", "http://www.w3.org/1999/02/22-rdf-syntax-ns#"},
       {"rdfs", "http://www.w3.org/2000/01/rdf-schema#"},
       {"xsd", "http://www.w3.org/2001/XMLSchema#"},

@@ -304,6 +304,18 @@ std::vector<TermView> Graph::subjects(const TermView& predicate, const TermView&
   return found;
 }
 
+TermId Graph::add_list(const std::vector<TermId>& members) {
+  const TermId nil = intern(vocab::rdf::nil);
+  std::vector<TermId> cells;
+  for (std::size_t i = 0; i < members.size(); ++i) cells.push_back(fresh_blank());
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    const TermId first = intern(vocab::rdf::first), rest = intern(vocab::rdf::rest);
+    add(cells[i], first, members[i]);
+    add(cells[i], rest, i + 1 < cells.size() ? cells[i + 1] : nil);
+  }
+  return cells.empty() ? nil : cells.front();
+}
+
 std::optional<std::vector<TermId>> Graph::list(TermId head) const {
   std::vector<TermId> members;
   const auto first = find(vocab::rdf::first), rest = find(vocab::rdf::rest), nil = find(vocab::rdf::nil);

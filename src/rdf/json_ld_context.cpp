@@ -44,6 +44,8 @@ constexpr Term terms[] = {
     plain("queueLength", v::lrt::queueLength), typed("minimumInterval", v::lrt::minimumInterval, v::xsd::double_),
     plain("secret", v::lrt::secret), plain("delivered", v::lrt::delivered), plain("dropped", v::lrt::dropped),
     plain("lastError", v::lrt::lastError), plain("suspended", v::lrt::suspended),
+    link("frame", v::lrt::frame), link("elementType", v::lrt::elementType), link("shape", v::lrt::shape),
+    one_of("byteOrder", v::lrt::byteOrder), plain("littleEndian", v::lrt::littleEndian), plain("bigEndian", v::lrt::bigEndian),
 
     plain("numericalValue", v::vom::numericalValue), link("unit", v::vom::unit), link("qudt:unit", v::qudt::unit),
     plain("Scalar", v::maths::Scalar), plain("Vector3D", v::maths::Vector3D), plain("CoordinateSystem", v::maths::CoordinateSystem),
@@ -61,6 +63,8 @@ constexpr Term terms[] = {
     plain("title", v::dcterms::title), plain("description", v::dcterms::description), plain("identifier", v::dcterms::identifier),
     typed("modified", v::dcterms::modified, v::xsd::dateTime), typed("created", v::dcterms::created, v::xsd::dateTime),
     link("conformsTo", v::dcterms::conformsTo), link("hasPart", v::dcterms::hasPart), link("isPartOf", v::dcterms::isPartOf),
+    link("hasFormat", v::dcterms::hasFormat), plain("format", v::dcterms::format), plain("byteSize", v::dcat::byteSize),
+    link("dcat:mediaType", v::dcat::mediaType),
     plain("label", v::rdfs::label), plain("comment", v::rdfs::comment), link("seeAlso", v::rdfs::seeAlso),
     link("isDefinedBy", v::rdfs::isDefinedBy), link("subClassOf", v::rdfs::subClassOf), plain("value", v::rdf::value),
     link("http-core:mthd", v::http_core::mthd), link("http-core:requestURI", v::http_core::requestURI),

@@ -15,7 +15,7 @@
 #include "src/base/ascii.hpp"
 #include "src/rdf/codecs.hpp"
 #include "src/rdf/json_ld_context.hpp"
-#include "src/rdf/json_ld_parse.hpp"
+#include "src/rdf/json_parse.hpp"
 #include "src/rdf/n_triples.hpp"
 #include "src/rdf/turtle_scan.hpp"
 
@@ -25,11 +25,13 @@
 namespace lrt::rdf {
 namespace {
 
-using json_ld::Children;
-using json_ld::Document;
+using json::Children;
+using json::Document;
+using json::shortened;
 using Id = Document::Id;
 using Kind = Document::Kind;
 
+constexpr std::size_t max_depth = 256;     // of objects and arrays
 constexpr std::size_t max_terms = 4000;    // that a document's own contexts define
 constexpr std::size_t max_contexts = 32;   // in one array, or each in the other
 constexpr std::size_t max_dependency = 64; // of a term on the prefix of its prefix ...
@@ -51,14 +53,6 @@ bool looks_like_keyword(std::string_view text) noexcept {
   return text.size() > 1 && text.front() == '@' && std::all_of(text.begin() + 1, text.end(), [](char c) { return lrt::detail::is_alpha(c); });
 }
 bool is_blank_node(std::string_view text) noexcept { return text.substr(0, 2) == "_:"; }
-
-std::string shortened(std::string_view text) {
-  constexpr std::size_t longest = 100;
-  if (text.size() <= longest) return std::string(text);
-  std::size_t end = longest;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
-  return std::string(text.substr(0, end)) + " (cut)";
-}
 
 struct Definition {
   std::optional<std::string> iri;                 // or a keyword; nullopt: the term means nothing
@@ -116,7 +110,7 @@ class Reader {
   /// The active context that our own document makes.
   static Context own_context(const Prefixes& prefixes) {
     const std::string text = json_ld_context(prefixes);
-    const Result<Document> parsed = Document::parse(text, 100'000);
+    const Result<Document> parsed = Document::parse(text, {100'000, max_depth});
     if (!parsed) throw Refused{parsed.error()};
     const ReadOptions options;
     Reader reader(*parsed, options);
@@ -734,7 +728,7 @@ class Reader {
       return graph_.intern(literal(text, datatype.empty() ? otherwise : Iri(datatype)));
     };
     if (kind != Kind::number) return typed(kind == Kind::true_ ? "true" : "false", vocab::xsd::boolean);
-    const std::string_view digits = document_.text(value);
+    const std::string_view digits = document_.text(value) == "-0" ? "0" : document_.text(value);  // JSON-LD has one zero
     const bool wants_double = datatype == vocab::xsd::double_.text;
     const bool is_integer = digits.find_first_not_of("-0123456789") == std::string_view::npos;
     const std::size_t length = digits.size() - (digits.front() == '-' ? 1 : 0);
@@ -796,7 +790,7 @@ class Reader {
 Result<Graph> read_json_ld(std::string_view text, const ReadOptions& options) {
   constexpr std::size_t values_per_triple = 16;
   const std::size_t most = options.max_triples > 0x0FFFFFFF ? 0xFFFFFFF0 : values_per_triple * options.max_triples + 1000;
-  const Result<Document> document = Document::parse(text, most);
+  const Result<Document> document = Document::parse(text, {most, max_depth});
   if (!document) return unexpected(document.error());
   try {
     return Reader(*document, options).read();

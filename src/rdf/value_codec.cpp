@@ -7,6 +7,8 @@
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/lexical.hpp>
 
+#include "src/rdf/value_writer.hpp"
+
 namespace lrt::rdf {
 namespace {
 
@@ -25,25 +27,10 @@ std::string well_formed(const std::string& text) {
   return out.append(rest);
 }
 
-std::string lexical_form(const Type& type, const Value& value) {
-  switch (type.kind) {
-    case Kind::boolean: return value.boolean() && *value.boolean() ? "true" : "false";
-    case Kind::integer:
-      if (const auto* i = value.integer()) return std::to_string(*i);
-      return value.large_integer() ? std::to_string(*value.large_integer()) : "0";
-    case Kind::real: {
-      const double number = value.real() ? *value.real() : 0;
-      return type.single ? lexical::format(static_cast<float>(number)) : lexical::format(number);
-    }
-    case Kind::duration: return lexical::format(std::chrono::nanoseconds(value.integer() ? *value.integer() : 0));
-    case Kind::instant: return lexical::format_instant(std::chrono::nanoseconds(value.integer() ? *value.integer() : 0));
-    default: return value.text() ? well_formed(*value.text()) : std::string();
-  }
-}
-
+/// From a Value to the triples.
 class Writer {
  public:
-  Writer(Graph& graph, std::string_view names_base) : graph_(graph), names_base_(names_base) {}
+  Writer(Graph& graph, std::string_view names_base) : graph_(graph), triples_(graph, names_base) {}
 
   void at(TermId focus, const Type& type, const Facets& facets, const Value& value) {
     if (value.is_null()) return;
@@ -51,36 +38,24 @@ class Writer {
       case Kind::optional: return at(focus, *type.element, facets, value);
       case Kind::record: return record(focus, type, facets, value);
       case Kind::integer:
-      case Kind::real: return number(focus, type, facets, value);
-      default: add(focus, vocab::rdf::value, object(type, facets, value));
+      case Kind::real: return triples_.number(focus, literal_of(type, value), facets.unit());
+      default: triples_.value(focus, object(type, facets, value));
     }
   }
 
  private:
-  void add(TermId subject, Iri predicate, TermId object) { graph_.add(subject, graph_.intern(predicate), object); }
-
-  void number(TermId node, const Type& type, const Facets& facets, const Value& value) {
-    add(node, vocab::rdf::type, graph_.intern(vocab::maths::Scalar));
-    add(node, vocab::vom::numericalValue, graph_.intern(literal(lexical_form(type, value), type.datatype)));
-    unit(node, facets.unit());
-  }
-
-  void unit(TermId node, const Unit& unit) {
-    if (!unit.vom.empty()) add(node, vocab::vom::unit, graph_.intern(unit.vom));
-    if (!unit.qudt.empty()) add(node, vocab::qudt::unit, graph_.intern(unit.qudt));
-  }
+  TermId literal_of(const Type& type, const Value& value) { return graph_.intern(literal(lexical_form(type, value), type.datatype)); }
 
   void record(TermId node, const Type& type, const Facets& facets, const Value& value) {
-    for (const std::string& c : type.classes) add(node, vocab::rdf::type, graph_.intern(iri(c)));
+    triples_.classes(node, type);
     const Value::Sequence* members = value.sequence();
     if (!members) return;
     for (std::size_t i = 0; i < type.fields.size() && i < members->size(); ++i) {
       if ((*members)[i].is_null()) continue;
       const FieldType& field = type.fields[i];
-      const TermId predicate = graph_.intern(iri(predicate_iri(field, names_base_)));
-      graph_.add(node, predicate, object(*field.type, field.facets, (*members)[i]));
+      triples_.field(node, field, object(*field.type, field.facets, (*members)[i]));
     }
-    unit(node, facets.unit());
+    triples_.unit(node, facets.unit());
   }
 
   TermId object(const Type& type, const Facets& facets, const Value& value) {
@@ -92,33 +67,20 @@ class Writer {
         return node;
       }
       case Kind::list: {
-        TermId head = graph_.intern(vocab::rdf::nil);
-        if (const Value::Sequence* members = value.sequence()) {
-          std::vector<TermId> objects;
+        std::vector<TermId> objects;
+        if (const Value::Sequence* members = value.sequence())
           for (const Value& m : *members)
             if (!m.is_null()) objects.push_back(object(*type.element, facets, m));
-          std::vector<TermId> cells;
-          for (std::size_t i = 0; i < objects.size(); ++i) cells.push_back(graph_.fresh_blank());
-          for (std::size_t i = 0; i < objects.size(); ++i) {
-            add(cells[i], vocab::rdf::first, objects[i]);
-            add(cells[i], vocab::rdf::rest, i + 1 < cells.size() ? cells[i + 1] : head);
-          }
-          if (!cells.empty()) head = cells.front();
-        }
-        return head;
+        return triples_.list(objects);
       }
-      default:
-        if (type.is_number() && !facets.unit().empty()) {
-          const TermId node = graph_.fresh_blank();
-          number(node, type, facets, value);
-          return node;
-        }
-        return graph_.intern(literal(lexical_form(type, value), type.datatype));
+      case Kind::integer:
+      case Kind::real: return triples_.number(literal_of(type, value), facets.unit());
+      default: return literal_of(type, value);
     }
   }
 
   Graph& graph_;
-  std::string_view names_base_;
+  ValueWriter triples_;
 };
 
 constexpr std::string_view xsd_namespace = "http://www.w3.org/2001/XMLSchema#";
@@ -425,6 +387,63 @@ class Reader {
 };
 
 }  // namespace
+
+void ValueWriter::number(TermId node, TermId literal, const Unit& u) {
+  add(node, vocab::rdf::type, graph_.intern(vocab::maths::Scalar));
+  add(node, vocab::vom::numericalValue, literal);
+  unit(node, u);
+}
+
+TermId ValueWriter::number(TermId literal, const Unit& u) {
+  if (u.empty()) return literal;
+  const TermId node = graph_.fresh_blank();
+  number(node, literal, u);
+  return node;
+}
+
+void ValueWriter::value(TermId focus, TermId object) { add(focus, vocab::rdf::value, object); }
+
+void ValueWriter::classes(TermId node, const Type& record) {
+  for (const std::string& c : record.classes) add(node, vocab::rdf::type, graph_.intern(iri(c)));
+}
+
+void ValueWriter::field(TermId node, const FieldType& field, TermId object) {
+  graph_.add(node, graph_.intern(iri(predicate_iri(field, names_base_))), object);
+}
+
+void ValueWriter::unit(TermId node, const Unit& u) {
+  if (!u.vom.empty()) add(node, vocab::vom::unit, graph_.intern(u.vom));
+  if (!u.qudt.empty()) add(node, vocab::qudt::unit, graph_.intern(u.qudt));
+}
+
+TermId ValueWriter::list(const std::vector<TermId>& members) {
+  const TermId nil = graph_.intern(vocab::rdf::nil);
+  if (members.empty()) return nil;
+  std::vector<TermId> cells;
+  cells.reserve(members.size());
+  for (std::size_t i = 0; i < members.size(); ++i) cells.push_back(graph_.fresh_blank());
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    add(cells[i], vocab::rdf::first, members[i]);
+    add(cells[i], vocab::rdf::rest, i + 1 < cells.size() ? cells[i + 1] : nil);
+  }
+  return cells.front();
+}
+
+std::string lexical_form(const Type& type, const Value& value) {
+  switch (type.kind) {
+    case Kind::boolean: return value.boolean() && *value.boolean() ? "true" : "false";
+    case Kind::integer:
+      if (const auto* i = value.integer()) return std::to_string(*i);
+      return value.large_integer() ? std::to_string(*value.large_integer()) : "0";
+    case Kind::real: {
+      const double number = value.real() ? *value.real() : 0;
+      return type.single ? lexical::format(static_cast<float>(number)) : lexical::format(number);
+    }
+    case Kind::duration: return lexical::format(std::chrono::nanoseconds(value.integer() ? *value.integer() : 0));
+    case Kind::instant: return lexical::format_instant(std::chrono::nanoseconds(value.integer() ? *value.integer() : 0));
+    default: return value.text() ? well_formed(*value.text()) : std::string();
+  }
+}
 
 std::string predicate_iri(const FieldType& field, std::string_view names_base) {
   const std::string& predicate = field.predicate;

@@ -73,7 +73,7 @@ TEST_CASE("the context is a resource that may be kept, and changes its name when
   CHECK(r.get("/ns/context.jsonld", "application/ld+json, application/json").status == 200);
   const Answer turtle = r.get("/ns/context.jsonld", "text/turtle");
   CHECK(turtle.status == 406);
-  CHECK(turtle.says("there is application/ld+json"));
+  CHECK(turtle.says("there are application/ld+json"));
   CHECK(r.send("PUT", "/ns/context.jsonld", "{}").status == 405);
   CHECK(r.bench.ask("GET /ns/context.jsonld\nUpgrade: websocket\nConnection: Upgrade").status == 200);
 
@@ -154,7 +154,7 @@ TEST_CASE("JSON-LD bodies that are none say what is wrong, and where", "[engine]
   const Answer empty = put("{}");
   CHECK(empty.status == 422);
   CHECK(r.robot.angle == 10);
-  const Answer other = r.send("POST", "/arm/actions/turn", "43.6", "application/json");
+  const Answer other = r.send("POST", "/arm/actions/turn", "43.6", "application/xml");
   CHECK(other.status == 415);
   CHECK(other.says("application/ld+json"));
   CHECK(other.members("Accept-Post").count("application/ld+json") == 1);

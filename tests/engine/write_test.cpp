@@ -215,8 +215,9 @@ TEST_CASE("broken Turtle is 400 with its line, and nothing is called", "[engine]
 
 TEST_CASE("other media types and codings are 415, which tells what is taken", "[engine][R0.6]") {
   Robot r;
-  const std::set<std::string> types = {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json"};
-  for (const char* head : {"Content-Type: application/json", "Content-Type: text/plain", "X: y", "Content-Type: nonsense", "Content-Type: text/turtle, text/plain",
+  const std::set<std::string> types = {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json",
+                                       "application/json", "text/plain", "application/cbor"};
+  for (const char* head : {"Content-Type: application/xml", "Content-Type: text/csv", "X: y", "Content-Type: nonsense", "Content-Type: text/turtle, text/plain",
                            "Content-Type: text/turtle; charset=latin-1", "Content-Type: text/turtle\nContent-Type: text/turtle"}) {
     CAPTURE(head);
     const Answer put = r.bench.ask(std::string("PUT /arm/angle\n") + head + "\n\n43.6");

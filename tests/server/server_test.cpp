@@ -1,8 +1,11 @@
 #include <lrt/server.hpp>
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
+#include <cstdio>
 #include <cstdlib>
+#include <deque>
 #include <filesystem>
 #include <future>
 #include <iterator>
@@ -10,12 +13,14 @@
 #include <thread>
 
 #include <lrt/transport/loopback.hpp>
+#include <lrt/transport/named.hpp>
 
 #include "tests/support/allocations.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/sample_robot.hpp"
 #include "tests/support/socket.hpp"
+#include "tests/support/websocket.hpp"
 
 using namespace lrt;
 using namespace lrt::test;
@@ -474,4 +479,67 @@ TEST_CASE("many clients and a publishing control loop get along", "[server][R0.1
   }
   for (auto& t : clients) t.join();
   CHECK(wrong == 0);
+}
+
+namespace {
+/// A picture of a camera: its number is its RDF.
+struct Picture {
+  std::uint32_t number = 0;
+  Bytes bytes;
+};
+}  // namespace
+
+template <>
+struct lrt::rdf::traits<Picture> : lrt::rdf::Record<Picture> {
+  static void describe(Record<Picture>& r) { r.field("number", &Picture::number); }
+};
+
+TEST_CASE("pictures reach four clients as they are, and the default transport copies none of them", "[server][R0.12][R0.17]") {
+  const std::string name(GENERATE(from_range(transport::names())));
+  CAPTURE(name);
+  constexpr std::size_t size = 1'000'000, clients = 4;
+  Options options = any_port(Io::in_poll);
+  options.transport = [&](transport::Options o) { return transport::make_named(name, std::move(o)); };
+  Server server = make(std::move(options));
+  Thing head{"head"};
+  auto image = head.property<Picture>("image").representation("image/x-test", [](const Picture& p) { return p.bytes; });
+  server.add(std::move(head)).value();
+
+  std::deque<WebSocketClient> sockets;
+  for (std::size_t i = 0; i < clients; ++i) {
+    sockets.emplace_back(server.port());
+    sockets.back().send("GET /head/image?accept=image/x-test HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(server.port()) +
+                        "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: " + WebSocketClient::key + "\r\n\r\n");
+  }
+  std::size_t polled = 0;  // bytes allocated within poll()
+  const auto until = [&](const auto& reached) {
+    eventually([&] {
+      const std::size_t before = allocated_bytes;
+      server.poll(milliseconds(1));
+      polled += allocated_bytes - before;
+      for (WebSocketClient& s : sockets) s.step();
+      return reached();
+    });
+  };
+  const auto all = [&](std::size_t frames) {
+    return [&, frames] { return std::all_of(sockets.begin(), sockets.end(), [&](const WebSocketClient& s) { return s.frames.size() == frames; }); };
+  };
+  Picture picture{1, std::make_shared<const std::string>(size, 'a')};
+  image.publish(picture);
+  until([&] { return std::all_of(sockets.begin(), sockets.end(), [](const WebSocketClient& s) { return s.status != 0; }); });
+  CHECK(sockets.front().status == 101);
+  until(all(1));
+  polled = 0;
+  for (char c : {'b', 'c', 'd'}) {
+    picture = {picture.number + 1, std::make_shared<const std::string>(size, c)};
+    image.publish(picture);
+    until(all(picture.number));
+    for (const WebSocketClient& s : sockets) {
+      CHECK(s.frames.back().opcode == Frame::binary);
+      CHECK(s.frames.back().payload == *picture.bytes);
+    }
+  }
+  std::printf("%s: %.0f KB allocated in poll() for 3 pictures of %.0f KB to %zu clients\n", name.c_str(), static_cast<double>(polled) / 1e3, size / 1e3, clients);
+  if (name == "asio") CHECK(polled < size);
+  else CHECK(polled < 3 * clients * size * 5 / 2);  // libwebsockets wants a copy, and gives one back
 }

@@ -9,6 +9,7 @@
 
 namespace lrt::test {
 inline thread_local std::size_t allocations = 0;
+inline thread_local std::size_t allocated_bytes = 0;  ///< in all, whatever was freed since
 }
 
 #if defined(__has_feature)
@@ -19,11 +20,13 @@ inline thread_local std::size_t allocations = 0;
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && !defined(LRT_TEST_SANITIZED)
 [[gnu::noinline]] void* operator new(std::size_t size) {
   ++lrt::test::allocations;
+  lrt::test::allocated_bytes += size;
   if (void* p = std::malloc(size ? size : 1)) return p;
   throw std::bad_alloc();
 }
 [[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   ++lrt::test::allocations;
+  lrt::test::allocated_bytes += size;
   return std::malloc(size ? size : 1);
 }
 [[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }

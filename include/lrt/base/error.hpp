@@ -12,7 +12,7 @@ namespace lrt {
 enum class Errc : std::uint8_t {
   expected_iri,            ///< a text that should be an IRI (or IRI reference) is none
   expected_media_type,     ///< a text that should be a media type is none
-  expected_rdf,            ///< a text that should be Turtle, N-Triples, RDF/XML or JSON-LD is none
+  expected_rdf,            ///< bytes that should be Turtle, N-Triples, RDF/XML, JSON-LD, JSON, CBOR or octets are none
   expected_value,          ///< a value of another type, or a missing or repeated one
   expected_http,           ///< a header field or message that RFC 9110/9112 does not allow
   out_of_range,            ///< a value of the right type that a bound excludes

@@ -64,7 +64,15 @@ LRT_TERM(dcterms, format);
 LRT_TERM(dcterms, conformsTo);
 LRT_TERM(dcterms, hasPart);
 LRT_TERM(dcterms, isPartOf);
+LRT_TERM(dcterms, hasFormat);
 }  // namespace dcterms
+
+#define LRT_VOCAB_dcat "http://www.w3.org/ns/dcat#"
+namespace dcat {
+LRT_TERM(dcat, Distribution);
+LRT_TERM(dcat, byteSize);
+LRT_TERM(dcat, mediaType);
+}  // namespace dcat
 
 #define LRT_VOCAB_ldp "http://www.w3.org/ns/ldp#"
 namespace ldp {
@@ -333,6 +341,12 @@ LRT_TERM(lrt, delivered);
 LRT_TERM(lrt, dropped);
 LRT_TERM(lrt, lastError);
 LRT_TERM(lrt, suspended);
+LRT_TERM(lrt, frame);
+LRT_TERM(lrt, elementType);
+LRT_TERM(lrt, shape);
+LRT_TERM(lrt, byteOrder);
+LRT_TERM(lrt, littleEndian);
+LRT_TERM(lrt, bigEndian);
 }  // namespace lrt
 
 #undef LRT_TERM
@@ -341,6 +355,7 @@ LRT_TERM(lrt, suspended);
 #undef LRT_VOCAB_rdfs
 #undef LRT_VOCAB_xsd
 #undef LRT_VOCAB_dcterms
+#undef LRT_VOCAB_dcat
 #undef LRT_VOCAB_ldp
 #undef LRT_VOCAB_prov
 #undef LRT_VOCAB_sh

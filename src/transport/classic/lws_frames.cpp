@@ -378,7 +378,7 @@ void LwsFrames::carry_out(Order order, std::size_t expected) {
   collect(expected);
   while (wsi_ != nullptr && lws_partial_buffered(wsi_) != 0) {  // more than the pair has room for
     service(LWS_POLLOUT);
-    collect(expected);
+    collect(0);  // room for all of it was made
   }
   if (std::exchange(order_, Order::none) != Order::none) end(Phase::failed);
 }
@@ -453,16 +453,17 @@ void LwsFrames::service(short event) {
 /// Takes what libwebsockets has written.
 /// @param expected  bytes, if it is known: one call takes that much
 void LwsFrames::collect(std::size_t expected) {
-  constexpr std::size_t most = 256 * 1024;
-  const std::size_t room = std::min(expected, most) + 16;
+  constexpr std::size_t least = 4 * 1024, most = 256 * 1024;
   output_.reserve(output_.size() + expected + 16);
   for (;;) {
     const std::size_t before = output_.size();
+    const std::size_t room = expected > 0 ? std::min(expected, most) + 16 : std::clamp(output_.capacity() - before, least, most);
     output_.resize(before + room);
     const auto got = ::recv(socket_, output_.data() + before, room, 0);
     output_.resize(before + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
     if (got < 0 && errno == EINTR) continue;
     if (got < static_cast<ssize_t>(room)) return;
+    expected = 0;
   }
 }
 

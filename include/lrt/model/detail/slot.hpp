@@ -31,6 +31,10 @@ class SlotBase : public NewsSource {
   /// Keeps up to so many values for the reader to take one by one. Before the first publish.
   virtual void keep(std::size_t samples) = 0;
   virtual bool keeps() const noexcept = 0;
+  /// Lets whole() give values. Before the first publish.
+  virtual void hold() = 0;
+  /// The T that was taken last, if they are held. The reader's thread.
+  virtual std::shared_ptr<const void> whole() const noexcept = 0;
 
   /// Makes the next publish count as a change even if it repeats the last value. Any thread.
   void forget() noexcept { forgotten_.store(true, std::memory_order_release); }
@@ -100,6 +104,8 @@ class KeepingSlot : public SlotBase {
   std::uint64_t lost() const noexcept final { return ring_ ? ring_->lost() : 0; }
   void keep(std::size_t samples) final { ring_ = std::make_unique<SampleRing<T>>(samples); }
   bool keeps() const noexcept final { return ring_ != nullptr; }
+  void hold() final { holds_ = true; }
+  std::shared_ptr<const void> whole() const noexcept final { return whole_; }
 
  protected:
   bool take_kept(rdf::Value& value, Utc& since) {
@@ -125,10 +131,13 @@ class KeepingSlot : public SlotBase {
  private:
   void give(const Sample<T>& sample, rdf::Value& value, Utc& since) {
     value = rdf::traits<T>::encode(sample.value);
+    if (holds_) whole_ = std::make_shared<const T>(sample.value);
     since = sample.since;
     taken_ = sample.number;
   }
   std::uint64_t taken_ = 0;  // the reader's
+  std::shared_ptr<const T> whole_;
+  bool holds_ = false;
 };
 
 /// Trivially copyable values: three cells, of which the writer and the reader own one each and exchange the third. Wait-free on

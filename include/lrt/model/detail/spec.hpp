@@ -13,6 +13,7 @@
 #include <lrt/base/result.hpp>
 #include <lrt/base/unique_function.hpp>
 #include <lrt/model/detail/slot.hpp>
+#include <lrt/model/representation.hpp>
 #include <lrt/model/statement.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
@@ -51,14 +52,24 @@ struct ResourceSpec {
   bool sealed = false;                   ///< registered: the handle changes nothing any more
 };
 
+/// What reading a property gives.
+struct Reading {
+  rdf::Value value;
+  std::shared_ptr<const void> whole;     ///< the T itself, for the user's encoders; null where there are none
+};
+
 struct PropertySpec : ResourceSpec {
   const rdf::Type* type = nullptr;
   rdf::Facets facets;
   std::shared_ptr<SlotBase> slot;                              ///< pushed, else
-  UniqueFunction<rdf::Value()> read;                           ///< pulled
+  UniqueFunction<Reading()> read;                              ///< pulled
   std::shared_ptr<ChangeSignal> changes;                       ///< of a pulled one
   std::optional<std::chrono::milliseconds> sample_period;      ///< of a pulled one; nullopt: the server's
   UniqueFunction<Result<void>(const rdf::Value&)> write;       ///< empty: read-only
+  std::vector<RepresentationSpec> representations;
+  UniqueFunction<std::shared_ptr<const void>(const rdf::Value&)> whole;  ///< the T of a value that was written; null: none can be made
+  bool octets = false;                                         ///< rdf::Plain::octets is offered
+  std::optional<Object> frame;
 };
 
 struct ActionSpec : ResourceSpec {

@@ -7,25 +7,30 @@
 
 #include <lrt/base/result.hpp>
 
-namespace lrt::rdf::json_ld {
+namespace lrt::rdf::json {
 
-/// Objects and arrays nested deeper than this are refused.
-inline constexpr std::size_t max_depth = 256;
+/// What a document may be at most; more is limit_exceeded.
+struct Limits {
+  std::size_t values = 0;
+  std::size_t depth = 0;  ///< of objects and arrays in each other
+};
 
-/// A JSON text as a tree in one piece: what a hostile document makes of memory is a small multiple of its size.
+/// A JSON text, or CBOR of the same shape, as a tree in one piece: what a hostile document makes of memory is a small multiple of its size.
 class Document {
  public:
   enum class Kind : std::uint8_t { null, false_, true_, number, string, array, object };
   using Id = std::uint32_t;
   static constexpr Id none = 0xFFFFFFFF;
 
-  /// @param max_values  more are limit_exceeded
   /// @par Errors  expected_rdf with the place; also for members of one name, U+0000, invalid UTF-8, numbers beyond double.
-  static Result<Document> parse(std::string_view text, std::size_t max_values);
+  static Result<Document> parse(std::string_view text, const Limits& limits);
+  /// RFC 8949: what JSON has, and NaN and infinities. A floating-point number is never written like an integer: "1.0", "NaN", "-INF".
+  /// @par Errors  the same, and expected_rdf for byte strings, tags, undefined, and names that are no texts.
+  static Result<Document> parse_cbor(std::string_view bytes, const Limits& limits);
 
   Id root() const noexcept { return 0; }
   Kind kind(Id id) const noexcept { return values_[id].kind; }
-  /// Of a string its characters, of a number its digits: of integers within 64 bits "-5", else as they were written.
+  /// Of a string its characters, of a number its digits: of integers within 64 bits "-5" and "-0", else as they were written.
   std::string_view text(Id id) const noexcept { return view(values_[id].text, values_[id].length); }
   /// The name of a member of an object.
   std::string_view key(Id id) const noexcept { return view(values_[id].key, values_[id].key_length); }
@@ -34,7 +39,7 @@ class Document {
   Id next(Id id) const noexcept { return values_[id].next; }
   /// The member of that name, or none.
   Id member(Id object, std::string_view name) const noexcept;
-  /// The place of a value as a JSON Pointer (RFC 6901), cut where it is long: "/@graph/0/unit".
+  /// The place of a value as a JSON Pointer (RFC 6901), cut where it is long: "/@graph/0/unit"; "" of none.
   std::string pointer(Id id) const;
 
  private:
@@ -76,4 +81,7 @@ class Children {
   Document::Id first_;
 };
 
-}  // namespace lrt::rdf::json_ld
+/// A text for a message, cut where it is long.
+std::string shortened(std::string_view text);
+
+}  // namespace lrt::rdf::json

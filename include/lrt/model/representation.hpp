@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/iri.hpp>
+#include <lrt/base/result.hpp>
+#include <lrt/base/unique_function.hpp>
+#include <lrt/rdf/unit.hpp>
+
+namespace lrt {
+
+/// Bytes that are handed on without a copy, to as many clients as there are. Null: there are none.
+using Bytes = std::shared_ptr<const std::string>;
+
+/// How the numbers lie in a binary representation, for its description in RDF.
+struct Layout {
+  enum class ByteOrder : std::uint8_t { little_endian, big_endian };
+
+  Iri element_type;                  ///< xsd:double: IEEE 754 binary64; xsd:float: binary32; xsd:unsignedByte ... xsd:long by their size
+  std::vector<std::size_t> shape;    ///< along each axis, the last one varies fastest: {480, 640, 3}
+  ByteOrder byte_order = ByteOrder::little_endian;
+  Unit unit{};                       ///< of the numbers; empty: the property's
+};
+
+namespace model {
+
+/// A representation of a property's values by the user's encoder.
+struct RepresentationSpec {
+  std::string media_type;
+  UniqueFunction<Result<Bytes>(const void*)> encode;  ///< of a T
+  Layout layout;                                      ///< without element_type: not described
+};
+
+template <class Encoded>
+Result<Bytes> to_bytes(Encoded&& encoded) {
+  using E = std::decay_t<Encoded>;
+  if constexpr (std::is_convertible_v<E, Bytes>) {
+    return Bytes(std::forward<Encoded>(encoded));
+  } else if constexpr (std::is_convertible_v<E, std::string>) {
+    return Bytes(std::make_shared<const std::string>(std::forward<Encoded>(encoded)));
+  } else {
+    if (!encoded) return Unexpected{std::forward<Encoded>(encoded).error()};
+    return to_bytes(*std::forward<Encoded>(encoded));
+  }
+}
+
+}  // namespace model
+}  // namespace lrt

@@ -1,0 +1,214 @@
+#include <lrt/model/representation.hpp>
+
+#include <array>
+#include <cstring>
+
+#include <lrt/engine/engine.hpp>
+
+#include "tests/support/bench.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace lrt;
+using namespace lrt::test;
+
+namespace {
+
+/// What a camera gives: what is said of it in RDF, and the picture.
+struct Frame {
+  std::uint32_t number = 0;
+  std::uint16_t width = 0, height = 0;
+  Bytes jpeg;
+};
+
+}  // namespace
+
+template <>
+struct lrt::rdf::traits<Frame> : lrt::rdf::Record<Frame> {
+  static void describe(Record<Frame>& r) { r.field("number", &Frame::number), r.field("width", &Frame::width), r.field("height", &Frame::height); }
+};
+
+namespace {
+
+Frame frame(std::uint32_t number, std::string jpeg) { return {number, 640, 480, std::make_shared<const std::string>(std::move(jpeg))}; }
+
+struct Camera {
+  Camera() {
+    Thing thing{"head"};
+    image = thing.property<Frame>("image").representation("image/jpeg", [this](const Frame& f) {
+      ++encoded;
+      return f.jpeg;
+    });
+    image->representation("image/x-raw", [](const Frame& f) { return std::string(f.number, 'x'); },
+                          {vocab::xsd::unsignedByte, {480, 640, 3}, Layout::ByteOrder::big_endian, unit::one});
+    image->frame(Object::resource("head/optical"));
+    bench.add(std::move(thing));
+  }
+  void publish(const Frame& f) {
+    image->publish(f);
+    bench.look();
+  }
+  Answer get(const std::string& accept, const std::string& fields = {}) { return bench.ask("GET /head/image\nAccept: " + accept + "\n" + fields); }
+  int encoded = 0;
+  std::optional<Property<Frame>> image;
+  Bench bench;
+};
+
+const std::string all_bytes = [] {
+  std::string bytes;
+  for (int i = 0; i < 256; ++i) bytes += static_cast<char>(i);
+  return bytes;
+}();
+
+}  // namespace
+
+TEST_CASE("a property has the formats that its encoders make, and describes them in RDF", "[engine][R1.2]") {
+  Camera camera;
+  CHECK(camera.get("image/jpeg").status == 406);  // nothing was published
+  camera.publish(frame(3, all_bytes));
+  const Answer jpeg = camera.get("image/jpeg");
+  CHECK(jpeg.status == 200);
+  CHECK(jpeg.body == all_bytes);
+  CHECK(jpeg.field("Content-Type") == "image/jpeg");
+  CHECK(jpeg.links_to("http://localhost/head/image?accept=text/turtle", "describedby"));
+  CHECK(jpeg.links_to("http://localhost/head/image?accept=image/jpeg", "alternate"));
+  CHECK(camera.bench.get("/head/image?accept=image/jpeg").body == all_bytes);
+  CHECK(camera.get("image/webp,image/*,*/*;q=0.8").body == all_bytes);  // what <img> of a browser asks for
+  CHECK(camera.get("*/*").field("Content-Type") == "text/turtle");
+  CHECK(camera.get("application/json").body == R"({"number":3,"width":640,"height":480})");
+  CHECK(camera.encoded == 1);
+  CHECK(missing(camera.bench.get("/head/image"),
+                "<http://localhost/head/image> dcterms:hasFormat <http://localhost/head/image?accept=image/jpeg>, <http://localhost/head/image?accept=image/x-raw> ;"
+                "  lrt:frame <http://localhost/head/optical> ."
+                "<http://localhost/head/image?accept=image/jpeg> a dcat:Distribution ; dcterms:format \"image/jpeg\" ;"
+                "  dcat:mediaType <https://www.iana.org/assignments/media-types/image/jpeg> ; dcat:byteSize \"256\"^^xsd:nonNegativeInteger ."
+                "<http://localhost/head/image?accept=image/x-raw> dcat:byteSize \"3\"^^xsd:nonNegativeInteger ; lrt:elementType xsd:unsignedByte ;"
+                "  lrt:shape ( \"480\"^^xsd:nonNegativeInteger \"640\"^^xsd:nonNegativeInteger \"3\"^^xsd:nonNegativeInteger ) ;"
+                "  lrt:byteOrder lrt:bigEndian ; lrt:frame <http://localhost/head/optical> .") == "");
+}
+
+TEST_CASE("a format has its ETag, HEAD and ranges", "[engine][R0.11][R0.6]") {
+  Camera camera;
+  camera.publish(frame(1, all_bytes));
+  const Answer whole = camera.get("image/jpeg");
+  CHECK(camera.get("image/jpeg", "If-None-Match: " + whole.tag()).status == 304);
+  const Answer part = camera.get("image/jpeg", "Range: bytes=10-19");
+  CHECK(part.status == 206);
+  CHECK(part.body == all_bytes.substr(10, 10));
+  CHECK(part.field("Content-Range") == "bytes 10-19/256");
+  CHECK(camera.get("image/jpeg", "Range: bytes=256-").status == 416);
+  CHECK(camera.bench.ask("HEAD /head/image\nAccept: image/jpeg").tag() == whole.tag());
+  camera.publish(frame(2, all_bytes));
+  CHECK(camera.get("image/jpeg").tag() == whole.tag());  // the same bytes
+  camera.publish(frame(3, all_bytes + "!"));
+  CHECK(camera.get("image/jpeg").tag() != whole.tag());
+  CHECK(camera.get("image/jpeg", "Range: bytes=0-9\nIf-Range: " + whole.tag()).status == 200);
+}
+
+TEST_CASE("subscribers to a format get its bytes as binary messages, the same for all", "[engine][R0.12][R0.17]") {
+  Camera camera;
+  camera.publish(frame(1, "one"));
+  const auto a = camera.bench.open("/head/image?accept=image/jpeg"), b = camera.bench.open("/head/image", "Accept: image/jpeg\n");
+  camera.bench.pushes();
+  camera.encoded = 0;
+  const Frame next = frame(2, all_bytes);
+  camera.publish(next);
+  std::size_t told = 0;
+  for (const auto& [channel, push] : camera.bench.pushes()) {
+    CHECK((channel == a || channel == b));
+    CHECK_FALSE(push.text);
+    CHECK(push.message == next.jpeg);  // the very bytes of the robot: not copied
+    ++told;
+  }
+  CHECK(told == 2);
+  CHECK(camera.encoded == 1);
+}
+
+TEST_CASE("an encoder may fail or have nothing; the other formats go on", "[engine][R0.6]") {
+  Bench bench;
+  int state = 0;
+  Thing thing{"a"};
+  thing.property("v", [&] { return state; })
+      .representation("text/csv", [](const int& v) -> Result<std::string> {
+        if (v == 1) return unexpected(Errc::failed, "the codec is broken");
+        if (v == 2) throw 7;
+        if (v == 3) return unexpected(Errc::unsupported_syntax, "no table of this");
+        return std::to_string(v) + "\n";
+      })
+      .representation("image/png", [](const int& v) { return v == 0 ? nullptr : std::make_shared<const std::string>("png"); });
+  bench.add(std::move(thing));
+  const auto csv = [&] { return bench.ask("GET /a/v\nAccept: text/csv"); };
+  CHECK(csv().body == "0\n");
+  CHECK(bench.ask("GET /a/v\nAccept: image/png").status == 406);
+  CHECK(bench.ask("GET /a/v\nAccept: image/png, text/plain;q=0.5").body == "0");
+  state = 1;
+  CHECK(csv().status == 500);
+  CHECK(csv().says("the codec is broken"));
+  CHECK(bench.ask("GET /a/v\nAccept: image/png").body == "png");
+  CHECK(bench.get("/a/v").status == 200);
+  state = 2;
+  CHECK(csv().status == 500);
+  state = 3;
+  CHECK(csv().status == 406);
+}
+
+TEST_CASE("a value that a client wrote has its formats too", "[engine][R0.5]") {
+  Bench bench;
+  Thing thing{"a"};
+  auto v = thing.property<double>("v").on_write([](double) {}).representation("text/csv", [](double d) { return std::to_string(d); });
+  bench.add(std::move(thing));
+  v.publish(1);
+  CHECK(bench.ask("GET /a/v\nAccept: text/csv").body == "1.000000");
+  CHECK(bench.ask("PUT /a/v\nContent-Type: text/plain\n\n2").status == 204);
+  CHECK(bench.ask("GET /a/v\nAccept: text/csv").body == "2.000000");
+}
+
+TEST_CASE("numbers are octets where that is asked for, both ways, with their layout described", "[engine][R0.5][R1.2]") {
+  Bench bench;
+  std::array<double, 3> joints{0.5, -1, 2};
+  std::vector<float> scan{1, 2};
+  Thing thing{"a"};
+  thing.property("joints", [&] { return joints; }, unit::radian).octets().frame("base").on_write([&](const std::array<double, 3>& v) { joints = v; });
+  thing.property("scan", [&] { return scan; }).octets();
+  bench.add(std::move(thing));
+  const Answer a = bench.ask("GET /a/joints\nAccept: application/octet-stream");
+  REQUIRE(a.body.size() == 24);
+  std::array<double, 3> got{};
+  std::memcpy(got.data(), a.body.data(), 24);
+  CHECK(got == joints);
+  CHECK(missing(bench.get("/a/joints"), "<http://localhost/a/joints> dcterms:hasFormat <http://localhost/a/joints?accept=application/octet-stream> ."
+                                        "<http://localhost/a/joints?accept=application/octet-stream> dcat:byteSize \"24\"^^xsd:nonNegativeInteger ;"
+                                        "lrt:elementType xsd:double ; lrt:shape ( \"3\"^^xsd:nonNegativeInteger ) ; lrt:byteOrder lrt:littleEndian ;"
+                                        "qudt:unit unit:RAD ; vom:unit maths:Radian ; lrt:frame \"base\" .") == "");
+  CHECK(missing(bench.get("/a/scan"), "[] dcat:byteSize \"8\"^^xsd:nonNegativeInteger ; lrt:elementType xsd:float ; lrt:shape ( \"2\"^^xsd:nonNegativeInteger ) .") == "");
+
+  const std::array<double, 3> next{1, 2, 3};
+  const std::string head = "PUT /a/joints\nContent-Type: application/octet-stream\n\n";
+  const std::string bytes(reinterpret_cast<const char*>(next.data()), 24);
+  CHECK(bench.ask(head + bytes).status == 204);
+  CHECK(joints == next);
+  CHECK(bench.ask(head + bytes.substr(1)).status == 400);
+  CHECK(bench.ask(head + std::string("\0\0\0\0\0\0\xF8\x7F", 8) + bytes.substr(8)).status == 422);  // NaN
+  CHECK(joints == next);
+  CHECK(bench.ask("GET /a/scan?accept=application/json").body == "[1,2]");
+}
+
+TEST_CASE("a format that cannot be offered is refused when the thing is added", "[engine][R0.3]") {
+  const auto refusal = [](const auto& change) {
+    engine::Engine engine;
+    Thing thing{"a"};
+    auto v = thing.property("v", [] { return std::string("x"); });
+    change(v);
+    const Result<void> added = engine.add(std::move(thing));
+    REQUIRE_FALSE(added);
+    CHECK(added.error().message.find("a/v") != std::string::npos);
+    return added.error().code;
+  };
+  const auto encode = [](const std::string& s) { return s; };
+  CHECK(refusal([&](auto& v) { v.representation("nonsense", encode); }) == Errc::expected_media_type);
+  CHECK(refusal([&](auto& v) { v.representation("image/*", encode); }) == Errc::expected_media_type);
+  CHECK(refusal([&](auto& v) { v.representation("TEXT/Turtle", encode); }) == Errc::duplicate_path);
+  CHECK(refusal([&](auto& v) { v.representation("text/html", encode); }) == Errc::duplicate_path);
+  CHECK(refusal([&](auto& v) { v.representation("a/b", encode).representation("a/b", encode); }) == Errc::duplicate_path);
+  CHECK(refusal([&](auto& v) { v.octets(); }) == Errc::invalid_option);
+  CHECK(refusal([&](auto& v) { v.representation("a/b", encode, {Iri("no iri"), {1}}); }) == Errc::expected_iri);
+}
