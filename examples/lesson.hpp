@@ -3,7 +3,8 @@
 // What the lessons share, so that a lesson shows lrt and nothing else. Your program needs none of this.
 //
 // A lesson serves and is visited by a small client on a thread of its own, over the real port, which prints what it asks and what it is
-// answered; when the client goes, the lesson ends. With --serve there is no client: the lesson serves on port 8080 until Ctrl-C, for curl.
+// answered; when the client goes, the lesson ends. With --serve there is no client: the lesson serves on port 8080 until Ctrl-C, for curl,
+// or with --serve N on port N.
 //
 // So that the same is printed at every run, the client shows any port as 8080, ids as id-1, id-2 ..., times as <time>, tags as <tag>,
 // of the header only Content-Type, Allow and Location (and what the lesson asks for), and of Turtle not the @prefix lines. It adds
@@ -22,6 +23,7 @@
 #include <fstream>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -34,16 +36,19 @@
 
 namespace lesson {
 
-/// True if the program was called with --serve.
-inline bool serves() {
+/// The port that was asked for with --serve; nothing if the lesson is to end by itself.
+inline std::optional<std::uint16_t> served_port() {
   std::ifstream line("/proc/self/cmdline");
-  for (std::string arg; std::getline(line, arg, '\0');)
-    if (arg == "--serve") return true;
-  return false;
+  std::string word;
+  while (std::getline(line, word, '\0'))
+    if (word == "--serve") return std::getline(line, word, '\0') ? static_cast<std::uint16_t>(std::stoul(word)) : std::uint16_t{8080};
+  return std::nullopt;
 }
 
-/// The port to listen on: 8080 for a reader with curl, any free one for the lesson's own client.
-inline std::uint16_t port() { return serves() ? 8080 : 0; }
+inline bool serves() { return served_port().has_value(); }
+
+/// The port to listen on: any free one for the lesson's own client.
+inline std::uint16_t port() { return served_port().value_or(0); }
 
 /// lrt::Options with that port.
 inline lrt::Options options() {

@@ -4,6 +4,7 @@
 #   vendor/install.sh          what the library, the examples and most tests need
 #   vendor/install.sh tests    that, and the clients of others that some tests use
 #   vendor/install.sh browser  what the library and most tests need, and the browser for the test of the page
+#   vendor/install.sh ros      what the library and most tests need, and ROS 1 for examples/ex_ros_node and its test
 #   vendor/install.sh ci       all of that, and what .ci/run needs besides
 #
 # vendor/README.md names each package with its version and licence.
@@ -12,6 +13,7 @@ set -eu
 build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost-dev libcpp-httplib-dev libwebsockets-dev libssl-dev nlohmann-json3-dev catch2"
 tests="python3 python3-websockets python3-rdflib curl openssl"
 browser="python3 chromium chromium-driver"
+ros="libroscpp-dev libsensor-msgs-dev python3-rosmaster python3-rospy python3-sensor-msgs"
 ci="clang libclang-rt-14-dev shellcheck"
 
 wanted=$build
@@ -20,9 +22,10 @@ for group in "$@"; do
     build) ;;
     tests) wanted="$wanted $tests" ;;
     browser) wanted="$wanted $browser" ;;
-    ci) wanted="$wanted $tests $browser $ci" ;;
+    ros) wanted="$wanted $ros" ;;
+    ci) wanted="$wanted $tests $browser $ros $ci" ;;
     *)
-      echo "usage: $0 [build] [tests] [browser] [ci]" >&2
+      echo "usage: $0 [build] [tests] [browser] [ros] [ci]" >&2
       exit 2
       ;;
   esac

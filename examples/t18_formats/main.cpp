@@ -38,6 +38,7 @@ int main() {
 
   lrt::Server server = lrt::Server::create(lesson::options()).value();
   server.add(std::move(head)).value();
+  server.add(lrt::Thing{"head/optical_frame"}).value();  // what the picture is seen from
   image.publish({1, 4, 2, std::make_shared<const std::string>("P2 4 2 3\n0 1 2 3\n3 2 1 0\n")});
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {

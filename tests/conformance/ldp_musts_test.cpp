@@ -128,7 +128,7 @@ std::vector<Exchange> every_answer() {
     const std::string newest = Robot::path_of(all.back().answer.field("Location"));
     ask(204, "DELETE " + newest);
     turtle(201, "POST", path, r.body_for(path), "Prefer: return=representation\nAccept: application/n-triples\n");
-    ask(415, "POST " + path + "\nContent-Type: text/plain\n\nx");
+    ask(415, "POST " + path + "\nContent-Type: text/csv\n\nx");
     ask(415, "POST " + path + "\nContent-Type: text/turtle\nContent-Encoding: gzip\n\nx");
     std::string many;
     for (int i = 0; i < 200; ++i) many += "<> <p> " + std::to_string(i) + " . ";

@@ -131,19 +131,20 @@ def plain(literal):
     return literal[1:-1] if literal.startswith("<") else re.match(r'"(.*)"', literal).group(1)
 
 
-class Robot:
-    """baxter on a port of its own."""
+class Program:
+    """A program that says in its first line where it serves."""
 
-    program = None
+    ends_with = (0,)  # after SIGTERM
 
-    def __init__(self, *arguments, port=0):
+    def __init__(self, *command):
+        self.name = os.path.basename(command[0])
         self.log = tempfile.TemporaryFile("w+")
-        self.process = subprocess.Popen([Robot.program, "--port", str(port), *Way.arguments, *arguments], stdout=subprocess.PIPE, stderr=self.log, text=True)
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self.log, text=True)
         ready, _, _ = select.select([self.process.stdout], [], [], PATIENCE)
         line = self.process.stdout.readline() if ready else ""
-        match = re.search(r"(https?://\S+/) ", line)
-        assert match, f"baxter did not start: {line!r} {self.said()}"
-        self.url = match.group(1)
+        match = re.search(r"https?://[^/\s]+/", line)
+        assert match, f"{self.name} did not start: {line!r} {self.said()}"
+        self.url = match.group()
         self.port = urllib.parse.urlsplit(self.url).port
 
     def said(self):
@@ -162,7 +163,7 @@ class Robot:
             self.process.send_signal(signal.SIGTERM)
         code = self.process.wait(PATIENCE)
         self.process.stdout.close()
-        assert code in (0, -signal.SIGKILL), f"baxter ended with {code}: {self.said()}"
+        assert code in (*self.ends_with, -signal.SIGKILL), f"{self.name} ended with {code}: {self.said()}"
 
     def kill(self):
         self.process.kill()
@@ -171,14 +172,26 @@ class Robot:
     def at(self, path):
         return self.url + path
 
-    def ws(self, path):
-        return "ws" + self.url[4:] + path
-
     def get(self, path, **headers):
         return http_request("GET", path if path.startswith("http") else self.at(path), headers={k.replace("_", "-"): v for k, v in headers.items()})
 
+    def post(self, path, turtle, **headers):
+        return http_request("POST", self.at(path), turtle, {"Content-Type": "text/turtle", **headers})
+
     def n_triples(self, path):
         return self.get(path, Accept="application/n-triples").expect(200).body
+
+
+class Robot(Program):
+    """baxter on a port of its own."""
+
+    program = None
+
+    def __init__(self, *arguments, port=0):
+        super().__init__(Robot.program, "--port", str(port), *Way.arguments, *arguments)
+
+    def ws(self, path):
+        return "ws" + self.url[4:] + path
 
     def members(self, thing):
         return [plain(o) for o in objects(self.n_triples(thing + "/subscriptions"), LDP + "contains")]
@@ -203,7 +216,7 @@ class Robot:
     def rotate(self, joint, degrees, **headers):
         body = ("@prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> . @prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> . "
                 f"<> a maths:Scalar ; vom:numericalValue {degrees} ; vom:unit maths:Degree .")
-        return http_request("POST", self.at(f"baxter/{joint}/actions/rotate"), body, {"Content-Type": "text/turtle", **headers})
+        return self.post(f"baxter/{joint}/actions/rotate", body, **headers)
 
     def call_back(self, path, url, upgrade="callback", **headers):
         """Subscribes by the Upgrade form."""
@@ -213,7 +226,7 @@ class Robot:
         body = (f"@prefix hybrit: <{HYBRIT}> . @prefix lrt: <{LRT}> . @prefix xsd: <http://www.w3.org/2001/XMLSchema#> . "
                 f"<> a hybrit:Subscription, hybrit:WebCallback ; hybrit:onResource <{self.at(path)}> ; hybrit:callbackURL \"{url}\"^^xsd:anyURI {more} .")
         container = container or "/".join(path.split("/")[:2]) + "/subscriptions"
-        return http_request("POST", self.at(container), body, {"Content-Type": "text/turtle"})
+        return self.post(container, body)
 
 
 class Request:
