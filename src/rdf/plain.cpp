@@ -30,12 +30,16 @@ std::vector<std::string> member_names(const Type& record) {
   names.reserve(record.fields.size());
   for (const FieldType& f : record.fields) names.push_back(f.name);
   const auto tell_apart = [&](auto name_of) {
-    std::vector<bool> repeated(names.size(), false);
-    for (std::size_t i = 0; i < names.size(); ++i)
-      for (std::size_t j = i + 1; j < names.size(); ++j)
-        if (names[i] == names[j]) repeated[i] = repeated[j] = true;
-    for (std::size_t i = 0; i < names.size(); ++i)
-      if (repeated[i]) names[i] = name_of(record.fields[i].predicate);
+    std::vector<std::size_t> order(names.size());  // by name: a robot's state may have a thousand members
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return names[a] < names[b]; });
+    std::vector<std::size_t> repeated;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      const bool as_before = i > 0 && names[order[i]] == names[order[i - 1]];
+      const bool as_next = i + 1 < order.size() && names[order[i]] == names[order[i + 1]];
+      if (as_before || as_next) repeated.push_back(order[i]);
+    }
+    for (const std::size_t i : repeated) names[i] = name_of(record.fields[i].predicate);
   };
   tell_apart([](const std::string& predicate) {
     std::string name = abbreviate(predicate);

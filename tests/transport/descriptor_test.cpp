@@ -113,7 +113,7 @@ TEST_CASE("a host that sleeps on the descriptor serves requests, and is not woke
   REQUIRE(host.run_to_answers(again, 1));
 }
 
-TEST_CASE("the descriptor tells of a wake from another thread", "[transport]") {
+TEST_CASE("the descriptor tells of a wake from another thread", "[transport][threads]") {
   ON_EACH_TRANSPORT();
   Host host;
   auto client = host.client();

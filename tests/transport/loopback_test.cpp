@@ -20,7 +20,7 @@ http::Request request(std::string_view method, std::string_view target, std::vec
 
 }  // namespace
 
-TEST_CASE("loopback answers at once, or from poll when the answer is deferred", "[transport]") {
+TEST_CASE("loopback answers at once, or from poll when the answer is deferred", "[transport][threads]") {
   TestHandler handler;
   transport::Loopback loopback;
   REQUIRE(loopback.start(handler));

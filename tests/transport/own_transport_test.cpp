@@ -313,7 +313,7 @@ TEST_CASE("stop of a transport of one's own answers what the handler still gives
   CHECK(host.is_well());
 }
 
-TEST_CASE("the waker of a transport of one's own ends its wait from another thread, and outlives it", "[transport][own]") {
+TEST_CASE("the waker of a transport of one's own ends its wait from another thread, and outlives it", "[transport][threads][own]") {
   auto host = std::make_unique<Host>();
   const auto waker = host->server->waker();
   std::thread other([&] { waker->wake(); });

@@ -664,7 +664,7 @@ TEST_CASE("stop answers what the handler still gives and 503 for the rest", "[tr
   REQUIRE(host.run_to_answers(again, 1));
 }
 
-TEST_CASE("a waker ends poll's wait from another thread, and outlives its transport", "[transport]") {
+TEST_CASE("a waker ends poll's wait from another thread, and outlives its transport", "[transport][threads]") {
   ON_EACH_TRANSPORT();
   auto host = std::make_unique<Host>();
   const auto waker = host->server->waker();

@@ -641,7 +641,7 @@ TEST_CASE("a new certificate is for new connections; open ones go on; bad files 
   CHECK(plain.error().code == Errc::invalid_option);
 }
 
-TEST_CASE("certificates may be read again on another thread while clients come", "[transport][tls][R0.2]") {
+TEST_CASE("certificates may be read again on another thread while clients come", "[transport][threads][tls][R0.2]") {
   ON_EACH_TRANSPORT();
   Host host;
   std::atomic<bool> done{false};
