@@ -9,6 +9,14 @@ install(TARGETS lrt EXPORT lrtTargets
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
         RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+if(TARGET lrt_urdf)  # apart, so that who does not use it does not need what it needs
+  get_target_property(LRT_URDF_LIBRARY_TYPE lrt_urdf TYPE)
+  install(TARGETS lrt_urdf EXPORT lrtUrdfTargets
+          LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+          RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(EXPORT lrtUrdfTargets NAMESPACE lrt:: DESTINATION ${LRT_INSTALL_CMAKEDIR})
+endif()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/lrt DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.hpp)
 install(FILES ${PROJECT_SOURCE_DIR}/src/engine/terms.ttl DESTINATION ${CMAKE_INSTALL_DATADIR}/lrt)
 install(EXPORT lrtTargets NAMESPACE lrt:: DESTINATION ${LRT_INSTALL_CMAKEDIR})
@@ -20,5 +28,6 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/cmake/lrtConfigVersion.cm
 install(FILES ${PROJECT_BINARY_DIR}/cmake/lrtConfig.cmake ${PROJECT_BINARY_DIR}/cmake/lrtConfigVersion.cmake
               ${PROJECT_SOURCE_DIR}/cmake/FindRedland.cmake ${PROJECT_SOURCE_DIR}/cmake/FindPCRE2.cmake
               ${PROJECT_SOURCE_DIR}/cmake/FindCppHttplib.cmake ${PROJECT_SOURCE_DIR}/cmake/FindLibwebsockets.cmake
+              ${PROJECT_SOURCE_DIR}/cmake/FindTinyxml2.cmake ${PROJECT_SOURCE_DIR}/cmake/FindUrdfdom.cmake
         DESTINATION ${LRT_INSTALL_CMAKEDIR})
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

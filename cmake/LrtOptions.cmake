@@ -7,6 +7,7 @@ option(LRT_INSTALL "Add install rules for the library, its headers and its CMake
 option(LRT_TRANSPORT_ASIO "The transport asio, by Boost.Beast and Boost.Asio" ON)
 option(LRT_TRANSPORT_CLASSIC "The transport classic, by cpp-httplib and libwebsockets" ON)
 option(LRT_CALLBACKS "Web callbacks by cpp-httplib" ON)
+option(LRT_URDF "The library lrt::urdf, by liburdfdom, tinyxml2 and Eigen, where they are found" ${PROJECT_IS_TOP_LEVEL})
 set(LRT_SANITIZE "" CACHE STRING "Sanitizers for lrt's own targets: address, undefined, thread, a list of them, or nothing")
 
 # Warnings and sanitizers go on our targets only; global flags belong to the host.

@@ -2,7 +2,8 @@
 # Installs what lrt needs and this machine lacks, from the distribution's own packages. Does nothing when all is there.
 #
 #   vendor/install.sh          what the library, the examples and most tests need
-#   vendor/install.sh tests    that, and the clients of others that some tests use
+#   vendor/install.sh tests    that, lrt::urdf, and the clients of others that some tests use
+#   vendor/install.sh urdf     what the library needs, and lrt::urdf besides
 #   vendor/install.sh browser  what the library and most tests need, and the browser for the test of the page
 #   vendor/install.sh ros      what the library and most tests need, and ROS 1 for examples/ex_ros_node and its test
 #   vendor/install.sh ci       all of that, and what .ci/run needs besides
@@ -10,8 +11,9 @@
 # vendor/README.md names each package with its version and licence.
 set -eu
 
-build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost-dev libcpp-httplib-dev libwebsockets-dev libssl-dev nlohmann-json3-dev catch2"
-tests="python3 python3-websockets python3-rdflib curl openssl"
+build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost-dev libcpp-httplib-dev libwebsockets-dev libssl-dev nlohmann-json3-dev libeigen3-dev catch2"
+urdf="liburdfdom-dev libtinyxml2-dev"
+tests="$urdf python3 python3-websockets python3-rdflib curl openssl"
 browser="python3 chromium chromium-driver"
 ros="libroscpp-dev libsensor-msgs-dev python3-rosmaster python3-rospy python3-sensor-msgs"
 ci="clang libclang-rt-14-dev shellcheck"
@@ -20,12 +22,13 @@ wanted=$build
 for group in "$@"; do
   case $group in
     build) ;;
+    urdf) wanted="$wanted $urdf" ;;
     tests) wanted="$wanted $tests" ;;
     browser) wanted="$wanted $browser" ;;
     ros) wanted="$wanted $ros" ;;
     ci) wanted="$wanted $tests $browser $ros $ci" ;;
     *)
-      echo "usage: $0 [build] [tests] [browser] [ros] [ci]" >&2
+      echo "usage: $0 [build] [urdf] [tests] [browser] [ros] [ci]" >&2
       exit 2
       ;;
   esac

@@ -22,7 +22,7 @@ template <class T>
 class Property {
  public:
   /// Hands the present value over (pushed properties). A bit-identical value changes nothing (SPEC 3.8).
-  /// @par Time  No lock; for trivially copyable T no allocation: some 40 ns, whatever the number of subscribers. A system call only when
+  /// @par Time  No lock; for T without a destructor to run (numbers, structs of such) no allocation: some 40 ns, whatever the number of subscribers. A system call only when
   ///            the network side sleeps although somebody observes the property; see subscription::Options::push_period and tick.
   /// @par Implements  R0.11, R0.12
   void publish(const T& value) noexcept {

@@ -1,21 +1,152 @@
-// A robot that has one of everything, for the page to show: structs, lists, enums, booleans, a collection, and a property that fails.
+// A robot that has one of everything, for the page to show: structs, lists, enums, booleans, a picture, a collection, and a property that
+// fails; and a gantry, four joints and the links between them, that is seen as a skeleton.
 //
 //   page_robot --port N [PUBLIC BASE]
 
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
+#include <optional>
 #include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include <lrt/lrt.hpp>
 
 #include "tests/support/sample_robot.hpp"
 
 namespace {
+
 volatile std::sig_atomic_t interrupted = 0;
-}
+
+struct Translation {
+  double x = 0, y = 0, z = 0;
+};
+struct Rotation {
+  double x = 0, y = 0, z = 0, w = 1;
+};
+struct Frame {
+  Translation translation;
+  Rotation rotation;
+};
+struct Picture {
+  unsigned number = 0;
+  lrt::Bytes svg;
+};
+
+}  // namespace
+
+template <>
+struct lrt::rdf::traits<Translation> : lrt::rdf::Record<Translation> {
+  static void describe(Record<Translation>& r) {
+    r.is(vocab::maths::Vector3D);
+    r.field(vocab::maths::x, &Translation::x);
+    r.field(vocab::maths::y, &Translation::y);
+    r.field(vocab::maths::z, &Translation::z);
+  }
+};
+template <>
+struct lrt::rdf::traits<Rotation> : lrt::rdf::Record<Rotation> {
+  static void describe(Record<Rotation>& r) {
+    r.field(vocab::maths::x, &Rotation::x);
+    r.field(vocab::maths::y, &Rotation::y);
+    r.field(vocab::maths::z, &Rotation::z);
+    r.field(Iri{"http://vocab.arvida.de/2015/06/maths/vocab#w"}, &Rotation::w);
+  }
+};
+template <>
+struct lrt::rdf::traits<Frame> : lrt::rdf::Record<Frame> {
+  static void describe(Record<Frame>& r) {
+    r.is(Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#SpatialRelationship"});
+    r.field(Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#translation"}, &Frame::translation);
+    r.field(Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#rotation"}, &Frame::rotation);
+  }
+};
+template <>
+struct lrt::rdf::traits<Picture> : lrt::rdf::Record<Picture> {
+  static void describe(Record<Picture>& r) { r.field("number", &Picture::number); }
+};
+
+namespace {
+
+/// A camera that sees the number of its picture: so many pixels wide.
+class Camera {
+ public:
+  lrt::Thing thing() {
+    lrt::Thing eye{"sample/eye"};
+    image_ = eye.property<Picture>("image");
+    image_->representation("image/svg+xml", [](const Picture& p) { return p.svg; });
+    image_->frame(lrt::Object::resource("sample/eye/optical_frame"));
+    eye.action("shoot", [this] { shoot(); });
+    shoot();
+    return eye;
+  }
+
+ private:
+  void shoot() {
+    ++number_;
+    const std::string width = std::to_string(60 * number_);
+    image_->publish({number_, std::make_shared<const std::string>("<svg xmlns='http://www.w3.org/2000/svg' width='" + width +
+                                                                 "' height='60'><rect width='" + width + "' height='60' fill='#0a6e83'/></svg>")});
+  }
+  unsigned number_ = 0;
+  std::optional<lrt::Property<Picture>> image_;
+};
+
+/// What an importer of robot descriptions makes of three revolute joints and a prismatic one, each half a metre above the last.
+class Gantry {
+ public:
+  void add_to(lrt::Server& server) {
+    lrt::Thing whole{"gantry"};
+    whole.type(lrt::Iri{"http://ros.org/#Robot"}).add(lrt::Iri{"https://w3id.org/lrt/ns#rootLink"}, lrt::Object::resource("gantry/link0"));
+    whole.add_turtle("<> <https://w3id.org/lrt/ns#positionsOf> (<gantry/joint1> <gantry/joint2> <gantry/joint3> <gantry/joint4>) .");
+    all_ = whole.property<std::vector<double>>("positions");
+    server.add(std::move(whole)).value();
+    for (int n = 0; n <= 4; ++n) {
+      lrt::Thing link{"gantry/link" + std::to_string(n)};
+      link.type(lrt::vocab::ros::Link);
+      server.add(std::move(link)).value();
+    }
+    for (int n = 1; n <= 4; ++n) server.add(joint(n)).value();
+    all_->publish({positions_.begin(), positions_.end()});
+  }
+
+ private:
+  lrt::Thing joint(int n) {
+    const bool slides = n == 4;
+    lrt::Thing thing{"gantry/joint" + std::to_string(n)};
+    thing.type(lrt::Iri{"http://ros.org/#Joint"}).type(slides ? lrt::Iri{"http://ros.org/#PrismaticJoint"} : lrt::vocab::ros::RevoluteJoint);
+    thing.add(lrt::vocab::ros::preceedingLink, lrt::Object::resource("gantry/link" + std::to_string(n - 1)));
+    thing.add(lrt::vocab::ros::succeedingLink, lrt::Object::resource("gantry/link" + std::to_string(n)));
+    // The first turns about the vertical; the others are tilted by a quarter turn about x, so that z of the first is y of theirs.
+    const double half = std::sqrt(0.5);
+    Frame origin{{0, 0, n == 1 ? 0.2 : 0}, {}};
+    if (n == 2) origin = {{0, 0, 0.5}, {half, 0, 0, half}};
+    if (n > 2) origin.translation = {0, 0.5, 0};
+    auto frame = thing.property<Frame>("origin");
+    frame.predicate(lrt::vocab::ros::jointReferenceFrame);
+    frame.publish(origin);
+    thing.property<Translation>("axis").publish(slides ? Translation{0, 1, 0} : Translation{0, 0, 1});
+    double& value = positions_[static_cast<std::size_t>(n - 1)];
+    thing.property("position", [&value] { return value; }, slides ? lrt::unit::metre : lrt::unit::radian)
+        .between(slides ? 0 : -3, slides ? 0.4 : 3)
+        .predicate(lrt::Iri{"http://ros.org/#position"})
+        .on_write([this, &value](double v) {
+          value = v;
+          all_->publish({positions_.begin(), positions_.end()});
+        });
+    return thing;
+  }
+  std::array<double, 4> positions_{};
+  std::optional<lrt::Property<std::vector<double>>> all_;
+};
+
+}  // namespace
 
 int main(int argc, char** argv) {
   lrt::Options options;
@@ -34,6 +165,10 @@ int main(int argc, char** argv) {
   server.add(std::move(whole)).value();
   server.add(robot.arm()).value();
   server.add(robot.tool()).value();
+  Camera camera;
+  server.add(camera.thing()).value();
+  Gantry gantry;
+  gantry.add_to(server);
 
   std::signal(SIGTERM, [](int) { interrupted = 1; });
   std::printf("One of everything is at %s (Ctrl-C ends)\n", server.url().c_str());

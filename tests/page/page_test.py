@@ -12,7 +12,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(os.path.dirname(HERE), "conformance"))
 
 import webdriver  # noqa: E402
-from robot_process import Robot, objects, plain, until  # noqa: E402
+from robot_process import Robot, http_request, objects, plain, until  # noqa: E402
 from webdriver import Browser  # noqa: E402
 
 VALUE = "http://vocab.arvida.de/2015/06/vom/vocab#numericalValue"
@@ -157,7 +157,7 @@ def a_slider_and_a_field_write_a_property(browser):
         for bad, words in (("99", "60"), ("fast", "fast")):
             fill(browser, "friction", bad)
             press(browser, "friction", "Set")
-            told = card(browser, "friction", f"const e = card.querySelector('.field .error').innerText; return e.includes({json.dumps(words)}) ? e : ''", f"what is wrong with {bad}")
+            told = card(browser, "friction", f"const e = card.querySelector('.entry .error').innerText; return e.includes({json.dumps(words)}) ? e : ''", f"what is wrong with {bad}")
             assert "expected" in told, told
             assert card(browser, "friction", "return card.querySelector('input[aria-invalid]') === document.activeElement && card.querySelector('[role=alert]').innerText", "it is marked").startswith("Not accepted (422)")
         assert number(robot, "baxter/right_s1/friction") == moved
@@ -279,7 +279,7 @@ def structs_lists_enums_and_booleans_are_written(browser):
         fill(browser, "pose", "1.25", 0)
         fill(browser, "pose", "-0.5", 3)
         press(browser, "pose", "Set")
-        told = card(browser, "pose", "return [...card.querySelectorAll('.field')].map(f => f.querySelector('.error').innerText ? f.querySelector('label').innerText : '').join('')", "what is wrong, at its field")
+        told = card(browser, "pose", "return [...card.querySelectorAll('.entry')].map(f => f.querySelector('.error').innerText ? f.querySelector('label').innerText : '').join('')", "what is wrong, at its field")
         assert told.startswith("tolerance"), told
         fill(browser, "pose", "0.5", 3)
         shot(browser, "struct-1280")
@@ -294,6 +294,82 @@ def structs_lists_enums_and_booleans_are_written(browser):
         card(browser, "gains", "return card.querySelector('form').innerText.includes('expected')", "what is wrong with the list")
         press(browser, "measure", "measure")
         card(browser, "measure", "return /result\\s*2.5 m/.test(card.innerText)", "a result")
+        check_clean(browser, robot, provoked=["422"])
+
+
+def a_picture_is_shown_and_follows_its_property(browser):
+    with Sample() as robot:
+        browser.open(robot.at("sample/eye"))
+        live(browser)
+        wide = "const i = card.querySelector('img'); return i && !i.hidden && i.complete && i.naturalWidth"
+        assert card(browser, "image", wide, "a picture") == 60
+        assert card(browser, "image", "return card.querySelector('img').alt", "its words") == "image as it is now"
+        press(browser, "shoot", "shoot")
+        card(browser, "image", wide + " === 120", "the next one")
+        assert "format" not in card(browser, "image", "return card.innerText", "the card")
+        browser.open(robot.at("sample/eye/image"))
+        card(browser, "Value", wide + " === 120", "on its own page")
+        browser.until("return document.querySelector('.property a')?.innerText === 'optical_frame'", "its frame")
+        browser.click(".source summary")
+        browser.until("return document.querySelector('.source pre').innerText.includes('byteSize')", "what it says of its formats")
+        offered = browser.run("return [...document.querySelectorAll('.source button')].map(b => b.value).filter(Boolean)")
+        assert offered == ["text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "application/json", "text/plain", "image/svg+xml"], offered
+        links = browser.run("return [...document.querySelectorAll('.source a')].map(a => [a.innerText, a.href])")
+        assert links == [["application/cbor", robot.at("sample/eye/image?accept=application/cbor")]], links
+        browser.run("[...document.querySelectorAll('.source button')].find(b => b.value === 'application/json').click()")
+        browser.until("return document.querySelector('.source pre').innerText === '{\"number\":2}'", "JSON")
+        check_clean(browser, robot)
+
+
+def a_robot_is_a_skeleton_that_moves_and_turns(browser):
+    def tip(near):
+        return browser.until("const at = document.querySelector('canvas').dataset.end?.split(',').map(Number); return at && arguments[0].every((n, i) => Math.abs(n - at[i]) < 0.005)", f"the last link is at {near}", near)
+
+    def move(joint, position):
+        http_request("PUT", robot.at(f"gantry/joint{joint}/position"), str(position).encode(), {"Content-Type": "application/json"}).expect(204)
+
+    def picture():
+        return browser.run("return document.querySelector('.skeleton canvas').toDataURL()")
+
+    with Sample() as robot:
+        browser.open(robot.at("gantry"))
+        tip([0, 0, 1.7])
+        words = browser.run("return document.querySelector('.skeleton canvas').getAttribute('aria-label')")
+        assert words.startswith("Skeleton of 4 joints and 5 links"), words
+        browser.until("return document.querySelectorAll('.joints input[type=range]').length === 4", "a slider for each joint")
+        before = picture()
+        move(2, 0.5)
+        tip([-1.0 * 0.4794, 0, 0.7 + 0.8776])
+        assert picture() != before
+        browser.until("return [...document.querySelectorAll('.joints input[type=text]')][1].value === '0.5'", "its field follows")
+        before = picture()
+        browser.drag(".skeleton canvas", 90, 40)
+        browser.until("return document.querySelector('.skeleton canvas').toDataURL() !== arguments[0]", "it is turned", before)
+        before = picture()
+        browser.run("document.querySelector('.skeleton canvas').focus()")
+        browser.keys(RIGHT + "+")
+        browser.until("return document.querySelector('.skeleton canvas').toDataURL() !== arguments[0]", "by keys too", before)
+        move(2, 0)
+        tip([0, 0, 1.7])
+        browser.run("[...document.querySelectorAll('.joints input[type=range]')][3].focus()")
+        browser.keys(RIGHT * 5)
+        moved = browser.until("return Number([...document.querySelectorAll('.joints input[type=text]')][3].value)", "the slider moves the field")
+        tip([0, 0, 1.7 + moved])
+        until(lambda: number(robot, "gantry/joint4/position") == moved, "and the robot")
+        browser.run("[...document.querySelectorAll('.joints input[type=text]')][3].select()")
+        browser.keys("7" + TAB)
+        browser.until("return [...document.querySelectorAll('.joints .error')].some(e => e.innerText.includes('0.4'))", "why it did not move")
+        move(2, 0.7)
+        move(3, -1.2)
+        for width, scheme in ((1280, "light"), (390, "dark")):
+            browser.size(width, 844, phone=width == 390)
+            browser.prefer(color_scheme=scheme)
+            browser.until("return document.documentElement.scrollWidth <= innerWidth && innerWidth === arguments[0]", "it fits", width)
+            browser.run("document.querySelector('.skeleton input').click(); document.querySelectorAll('.skeleton input')[1].click()")
+            assert not browser.run(CONTRAST)
+            shot(browser, f"skeleton-{scheme}-{width}")
+        browser.size(1280, 900)
+        browser.prefer(color_scheme="light")
         check_clean(browser, robot, provoked=["422"])
 
 
@@ -392,7 +468,8 @@ def only_its_own_script_runs_and_it_is_small(browser):
 
 CASES = [shows_the_tree_and_live_values, every_address_shows_its_resource, data_can_be_read_and_copied, a_slider_and_a_field_write_a_property,
          an_action_runs_to_its_end_and_is_cancelled, a_subscription_is_cancelled, a_lost_robot_comes_back, without_websocket_it_asks,
-         a_form_is_used_by_keyboard_alone, structs_lists_enums_and_booleans_are_written, a_property_that_fails_spoils_no_other,
+         a_form_is_used_by_keyboard_alone, structs_lists_enums_and_booleans_are_written, a_picture_is_shown_and_follows_its_property,
+         a_robot_is_a_skeleton_that_moves_and_turns, a_property_that_fails_spoils_no_other,
          only_its_own_script_runs_and_it_is_small, a_robot_is_seen_by_another_name_than_its_public_one, it_fits_a_phone_and_the_dark]
 
 

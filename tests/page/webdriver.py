@@ -120,6 +120,13 @@ class Browser:
         actions = [{"type": kind, "value": key} for key in text for kind in ("keyDown", "keyUp")]
         self.send("POST", "/actions", {"actions": [{"type": "key", "id": "keyboard", "actions": actions}]})
 
+    def drag(self, selector, right, down):
+        """With the mouse, from the middle of an element."""
+        origin = self.find(selector)
+        move = {"type": "pointerMove", "duration": 50}
+        actions = [{**move, "origin": origin, "x": 0, "y": 0}, {"type": "pointerDown", "button": 0}, {**move, "origin": "pointer", "x": right, "y": down}, {"type": "pointerUp", "button": 0}]
+        self.send("POST", "/actions", {"actions": [{"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": actions}]})
+
     def size(self, width, height, phone=False):
         self.devtools("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=phone)
 

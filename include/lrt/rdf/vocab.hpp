@@ -260,11 +260,15 @@ LRT_TERM(vom, unit);
 #define LRT_VOCAB_maths "http://vocab.arvida.de/2015/06/maths/vocab#"
 namespace maths {
 LRT_TERM(maths, Scalar);
+LRT_TERM(maths, Vector2D);
 LRT_TERM(maths, Vector3D);
+LRT_TERM(maths, Vector4D);
+LRT_TERM(maths, Quaternion);
 LRT_TERM(maths, CoordinateSystem);
 LRT_TERM(maths, x);
 LRT_TERM(maths, y);
 LRT_TERM(maths, z);
+LRT_TERM(maths, w);
 LRT_TERM(maths, Radian);
 LRT_TERM(maths, Degree);
 }  // namespace maths
@@ -276,12 +280,25 @@ LRT_TERM(spatial, Rotation3D);
 LRT_TERM(spatial, rotationAngle);
 LRT_TERM(spatial, rotationAxis);
 LRT_TERM(spatial, Translation3D);
+LRT_TERM(spatial, SpatialRelationship);
+LRT_TERM(spatial, translation);
+LRT_TERM(spatial, rotation);
 }  // namespace spatial
 
 #define LRT_VOCAB_ros "http://ros.org/#"
 namespace ros {
+LRT_TERM(ros, Robot);
+LRT_TERM(ros, Joint);
 LRT_TERM(ros, RevoluteJoint);
+LRT_TERM(ros, ContinuousJoint);
+LRT_TERM(ros, PrismaticJoint);
+LRT_TERM(ros, FixedJoint);
+LRT_TERM(ros, FloatingJoint);
+LRT_TERM(ros, PlanarJoint);
 LRT_TERM(ros, Link);
+LRT_TERM(ros, position);
+LRT_TERM(ros, velocity);
+LRT_TERM(ros, effort);
 LRT_TERM(ros, rotation);
 LRT_TERM(ros, friction);
 LRT_TERM(ros, jointReferenceFrame);
@@ -331,6 +348,14 @@ LRT_TERM(lrt, input);
 LRT_TERM(lrt, result);
 LRT_TERM(lrt, policy);
 LRT_TERM(lrt, collection);
+LRT_TERM(lrt, matrix);
+LRT_TERM(lrt, frame);
+LRT_TERM(lrt, pose);
+LRT_TERM(lrt, rootLink);
+LRT_TERM(lrt, positionsOf);
+LRT_TERM(lrt, mimics);
+LRT_TERM(lrt, mesh);
+LRT_TERM(lrt, texture);
 LRT_TERM(lrt, delivery);
 LRT_TERM(lrt, latest);
 LRT_TERM(lrt, queue);
@@ -341,7 +366,6 @@ LRT_TERM(lrt, delivered);
 LRT_TERM(lrt, dropped);
 LRT_TERM(lrt, lastError);
 LRT_TERM(lrt, suspended);
-LRT_TERM(lrt, frame);
 LRT_TERM(lrt, elementType);
 LRT_TERM(lrt, shape);
 LRT_TERM(lrt, byteOrder);

@@ -1,8 +1,9 @@
-# Makes page.html, page.css and page.js into one C++ file of the library.
+# Makes page.html, page.css, page.js and skeleton.js into one C++ file of the library.
 
 set(page_folder ${CMAKE_CURRENT_LIST_DIR})
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS
-             ${page_folder}/page.html ${page_folder}/error.html ${page_folder}/page.css ${page_folder}/page.js ${page_folder}/parts.cpp.in)
+             ${page_folder}/page.html ${page_folder}/error.html ${page_folder}/page.css ${page_folder}/page.js
+             ${page_folder}/skeleton.js ${page_folder}/parts.cpp.in)
 
 # SHA-256 in base64, as a Content-Security-Policy wants it; CMake gives hexadecimal digits, three of which are two of base64.
 function(page_hash text result)
@@ -43,26 +44,67 @@ function(page_literal text result)
   set(${result} "${literals}" PARENT_SCOPE)
 endfunction()
 
-# What only the reader of the source needs stays there: comments, indentation, spaces beside signs that no text on the page contains.
-function(page_read file result)
-  file(READ ${page_folder}/${file} text)
-  string(REGEX REPLACE "\n *(//|/\\*)[^\n]*" "" text "\n${text}")
+# Words of the script that are nobody else's: of no text, class, attribute or part of the browser. The most frequent first.
+set(page_own iri element field subject kind watch model shown socket here address along cells chain choices classes command container
+             content controls cross dcterms depth fields found humanised hybrit inSight inner isList items known leaves listed local
+             mayOpen moved named names notice objects observer places points poseOf posedIn predicate product project redraw report
+             response resting rotated rows said socketAfter steps subjects update vector view watches words written)
+
+# What only the reader of the source needs stays there: comments, indentation, spaces beside signs that no text of the page has spaces beside,
+# and long names: of `page_own`, and of what stands at the outermost level of the script, if it is no member's name too.
+function(page_read result)
+  set(text "")
+  foreach(file IN LISTS ARGN)
+    file(READ ${page_folder}/${file} part)
+    string(APPEND text "\n${part}")
+  endforeach()
+  string(REGEX MATCHALL "\n(async )?(const|let|function|class) [A-Za-z]+[A-Z_][A-Za-z_]+" names "${text}")
+  list(PREPEND names ${page_own})
+  string(REGEX REPLACE "\n *(//|/\\*)[^\n]*" "" text "${text}")
   string(REGEX REPLACE "  // [^\n]*" "" text "${text}")
   string(REGEX REPLACE "\n[ \n]+" "\n" text "${text}")
-  if(file MATCHES "css$")
+  if(ARGN MATCHES "css$")
     string(REGEX REPLACE "([{};:,]) +" "\\1" text "${text}")
     string(REGEX REPLACE ";?[ \n]+([{}])" "\\1" text "${text}")
     string(REPLACE ";}" "}" text "${text}")
   else()
-    string(REGEX REPLACE " (=>|===|!==|&&|[|][|]|[?][?]=?|[<>+]?=|[<>]) " "\\1" text "${text}")
+    string(REGEX REPLACE " (=>|===|!==|&&|[|][|]|[?][?]=?|[|&<>*/+-]?=|[<>?:*/%-]) " "\\1" text "${text}")
+    string(REGEX REPLACE " [+] ([^+])" "+\\1" text "${text}")
     string(REPLACE ") {" "){" text "${text}")
     string(REGEX REPLACE "([{;])[ \n]+" "\\1" text "${text}")
     string(REGEX REPLACE "[ \n]+}" "}" text "${text}")
+    foreach(twice IN ITEMS 1 2)  # one match may end where the next begins
+      string(REGEX REPLACE "([]A-Za-z0-9_)}\"'[]),[ \n]([[A-Za-z0-9_({!.`-])" "\\1,\\2" text "${text}")
+    endforeach()
+    string(REGEX REPLACE "([]A-Za-z0-9_)}]),[ \n]\"" "\\1,\"" text "${text}")
+    string(REGEX REPLACE "([A-Za-z]): ([[A-Za-z0-9_({!\"`-])" "\\1:\\2" text "${text}")
+    string(REGEX REPLACE "[)] ([[A-Za-z{\"])" ")\\1" text "${text}")
+    string(REGEX REPLACE "([A-Za-z0-9])\", \"" "\\1\",\"" text "${text}")
+    string(REGEX REPLACE "([^\"A-Za-z])true([^\"A-Za-z])" "\\1!0\\2" text "${text}")
+    string(REGEX REPLACE "([^\"A-Za-z])false([^\"A-Za-z])" "\\1!1\\2" text "${text}")
+    string(REGEX REPLACE "[(]([A-Za-z]+)[)]=>" "\\1=>" text "${text}")
+    string(REPLACE ";}" "}" text "${text}")
+    string(REGEX REPLACE "}\n([^f])" "}\\1" text "${text}")
+    string(REGEX REPLACE "([^A-Za-z])(if|for|while|return|catch) ([[({\"`])" "\\1\\2\\3" text "${text}")
+    string(REGEX REPLACE "([^A-Za-z])const " "\\1let " text "${text}")
+    set(number 0)
+    foreach(name IN LISTS names)
+      string(REGEX REPLACE ".* " "" name "${name}")
+      if(text MATCHES "[\"`}][^\"`(){}\n]* ${name}[ \"`]|[\"`]${name} ")
+        message(FATAL_ERROR "${name} is a word of a text on the page, and no name for page_own: ${CMAKE_MATCH_0}")
+      endif()
+      if(NOT text MATCHES "[^.][.]${name}[^A-Za-z0-9]|[\"'#]${name}[^A-Za-z0-9]|[{,]${name}[,:}]" OR name IN_LIST page_own)
+        foreach(twice IN ITEMS 1 2)
+          string(REGEX REPLACE "([^A-Za-z0-9_$])${name}([^A-Za-z0-9_$])" "\\1$${number}\\2" text "${text}")
+        endforeach()
+        math(EXPR number "${number} + 1")
+      endif()
+    endforeach()
   endif()
   set(${result} "${text}" PARENT_SCOPE)
 endfunction()
-page_read(page.css page_style)
-page_read(page.js page_script)
+page_read(page_style page.css)
+page_read(page_script page.js skeleton.js)
 page_hash("${page_style}" LRT_PAGE_STYLE_HASH)
 page_hash("${page_script}" LRT_PAGE_SCRIPT_HASH)
 foreach(name IN ITEMS page error)

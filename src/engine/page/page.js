@@ -164,7 +164,8 @@ function copyable(text) {
 
 // ---- talking to the robot
 
-const N_TRIPLES = "application/n-triples", JSON_LD = "application/ld+json";
+const N_TRIPLES = "application/n-triples", JSON_TYPE = "application/json", PROBLEM = "application/problem+json;q=0.9";
+const meaning = (type, text) => type === N_TRIPLES ? parse(text) : type === JSON_TYPE ? JSON.parse(text) : null;
 let robotOrigin = location.origin;  // of the IRIs in representations, where a public base makes it another than ours
 let skew = 0;                       // of the robot's clock, where it is more than what a Date field can tell
 
@@ -179,7 +180,7 @@ class Problem extends Error {
 }
 
 /// An answer; throws a Problem for what is refused and Lost when nobody answers.
-async function ask(method, iri, { accept = `${N_TRIPLES}, application/problem+json;q=0.9`, body, etag } = {}) {
+async function ask(method, iri, { accept = `${N_TRIPLES}, ${PROBLEM}`, body, etag } = {}) {
   const headers = { Accept: accept };
   if (body !== undefined) headers["Content-Type"] = N_TRIPLES;
   if (etag) headers["If-None-Match"] = etag;
@@ -191,7 +192,7 @@ async function ask(method, iri, { accept = `${N_TRIPLES}, application/problem+js
   const off = Date.parse(response.headers.get("Date")) - Date.now();
   if (Number.isFinite(off)) skew = Math.abs(off) < 3000 ? 0 : off;
   const type = (response.headers.get("Content-Type") ?? "").split(";")[0];
-  const g = type === N_TRIPLES ? parse(text) : new Graph();
+  const g = meaning(type, text) ?? new Graph();
   if (response.status >= 400) {
     let detail = "";
     if (type.endsWith("json")) try { detail = JSON.parse(text).detail; } catch { /* the status says enough */ }
@@ -229,7 +230,9 @@ class Watch {
   static all = new Set();
   static onchange = () => {};
 
-  constructor(iri, on, { socket = true, every = 2000 } = {}) { Object.assign(this, { iri, on, every, mayOpen: socket, tries: 0, socketAfter: 0 }); }
+  constructor(iri, on, { socket = true, every = 2000, accept = N_TRIPLES, interval = 0.1 } = {}) {
+    Object.assign(this, { iri, on, every, accept, interval, mayOpen: socket, tries: 0, socketAfter: 0 });
+  }
 
   start() {
     if (this.running) return;
@@ -269,8 +272,8 @@ class Watch {
   open() {
     const url = new URL(local(this.iri));
     url.protocol = url.protocol.replace("http", "ws");
-    url.searchParams.set("accept", N_TRIPLES);
-    url.searchParams.set("minimumInterval", "0.1");
+    url.searchParams.set("accept", this.accept);
+    url.searchParams.set("minimumInterval", this.interval);
     url.searchParams.set("queueLength", "0");  // an invocation's would be told late, one after the other
     let socket, opened = false;
     try { socket = this.socket = new WebSocket(url); } catch {  // a browser for which 'self' does not cover it
@@ -282,7 +285,7 @@ class Watch {
       this.tries = 0;
       if (this.socket === socket) this.mark("live");
     };
-    socket.onmessage = (event) => { if (this.socket === socket) this.on.g(parse(event.data)); };
+    socket.onmessage = (event) => { if (this.socket === socket) this.on.g(meaning(this.accept, event.data)); };
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
       this.socket = null;
@@ -298,7 +301,7 @@ class Watch {
   }
   async poll() {
     try {
-      const answer = await ask("GET", this.iri, { etag: this.etag });
+      const answer = await ask("GET", this.iri, { accept: `${this.accept}, ${PROBLEM}`, etag: this.etag });
       if (!this.running) return;
       const back = this.state === "lost" && this.mayOpen;
       if (back) this.socketAfter = 0;
@@ -323,7 +326,7 @@ class Watch {
 Watch.onchange = () => {
   const states = [...Watch.all].map((w) => w.state);
   const state = states.includes("lost") ? "lost" : states.includes("live") ? "live" : states.includes("asking") ? "asking" : "";
-  const words = { lost: "Connection lost, trying again", live: "Live", asking: "Live, by asking again" };
+  const words = { lost: "Connection lost – trying again", live: "Live", asking: "Live by asking again" };
   $("link").className = state;
   say($("link"), words[state] ?? "");
   document.body.classList.toggle("lost", state === "lost");
@@ -344,7 +347,7 @@ addEventListener("pageshow", wake);
 // ---- values
 
 const NOT_VALUES = new Set([rdf("type"), rdfs("seeAlso"), rdfs("label"), rdfs("comment"), dcterms("modified"), dcterms("title"),
-  dcterms("description"), ...UNIT_PREDICATES]);
+  dcterms("description"), dcterms("hasFormat"), lrt("frame"), ...UNIT_PREDICATES]);
 const UNNAMED = new Set([vom("numericalValue"), rdf("value")]);
 
 /// What a node says as a flat list of { path: [words], objects, names, unit }; a vector is one of them, and so is a list of scalars.
@@ -392,6 +395,17 @@ class ValueView {
 
 // ---- plots: the last minute of each number
 
+/// A canvas as fine as the screen, cleared; without a pen while it is not laid out.
+function penOn(canvas) {
+  const scale = devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight, pen = width && canvas.getContext("2d"), style = getComputedStyle(canvas);
+  if (!pen) return {};
+  const [wide, high] = [width, height].map((n) => Math.round(n * scale));
+  if (canvas.width !== wide || canvas.height !== high) [canvas.width, canvas.height] = [wide, high];
+  pen.setTransform(scale, 0, 0, scale, 0, 0);
+  pen.clearRect(0, 0, width, height);
+  return { pen, width, height, color: (name) => style.getPropertyValue(name) };
+}
+
 const MINUTE = 60000;
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 const plots = new Set();  // in sight
@@ -422,14 +436,8 @@ class Plot {
     const moved = this.moved().slice(0, 6), lines = moved.length || this.series.size > 1 || this.small ? moved : [...this.series];
     this.element.hidden = lines.length === 0;
     if (!lines.length) return;
-    const { canvas } = this, scale = devicePixelRatio || 1;
-    const width = canvas.clientWidth, height = canvas.clientHeight;
-    if (!width) return;
-    if (canvas.width !== Math.round(width * scale)) [canvas.width, canvas.height] = [Math.round(width * scale), Math.round(height * scale)];
-    const style = getComputedStyle(canvas), color = (name) => style.getPropertyValue(name);
-    const pen = canvas.getContext("2d");
-    pen.setTransform(scale, 0, 0, scale, 0, 0);
-    pen.clearRect(0, 0, width, height);
+    const { canvas } = this, { pen, width, height, color } = penOn(canvas);
+    if (!pen) return;
     const now = performance.now(), numbers = lines.flatMap(([, points]) => points.map((p) => p[1]));
     let low = Math.min(...numbers), high = Math.max(...numbers);
     if (low === high) { low -= Math.abs(low) * 0.1 || 1; high += Math.abs(high) * 0.1 || 1; }
@@ -470,8 +478,12 @@ class Plot {
     pen.restore();
     const key = lines.map(([name]) => name).join();
     if (this.key !== key && (this.key = key) !== undefined)
-      this.legend.replaceChildren(...(lines.length > 1 || this.series.size > 1 ? lines.map(([name], i) => h(`span.key.series${i}`, name)) : []));
-    canvas.setAttribute("aria-label", `the last minute, between ${label(low)} and ${label(high)}`);
+      this.legend.replaceChildren(...(lines.length > 1 || this.series.size > 1 ? lines.map(([name], i) => {
+        const key = h("span.key", name);
+        key.style.color = `var(--series${i})`;
+        return key;
+      }) : []));
+    canvas.setAttribute("aria-label", `between ${label(low)} and ${label(high)} in the last minute`);
   }
 }
 let drawn = 0;
@@ -578,7 +590,7 @@ class Form {
 
   constructor(target, model) {
     Object.assign(this, { target, model, parts: model.fields.map((f) => this.part(f, () => target)) });
-    this.element = h("div.fields", this.parts.map((p) => p.element));
+    this.element = h("div", this.parts.map((p) => p.element));
   }
   part(field, subject) {
     return field.kind === "node" ? this.node(field) : field.kind === "list" ? this.rows(field, subject) : this.single(field, subject);
@@ -661,7 +673,7 @@ class Form {
       if (isNumber && range > 0 && range <= 1e6) {
         const step = kind === "integer" ? 1 : niceStep(range);
         slider = h("input", { type: "range", min: String(field.min + (field.minExclusive ? step : 0)), max: String(field.max - (field.maxExclusive ? step : 0)), step: String(step), value: String(field.min),
-          "aria-label": `${label.textContent}, slider`, oninput: () => { input.value = slider.value; } });
+          "aria-label": `slider of ${label.textContent}`, oninput: () => { input.value = slider.value; } });
         input.addEventListener("input", () => { if (Number.isFinite(toNumber(input.value))) slider.value = input.value; });
       }
       set = (o) => {
@@ -670,7 +682,7 @@ class Form {
       };
     }
     this.controls.push({ subject, path, outer: field.outer, input, error });
-    return { element: h("div.field", kind === "boolean" ? h("div.line", input, label) : [label, h("div.line", slider, input)], h("p.hint", { id: id + "h" }, note), error),
+    return { element: h("div.entry", kind === "boolean" ? h("div.line", input, label) : [label, h("div.line", slider, input)], h("p.hint", { id: id + "h" }, note), error),
       write: (triples, s) => { const o = get(); if (o) triples.push([s, path, o]); },
       read: (g, s) => { const o = g.one(s, path); if (o) set(o); } };
   }
@@ -812,23 +824,21 @@ function table(columns, rows, more = "") {
   return h("div.scroll", h("table" + more, h("thead", h("tr", columns.map((c) => h("th", { scope: "col" }, c)))), h("tbody", rows)));
 }
 
-/// The same as text in the syntaxes on offer, and the line that fetches it.
-function source(iri) {
+/// The same in the formats on offer: what is text is shown, with the line that fetches it; the others are links.
+function source(answer, iri) {
   const code = h("code"), curl = h("div"), buttons = h("div.line", { role: "group", "aria-label": "Media type" });
   const choose = async (type) => {
     for (const b of buttons.children) b.setAttribute("aria-pressed", String(b.value === type));
     curl.replaceChildren(copyable(`curl -H 'Accept: ${type}' ${shellQuoted(local(iri))}`));
     try { say(code, (await ask("GET", iri, { accept: type })).text); } catch (e) { say(code, problemText(e)); }
   };
-  const choice = ([words, value]) => button(words, () => choose(value), { value });
-  const details = h("details.source", { ontoggle: async () => {
+  const details = h("details.source", { ontoggle: () => {
     if (!details.open || buttons.firstChild) return;
-    buttons.append(...[["Turtle", "text/turtle"], ["N-Triples", N_TRIPLES], ["RDF/XML", "application/rdf+xml"]].map(choice));
+    const named = [...answer.field("Link").matchAll(/<([^>]*)>;\s*rel="alternate";\s*type="([^"]*)"/g)].map(([, href, type]) => [type, href]);
+    for (const [type, href] of named.length ? named : ["text/turtle", N_TRIPLES, "application/rdf+xml", "application/ld+json"].map((type) => [type]))
+      buttons.append(/^text|json|[+]xml|n-triples/.test(type) ? button(type, () => choose(type), { value: type }) : h("a", { href: local(href), rel: "alternate" }, type));
     choose("text/turtle");
-    // JSON-LD where there is any: asked for beside what there always is, so that nothing is refused.
-    const answer = await ask("GET", iri, { accept: `${JSON_LD}, ${N_TRIPLES};q=0.1` }).catch(() => {});
-    if (answer?.type === JSON_LD) buttons.children[0].after(choice(["JSON-LD", JSON_LD]));
-  } }, h("summary", "Turtle, N-Triples, curl"), buttons, curl, h("pre", { tabindex: "0", "aria-label": "The resource as text" }, code));
+  } }, h("summary", "Formats and curl"), buttons, curl, h("pre", { tabindex: "0", "aria-label": "The resource as text" }, code));
   return details;
 }
 
@@ -843,10 +853,30 @@ async function guardedBy(iri) {
   return nodeModel(g, shape);
 }
 
+/// What a property offers as a picture, loaded anew when it has changed: one at a time, and not more than ten a second. What the browser
+/// cannot show is not there.
+function picture(name) {
+  let at = 0, busy, newest;
+  const load = () => {
+    busy = newest;
+    newest = null;
+    if (busy) element.setAttribute("src", `${busy}&at=${++at}`);
+  };
+  const next = (shown) => () => {
+    element.hidden = !shown;
+    setTimeout(load, 100);
+  };
+  const element = h("img.picture", { alt: `${name} as it is now`, hidden: true, onload: next(true), onerror: next(false) });
+  return { element, update: (g, iri) => {
+    newest = g.ids(iri, dcterms("hasFormat")).filter((f) => g.text(f, dcterms("format"))?.startsWith("image/")).map(local)[0];
+    if (!busy) load();
+  } };
+}
+
 /// A value, its age and its last minute; with a form if it can be written.
 function propertyCard(iri, large) {
-  const value = new ValueView(), plot = new Plot(), when = h("p.age.quiet"), write = h("div.write"), name = humanised(localName(iri));
-  const element = card(large ? "property.large" : "property", large ? 2 : 3, !large && iri, large ? "Value" : name, value.element, when, plot.element, write);
+  const value = new ValueView(), plot = new Plot(), when = h("p.age.quiet"), write = h("div.write"), name = humanised(localName(iri)), image = picture(name), frame = h("p.hint");
+  const element = card(large ? "property.large" : "property", large ? 2 : 3, !large && iri, large ? "Value" : name, image.element, value.element, frame, when, plot.element, write);
   let last, form;
   const tick = () => {
     const modified = last?.text(iri, dcterms("modified"));
@@ -861,6 +891,9 @@ function propertyCard(iri, large) {
     const all = leaves(g, iri);
     plot.add(all);
     value.show(all, plot);
+    image.update(g, iri);
+    const base = g.id(iri, lrt("frame"));
+    if (base && !frame.firstChild) frame.append("in the frame of ", linkTo(base, localName(base)));
     tick();
     prefill();
   };
@@ -1045,7 +1078,7 @@ function thingCard(iri, g, level = 3) {
       say(element.querySelector("a"), titleOf(said, iri));
       const shown = partsOf(said, iri, propertyRow), actions = said.ids(iri, hybrit("action")), parts = said.ids(iri, dcterms("hasPart")).length;
       element.append(...shown.map((p) => p.element));
-      if (actions.length) element.append(h("p.actions", h("span.quiet", "actions: "), actions.flatMap((a, i) => [i ? ", " : "", linkTo(a, humanised(localName(a)))])));
+      if (actions.length) element.append(h("p.actions", h("span.quiet", "actions:"), " ", actions.flatMap((a, i) => [i ? ", " : "", linkTo(a, humanised(localName(a)))])));
       if (parts) element.append(quiet(`${parts} parts`));
       element.classList.toggle("plain", !shown.length && !actions.length && !parts);
       if (shown.length) watchState(element, said.id(iri, lrt("state")), shown);
@@ -1064,7 +1097,7 @@ function showThing(iri, g) {
   // Predicates that lead only to what is shown anyway: ros:rotation beside hybrit:property.
   const all = [...ids(hybrit("property")), ...actions, ...collections], domain = g.of(iri).map(([p]) => p).filter((p) => g.all(iri, p).every((o) => all.includes(o.id)));
   const about = facts(g, iri, [...THING_PARTS, ...domain]);
-  return [shown.length && section("Properties", stopped, grid), actions.length && section("Actions", h("div.cards.wide", actions.map((a) => actionCard(a)))),
+  return [g.is(iri, ros("Robot")) && g.id(iri, lrt("rootLink")) && section("Skeleton", skeleton(iri, g)), shown.length && section("Properties", stopped, grid), actions.length && section("Actions", h("div.cards.wide", actions.map((a) => actionCard(a)))),
     collections.length && section("Collections", h("div.cards.wide", collections.map((c) => collectionCard(c)))), parts.length && section("Parts", thingCards(g, parts)),
     about && section("About", about), list];
 }
@@ -1143,12 +1176,12 @@ async function show(focus) {
     }
     document.title = `${title} – robot`;
     const heading = h("h1", { tabindex: "-1" }, title);
-    main.replaceChildren(h("nav.crumbs", { "aria-label": "Where this is" }, chain.flatMap((c, i) => [i ? " › " : "", linkTo(c, i ? localName(c) : "Things")])), heading, h("p", up && chips(g, subject)), ...content.flat().filter(Boolean), source(address));
+    main.replaceChildren(h("nav.crumbs", { "aria-label": "Where this is" }, chain.flatMap((c, i) => [i ? " › " : "", linkTo(c, i ? localName(c) : "Things")])), heading, h("p", up && chips(g, subject)), ...content.flat().filter(Boolean), source(answer, address));
     if (focus) heading.focus({ preventScroll: true });
     tree(chain[0] ?? self, [...chain, self]).catch(() => {});
   } catch (e) {
     if (here.gone) return;
-    main.replaceChildren(h("h1", e instanceof Lost ? "The robot does not answer" : "This could not be shown"), notice(e), h("p", h("a", { href: "/" }, "To the list of Things")));
+    main.replaceChildren(h("h1", e instanceof Lost ? "The robot does not answer" : "This could not be read"), notice(e), h("p", h("a", { href: "/" }, "To the list of Things")));
     if (!(e instanceof Lost || e instanceof Problem)) throw e;
     here.watch(main.firstChild, address, { g: () => show(), problem: () => {} }, { socket: false });
   } finally { if (!here.gone) main.removeAttribute("aria-busy"); }
@@ -1229,7 +1262,7 @@ function go(href) {
 }
 document.addEventListener("click", (event) => {
   const a = event.target.closest("a[href]");
-  if (!a || event.button || event.metaKey || event.ctrlKey || event.shiftKey || event.altKey || a.origin !== location.origin || a.getAttribute("href").startsWith("#")) return;
+  if (!a || event.button || event.metaKey || event.ctrlKey || event.shiftKey || event.altKey || a.origin !== location.origin || a.rel === "alternate" || a.getAttribute("href").startsWith("#")) return;
   event.preventDefault();
   go(a.href);
 });

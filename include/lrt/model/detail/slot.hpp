@@ -140,9 +140,11 @@ class KeepingSlot : public SlotBase {
   bool holds_ = false;
 };
 
-/// Trivially copyable values: three cells, of which the writer and the reader own one each and exchange the third. Wait-free on
-/// both sides; publish neither allocates nor locks, and makes a system call only to wake an engine that sleeps although somebody observes.
-template <class T, bool = std::is_trivially_copyable_v<T>>
+/// Values that own nothing, which shows in their having nothing to release: numbers, structs and arrays of such, Eigen's fixed sizes
+/// (whose copying is not trivial, though it does no more). Three cells, of which the writer and the reader own one each and exchange the
+/// third. Wait-free on both sides; publish neither allocates nor locks, and makes a system call only to wake an engine that sleeps
+/// although somebody observes.
+template <class T, bool = std::is_trivially_destructible_v<T>>
 class Slot final : public KeepingSlot<T> {
  public:
   using typename SlotBase::Utc;

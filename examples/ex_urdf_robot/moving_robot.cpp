@@ -1,0 +1,71 @@
+#include "examples/ex_urdf_robot/moving_robot.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace ex_urdf_robot {
+
+MovingRobot::MovingRobot(lrt::urdf::Robot robot, std::optional<Trajectory> trajectory)
+    : robot_(std::move(robot)), trajectory_(std::move(trajectory)), variables_(robot_.model().variables.size()) {
+  const double unknown = std::numeric_limits<double>::quiet_NaN();  // publish() passes it over
+  positions_.assign(variables_.size(), 0);
+  velocities_.assign(variables_.size(), trajectory_ ? unknown : 0);
+  efforts_.assign(variables_.size(), unknown);
+  for (std::size_t v = 0; v < variables_.size(); ++v) {
+    const auto& limits = robot_.model().joints[robot_.model().variables[v]].limits;
+    if (limits && limits->lower && limits->upper) positions_[v] = std::clamp(0.0, *limits->lower, *limits->upper);
+    if (limits && limits->velocity > 0) variables_[v].velocity = limits->velocity;
+    variables_[v].target = positions_[v];
+    if (!trajectory_) command(v);
+  }
+}
+
+/// Lets clients say where a joint is to go.
+void MovingRobot::command(std::size_t variable) {
+  const std::size_t index = robot_.model().variables[variable];
+  const lrt::urdf::Joint& joint = robot_.model().joints[index];
+  lrt::Facets facets(joint.type == lrt::urdf::JointType::prismatic ? lrt::unit::metre : lrt::unit::radian);
+  if (joint.limits && joint.limits->lower && joint.limits->upper) facets.between(*joint.limits->lower, *joint.limits->upper);
+  robot_.position(index).on_write([this, variable](double target) {
+    variables_[variable].target = target;
+    variables_[variable].move = {};  // a move that was under way goes elsewhere now: it fails
+  });
+  robot_.joint(index)
+      .action("move",
+              [this, variable](double target, lrt::Responder done) {
+                Variable& v = variables_[variable];
+                v.target = target;
+                v.start = positions_[variable];
+                done.on_cancel([this, variable] { variables_[variable].target = positions_[variable]; });
+                v.move = std::move(done);
+              })
+      .consumes(facets)
+      .policy(lrt::ActionPolicy::preempt());
+}
+
+void MovingRobot::follow_commands() noexcept {
+  for (std::size_t i = 0; i < variables_.size(); ++i) {
+    Variable& v = variables_[i];
+    const double most = v.velocity * step_period_s, way = std::clamp(v.target - positions_[i], -most, most);
+    positions_[i] += way;
+    velocities_[i] = way / step_period_s;
+    if (std::abs(v.target - positions_[i]) < 1e-12) positions_[i] = v.target;
+    if (v.move) report(v, positions_[i]);
+  }
+}
+
+void MovingRobot::report(Variable& v, double position) noexcept {
+  if (v.move.cancelled()) v.move = {};
+  else if (position == v.target) std::move(v.move).succeed();
+  else v.move.progress((position - v.start) / (v.target - v.start));
+}
+
+void MovingRobot::step() noexcept {
+  if (trajectory_) trajectory_->at(static_cast<double>(steps_++) * step_period_s, positions_, velocities_, efforts_);
+  else follow_commands();
+  robot_.publish(positions_, velocities_, efforts_);
+}
+
+}  // namespace ex_urdf_robot

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <lrt/lrt.hpp>
+#include <lrt/urdf.hpp>
+
+#include "examples/ex_urdf_robot/trajectory.hpp"
+
+namespace ex_urdf_robot {
+
+constexpr double step_period_s = 0.001;
+
+/// A robot that moves as a recording says, or, without one, as its clients say: each position can be written, and each joint has an action
+/// `move`; it goes there at the joint's greatest velocity. Everything runs on the thread that steps it and polls the server.
+class MovingRobot {
+ public:
+  explicit MovingRobot(lrt::urdf::Robot robot, std::optional<Trajectory> trajectory = {});
+  MovingRobot(const MovingRobot&) = delete;
+  MovingRobot& operator=(const MovingRobot&) = delete;
+
+  template <class Host>
+  lrt::Result<void> add_to(Host& host) {
+    return robot_.add_to(host);
+  }
+  /// Moves one period on and publishes.
+  void step() noexcept;
+  const lrt::urdf::Robot& robot() const noexcept { return robot_; }
+
+ private:
+  struct Variable {
+    double target = 0, start = 0, velocity = 1;  ///< [rad, m, /s]
+    lrt::Responder move;                         ///< that is under way, if one is
+  };
+  void command(std::size_t variable);
+  void follow_commands() noexcept;
+  static void report(Variable& v, double position) noexcept;
+
+  lrt::urdf::Robot robot_;
+  std::optional<Trajectory> trajectory_;
+  std::vector<Variable> variables_;
+  std::vector<double> positions_, velocities_, efforts_;
+  std::size_t steps_ = 0;
+};
+
+}  // namespace ex_urdf_robot

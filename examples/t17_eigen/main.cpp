@@ -1,0 +1,87 @@
+// Eigen's types are values like any other: include lrt/eigen.hpp, the only header of lrt that includes another library. Vectors, rotations
+// and poses are written in the terms of the paper's Figure 3, other vectors and matrices as lists. What is no rotation is refused.
+#include <cstdio>
+
+#include <Eigen/Geometry>
+
+#include <lrt/eigen.hpp>
+#include <lrt/lrt.hpp>
+
+#include "examples/lesson.hpp"
+
+int main() {
+  using Joints = Eigen::Matrix<double, 6, 1>;
+  Joints joints;  // [rad]
+  joints << 0, 0.5, -0.5, 0, 0.25, 0;
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d target = Eigen::Vector3d::Zero();  // [m]
+
+  lrt::Thing arm{"arm"};
+  auto tool = arm.property<Eigen::Isometry3d>("tool", lrt::unit::metre);
+  arm.property("joints", [&] { return joints; });
+  arm.property("orientation", [&] { return orientation; }).on_write([&](const Eigen::Quaterniond& wanted) { orientation = wanted; });
+  arm.action("reach", [&](const Eigen::Vector3d& point) {
+    target = point;
+    Eigen::Isometry3d pose(orientation);
+    pose.translation() = target;
+    tool.publish(pose);  // fixed sizes neither lock nor allocate, as in a control loop
+  }).consumes(lrt::Facets{lrt::unit::metre});
+
+  lrt::Server server = lrt::Server::create(lesson::options()).value();
+  server.add(std::move(arm)).value();
+
+  lesson::Visitor visitor(server, [](lesson::Client& client) {
+    client.get("/arm/joints");
+    client.put("/arm/orientation", "<> maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.9 .");
+    client.put("/arm/orientation", "<> maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.8 .");
+    client.post("/arm/actions/reach", "<> maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ; qudt:unit unit:M .");
+    client.get("/arm/tool");
+  });
+  server.run();
+}
+
+// Output:
+// GET /arm/joints
+// 200 OK
+// Content-Type: text/turtle
+// <http://127.0.0.1:8080/arm/joints> a hybrit:Property ;
+//     rdfs:seeAlso <http://127.0.0.1:8080/arm> ;
+//     rdf:value ( "0"^^xsd:double "0.5"^^xsd:double "-0.5"^^xsd:double "0"^^xsd:double "0.25"^^xsd:double "0"^^xsd:double ) ;
+//     dcterms:modified "<time>"^^xsd:dateTime .
+//
+// PUT /arm/orientation
+//   <> maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.9 .
+// 422 Unprocessable Content
+// Content-Type: application/problem+json
+// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"property \"/arm/orientation\" was not written: expected a quaternion of norm 1 within 1e-09, found a norm of 1.0816653826391966"}
+//
+// PUT /arm/orientation
+//   <> maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.8 .
+// 204 No Content
+//
+// POST /arm/actions/reach
+//   <> maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ; qudt:unit unit:M .
+// 204 No Content
+// Location: http://127.0.0.1:8080/arm/actions/reach/id-1
+//
+// GET /arm/tool
+// 200 OK
+// Content-Type: text/turtle
+// <http://127.0.0.1:8080/arm/tool> a hybrit:Property, spatial:SpatialRelationship ;
+//     rdfs:seeAlso <http://127.0.0.1:8080/arm> ;
+//     spatial:translation [
+//         a spatial:Translation3D, maths:Vector3D ;
+//         maths:x "0.5"^^xsd:double ;
+//         maths:y "0"^^xsd:double ;
+//         maths:z "0.25"^^xsd:double
+//     ] ;
+//     spatial:rotation [
+//         a maths:Quaternion, spatial:Rotation3D ;
+//         maths:x "0"^^xsd:double ;
+//         maths:y "0"^^xsd:double ;
+//         maths:z "0.6"^^xsd:double ;
+//         maths:w "0.8"^^xsd:double
+//     ] ;
+//     lrt:matrix ( ( "0.28"^^xsd:double "-0.96"^^xsd:double "0"^^xsd:double ) ( "0.96"^^xsd:double "0.28"^^xsd:double "0"^^xsd:double ) ( "0"^^xsd:double "0"^^xsd:double "1"^^xsd:double ) ) ;
+//     qudt:unit unit:M ;
+//     dcterms:modified "<time>"^^xsd:dateTime .

@@ -1,0 +1,415 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <initializer_list>
+#include <limits>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <lrt/base/result.hpp>
+#include <lrt/rdf/lexical.hpp>
+#include <lrt/rdf/traits.hpp>
+#include <lrt/rdf/type.hpp>
+#include <lrt/rdf/unit.hpp>
+#include <lrt/rdf/value.hpp>
+#include <lrt/rdf/vocab.hpp>
+
+/// Eigen's types as values of properties, actions and collections, and as fields of records: include it where you use them.
+///
+/// | C++ | RDF | in JSON |
+/// |---|---|---|
+/// | vectors of 2, 3, 4; columns or rows | maths:Vector2D, 3D, 4D: maths:x, y, z, w | {"x": 1, "y": 2, "z": 3} |
+/// | vectors of another or of a dynamic size | list | [1, 2, 3, 4, 5, 6] |
+/// | matrices of any size | list of rows, whatever the storage order | [[1, 2], [3, 4]] |
+/// | Quaternion | maths:Quaternion, spatial:Rotation3D: maths:x, y, z, w | {"x": 0, "y": 0, "z": 0, "w": 1} |
+/// | AngleAxis | spatial:AxisAngle, spatial:Rotation3D: spatial:rotationAngle [rad], spatial:rotationAxis | as in Figure 3 of the paper |
+/// | Translation3 | spatial:Translation3D, maths:Vector3D: maths:x, y, z | {"x": 1, "y": 2, "z": 3} |
+/// | Isometry3 | spatial:SpatialRelationship: spatial:translation, spatial:rotation (a quaternion), lrt:matrix | a pose |
+/// | Affine3, AffineCompact3 | spatial:SpatialRelationship: spatial:translation, lrt:matrix | |
+///
+/// Scalars are float, double and the integer types; those of rotations and transforms float and double. The terms are ARVIDA's, but for
+/// maths:Vector2D, which was named after its siblings, and lrt:matrix. ARVIDA's services put a node (vom:quantityValue) between a
+/// translation and its coordinates; here they stand at the node itself, as in Figure 3.
+///
+/// What is finite comes back bit by bit. NaN and infinity are refused as input, whatever the facets say; what the robot itself reads or
+/// publishes is shown as it is. What claims to be a rotation must be one: the norm of a quaternion and of an axis is 1 within 1e-9, a
+/// rotation matrix times its transpose the identity within 1e-8 and no reflection, and the quaternion and the matrix of one pose agree
+/// within 1e-7; for float a thousand times as much. What is outside is refused with a sentence (422), what is inside is taken as it is:
+/// nothing is normalised.
+///
+/// The unit of coordinates is the property's, said once: `property<Eigen::Vector3d>("tip", unit::metre)`; of a pose it is that of the
+/// translation. In a list each member carries it, so large lists are better without. The frame is that which the property names by
+/// lrt:frame, else that of the owning thing.
+///
+/// Lambdas return a type, not an expression: `[&]() -> Eigen::Vector3d { return r * v; }`. Fixed sizes, and dynamic ones with a fixed
+/// maximum, are published without a lock and without an allocation, as numbers are; VectorXd and MatrixXd allocate, as std::vector does.
+/// What is large and read by programs is best a vector or a matrix of fixed columns (Matrix<double, Dynamic, 3>, a point a row): the
+/// lengths of those lists are known, so that they can be had as octets (rdf::Plain).
+
+namespace lrt::rdf {
+
+namespace detail::eigen {
+
+using Eigen::Index;
+
+template <class S>
+inline constexpr double unit_tolerance = std::is_same_v<S, float> ? 1e-6 : 1e-9;
+template <class S>
+inline constexpr double matrix_tolerance = std::is_same_v<S, float> ? 1e-5 : 1e-8;  // the matrix of a quaternion that is taken is taken
+template <class S>
+inline constexpr double pose_tolerance = std::is_same_v<S, float> ? 1e-4 : 1e-7;  // and so is the quaternion of such a matrix
+
+inline constexpr Iri coordinate_terms[] = {vocab::maths::x, vocab::maths::y, vocab::maths::z, vocab::maths::w};
+
+inline std::string local_name(Iri term) { return std::string(term.text.substr(term.text.find_last_of("#/") + 1)); }
+
+inline FieldType field(Iri term, const Type& type, const Facets& facets = {}) {
+  return {local_name(term), std::string(term.text), &type, facets};
+}
+inline Type record(std::initializer_list<Iri> classes, std::vector<FieldType> fields) {
+  Type t;
+  t.kind = Type::Kind::record;
+  for (const Iri c : classes) t.classes.emplace_back(c.text);
+  t.fields = std::move(fields);
+  return t;
+}
+template <class S>
+Type coordinates(std::initializer_list<Iri> classes, Index size) {
+  std::vector<FieldType> fields;
+  for (Index i = 0; i < size; ++i) fields.push_back(field(coordinate_terms[i], traits<S>::type()));
+  return record(classes, std::move(fields));
+}
+
+inline Unexpected at(const std::string& where, const Error& error) { return unexpected(error.code, where + ": " + error.message); }
+inline Unexpected unfit(const std::string& expected, double tolerance, const std::string& found, double number) {
+  return unexpected(Errc::expected_value,
+                    "expected " + expected + " within " + lexical::format(tolerance) + ", found " + found + lexical::format(number));
+}
+
+template <class S>
+Result<S> decode_number(const Value& value) {
+  Result<S> number = traits<S>::decode(value);
+  if constexpr (std::is_floating_point_v<S>)
+    if (number && !std::isfinite(*number))
+      return unexpected(Errc::expected_value, "expected a finite number, found " + lexical::format(*number));
+  return number;
+}
+
+/// Numbers that lie one after the other, as the fields of a record.
+template <class S>
+Value encode_coordinates(const S* first, Index size) {
+  Value::Sequence out;
+  out.reserve(static_cast<std::size_t>(size));
+  for (Index i = 0; i < size; ++i) out.push_back(traits<S>::encode(first[i]));
+  return Value(std::move(out));
+}
+template <class S>
+Result<void> decode_coordinates(const Value& value, S* first, Index size) {
+  const Value::Sequence* members = value.sequence();
+  if (!members || members->size() != static_cast<std::size_t>(size)) return not_a_value_of("as many coordinates as there are axes");
+  for (std::size_t i = 0; i < members->size(); ++i) {
+    const Result<S> number = decode_number<S>((*members)[i]);
+    if (!number) return at(local_name(coordinate_terms[i]), number.error());
+    first[i] = *number;
+  }
+  return {};
+}
+
+/// How many members a list may have that is a dimension of a matrix.
+constexpr std::size_t fewest(Index size) { return size == Eigen::Dynamic ? 0 : static_cast<std::size_t>(size); }
+constexpr std::size_t most(Index largest) {
+  return largest == Eigen::Dynamic ? std::numeric_limits<std::size_t>::max() : static_cast<std::size_t>(largest);
+}
+inline bool fits(const Value::Sequence* members, const Type& list) noexcept {
+  return members && members->size() >= list.shortest && members->size() <= list.longest;
+}
+inline Unexpected does_not_fit(const Value::Sequence* members, const Type& list) {
+  if (!members) return not_a_value_of("a list");
+  return unexpected(Errc::expected_value, std::string("expected a list of ") + (list.shortest == list.longest ? "" : "at most ") +
+                                              std::to_string(list.longest) + " members, found " + std::to_string(members->size()));
+}
+
+template <class M>
+bool same_bits(const M& a, const M& b) noexcept {
+  return a.rows() == b.rows() && a.cols() == b.cols() &&
+         (a.size() == 0 || std::memcmp(a.data(), b.data(), static_cast<std::size_t>(a.size()) * sizeof(typename M::Scalar)) == 0);
+}
+
+/// Vectors of 2, 3 and 4.
+template <class V>
+struct Coordinates {
+  using S = typename V::Scalar;
+  static const Type& type() {
+    static const Type t = coordinates<S>({V::SizeAtCompileTime == 2   ? vocab::maths::Vector2D
+                                          : V::SizeAtCompileTime == 3 ? vocab::maths::Vector3D
+                                                                      : vocab::maths::Vector4D},
+                                         V::SizeAtCompileTime);
+    return t;
+  }
+  static Value encode(const V& v) { return encode_coordinates(v.data(), v.size()); }
+  static Result<V> decode(const Value& value) {
+    V out;
+    if (Result<void> r = decode_coordinates(value, out.data(), out.size()); !r) return Unexpected{std::move(r).error()};
+    return out;
+  }
+  static bool same(const V& a, const V& b) noexcept { return same_bits(a, b); }
+};
+
+/// Vectors of another size.
+template <class V>
+struct List {
+  using S = typename V::Scalar;
+  static const Type& type() {
+    static const Type t = list_type(traits<S>::type(), fewest(V::SizeAtCompileTime), most(V::MaxSizeAtCompileTime));
+    return t;
+  }
+  static Value encode(const V& v) { return encode_coordinates(v.data(), v.size()); }
+  static Result<V> decode(const Value& value) {
+    const Value::Sequence* members = value.sequence();
+    if (!fits(members, type())) return does_not_fit(members, type());
+    V out;
+    out.resize(static_cast<Index>(members->size()));
+    for (std::size_t i = 0; i < members->size(); ++i) {
+      const Result<S> number = decode_number<S>((*members)[i]);
+      if (!number) return at("[" + std::to_string(i) + "]", number.error());
+      out[static_cast<Index>(i)] = *number;
+    }
+    return out;
+  }
+  static bool same(const V& a, const V& b) noexcept { return same_bits(a, b); }
+};
+
+template <class M>
+struct Rows {
+  using S = typename M::Scalar;
+  static const Type& row_type() {
+    static const Type t = list_type(traits<S>::type(), fewest(M::ColsAtCompileTime), most(M::MaxColsAtCompileTime));
+    return t;
+  }
+  static const Type& type() {
+    static const Type t = list_type(row_type(), fewest(M::RowsAtCompileTime), most(M::MaxRowsAtCompileTime));
+    return t;
+  }
+  static Value encode(const M& m) {
+    Value::Sequence rows;
+    rows.reserve(static_cast<std::size_t>(m.rows()));
+    for (Index r = 0; r < m.rows(); ++r) {
+      Value::Sequence row;
+      row.reserve(static_cast<std::size_t>(m.cols()));
+      for (Index c = 0; c < m.cols(); ++c) row.push_back(traits<S>::encode(m(r, c)));
+      rows.emplace_back(std::move(row));
+    }
+    return Value(std::move(rows));
+  }
+  static Result<M> decode(const Value& value) {
+    const Value::Sequence* rows = value.sequence();
+    if (!fits(rows, type())) return does_not_fit(rows, type());
+    std::size_t columns = row_type().shortest;
+    for (std::size_t r = 0; r < rows->size(); ++r) {  // before there is a matrix: its size is not what one row says
+      const Value::Sequence* row = (*rows)[r].sequence();
+      if (!fits(row, row_type())) return at("[" + std::to_string(r) + "]", does_not_fit(row, row_type()).error);
+      if (r == 0) columns = row->size();
+      if (row->size() != columns)
+        return unexpected(Errc::expected_value, "expected rows of one length, found " + std::to_string(columns) + " members in row 0 and " +
+                                                    std::to_string(row->size()) + " in row " + std::to_string(r));
+    }
+    M out;
+    out.resize(static_cast<Index>(rows->size()), static_cast<Index>(columns));
+    for (std::size_t r = 0; r < rows->size(); ++r)
+      for (std::size_t c = 0; c < columns; ++c) {
+        const Result<S> number = decode_number<S>((*(*rows)[r].sequence())[c]);
+        if (!number) return at("[" + std::to_string(r) + "]/[" + std::to_string(c) + "]", number.error());
+        out(static_cast<Index>(r), static_cast<Index>(c)) = *number;
+      }
+    return out;
+  }
+  static bool same(const M& a, const M& b) noexcept { return same_bits(a, b); }
+};
+
+template <class M>
+using MatrixTraits = std::conditional_t<!M::IsVectorAtCompileTime, Rows<M>,
+                                        std::conditional_t<(M::SizeAtCompileTime >= 2 && M::SizeAtCompileTime <= 4), Coordinates<M>,
+                                                           List<M>>>;
+
+/// nullopt, or why it is no rotation.
+template <class S>
+std::optional<Error> no_rotation(const Eigen::Matrix<S, 3, 3>& m) {
+  const Eigen::Matrix3d r = m.template cast<double>();
+  const double off = (r * r.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (!(off <= matrix_tolerance<S>))
+    return unfit("a rotation matrix, its product with its transpose the identity", matrix_tolerance<S>, "a difference of ", off).error;
+  if (r.determinant() < 0) return Error{Errc::expected_value, "expected a rotation matrix, found a reflection (its determinant is -1)"};
+  return std::nullopt;
+}
+
+template <class T>
+bool same_transform(const T& a, const T& b) noexcept {
+  for (Index c = 0; c < 4; ++c)
+    for (Index r = 0; r < 3; ++r)
+      if (!traits<typename T::Scalar>::same(a(r, c), b(r, c))) return false;
+  return true;
+}
+
+}  // namespace detail::eigen
+
+/// Vectors and matrices, fixed and dynamic. A matrix without rows comes back without columns where their number is dynamic.
+template <class S, int Rows, int Columns, int Options, int MostRows, int MostColumns>
+struct traits<Eigen::Matrix<S, Rows, Columns, Options, MostRows, MostColumns>>
+    : detail::eigen::MatrixTraits<Eigen::Matrix<S, Rows, Columns, Options, MostRows, MostColumns>> {};
+
+/// 4 numbers by name, of norm 1; q and -q are told apart. A GET shows the signs that the robot gave.
+template <class S, int Options>
+struct traits<Eigen::Quaternion<S, Options>> {
+  using T = Eigen::Quaternion<S, Options>;
+  static const Type& type() {
+    static const Type t = detail::eigen::coordinates<S>({vocab::maths::Quaternion, vocab::spatial::Rotation3D}, 4);
+    return t;
+  }
+  static Value encode(const T& q) { return detail::eigen::encode_coordinates(q.coeffs().data(), 4); }
+  static Result<T> decode(const Value& value) {
+    T q;
+    if (Result<void> r = detail::eigen::decode_coordinates(value, q.coeffs().data(), 4); !r) return Unexpected{std::move(r).error()};
+    const double norm = q.coeffs().template cast<double>().norm();
+    if (!(std::abs(norm - 1) <= detail::eigen::unit_tolerance<S>))
+      return detail::eigen::unfit("a quaternion of norm 1", detail::eigen::unit_tolerance<S>, "a norm of ", norm);
+    return q;
+  }
+  static bool same(const T& a, const T& b) noexcept { return detail::eigen::same_bits(a.coeffs(), b.coeffs()); }
+};
+
+/// An angle in radians, of any size and sign, about an axis of length 1.
+template <class S>
+struct traits<Eigen::AngleAxis<S>> {
+  using T = Eigen::AngleAxis<S>;
+  using Axis = Eigen::Matrix<S, 3, 1>;
+  static const Type& type() {
+    using detail::eigen::field;
+    static const Type t = detail::eigen::record({vocab::spatial::AxisAngle, vocab::spatial::Rotation3D},
+                                                {field(vocab::spatial::rotationAngle, traits<S>::type(), Facets{unit::radian}),
+                                                 field(vocab::spatial::rotationAxis, traits<Axis>::type())});
+    return t;
+  }
+  static Value encode(const T& a) { return Value(Value::Sequence{traits<S>::encode(a.angle()), traits<Axis>::encode(a.axis())}); }
+  static Result<T> decode(const Value& value) {
+    using namespace detail::eigen;
+    const Value::Sequence* members = value.sequence();
+    if (!members || members->size() != 2) return detail::not_a_value_of("an angle and an axis");
+    const Result<S> angle = decode_number<S>((*members)[0]);
+    if (!angle) return at("rotationAngle", angle.error());
+    const Result<Axis> axis = traits<Axis>::decode((*members)[1]);
+    if (!axis) return at("rotationAxis", axis.error());
+    const double length = axis->template cast<double>().norm();
+    if (!(std::abs(length - 1) <= unit_tolerance<S>))
+      return at("rotationAxis", unfit("a vector of length 1", unit_tolerance<S>, "a length of ", length).error);
+    return T(*angle, *axis);
+  }
+  static bool same(const T& a, const T& b) noexcept {
+    return traits<S>::same(a.angle(), b.angle()) && traits<Axis>::same(a.axis(), b.axis());
+  }
+};
+
+/// 3 numbers by name.
+template <class S>
+struct traits<Eigen::Translation<S, 3>> {
+  using T = Eigen::Translation<S, 3>;
+  static const Type& type() {
+    static const Type t = detail::eigen::coordinates<S>({vocab::spatial::Translation3D, vocab::maths::Vector3D}, 3);
+    return t;
+  }
+  static Value encode(const T& t) { return detail::eigen::encode_coordinates(t.vector().data(), 3); }
+  static Result<T> decode(const Value& value) {
+    T out;
+    if (Result<void> r = detail::eigen::decode_coordinates(value, out.vector().data(), 3); !r) return Unexpected{std::move(r).error()};
+    return out;
+  }
+  static bool same(const T& a, const T& b) noexcept { return detail::eigen::same_bits(a.vector(), b.vector()); }
+};
+
+/// A pose: its rotation as a quaternion, which is what readers want, and as lrt:matrix, whose digits come back. Who writes gives the
+/// quaternion, and the matrix or not: without it the matrix is made of the quaternion, with it the matrix is taken, and must agree. A GET
+/// shows the quaternion of the matrix, normalised: the rotation that was written, maybe with the other sign and another last digit. Who
+/// needs the very quaternion makes a Record of a Translation3 and a Quaternion.
+template <class S, int Options>
+struct traits<Eigen::Transform<S, 3, Eigen::Isometry, Options>> {
+  using T = Eigen::Transform<S, 3, Eigen::Isometry, Options>;
+  using Shift = Eigen::Translation<S, 3>;
+  using Turn = Eigen::Quaternion<S>;
+  using Linear = Eigen::Matrix<S, 3, 3>;
+  static const Type& type() {
+    static const Type t = detail::eigen::record({vocab::spatial::SpatialRelationship},
+                                                {detail::eigen::field(vocab::spatial::translation, traits<Shift>::type()),
+                                                 detail::eigen::field(vocab::spatial::rotation, traits<Turn>::type()),
+                                                 detail::eigen::field(vocab::lrt::matrix, traits<std::optional<Linear>>::type())});
+    return t;
+  }
+  static Value encode(const T& pose) {
+    const Linear matrix = pose.linear();
+    return Value(Value::Sequence{traits<Shift>::encode(Shift(pose.translation())), traits<Turn>::encode(Turn(matrix).normalized()),
+                                 traits<Linear>::encode(matrix)});
+  }
+  static Result<T> decode(const Value& value) {
+    using namespace detail::eigen;
+    const Value::Sequence* members = value.sequence();
+    if (!members || members->size() != 3) return detail::not_a_value_of("a translation, a rotation and a matrix");
+    const Result<Shift> shift = traits<Shift>::decode((*members)[0]);
+    if (!shift) return at("translation", shift.error());
+    const Result<Turn> turn = traits<Turn>::decode((*members)[1]);
+    if (!turn) return at("rotation", turn.error());
+    const Result<std::optional<Linear>> given = traits<std::optional<Linear>>::decode((*members)[2]);
+    if (!given) return at("matrix", given.error());
+    Linear matrix = turn->toRotationMatrix();
+    if (*given) {
+      if (const auto error = no_rotation<S>(**given)) return at("matrix", *error);
+      const double off = (**given - matrix).cwiseAbs().maxCoeff();
+      if (!(off <= pose_tolerance<S>))
+        return at("matrix", unfit("the rotation of the quaternion (or no matrix)", pose_tolerance<S>, "a difference of ", off).error);
+      matrix = **given;
+    }
+    T pose = T::Identity();
+    pose.linear() = matrix;
+    pose.translation() = shift->vector();
+    return pose;
+  }
+  static bool same(const T& a, const T& b) noexcept { return detail::eigen::same_transform(a, b); }
+};
+
+/// A translation and any linear part: rotation, scale, shear.
+template <class S, int Mode, int Options>
+struct traits<Eigen::Transform<S, 3, Mode, Options>,
+              std::enable_if_t<Mode == int(Eigen::Affine) || Mode == int(Eigen::AffineCompact)>> {
+  using T = Eigen::Transform<S, 3, Mode, Options>;
+  using Shift = Eigen::Translation<S, 3>;
+  using Linear = Eigen::Matrix<S, 3, 3>;
+  static const Type& type() {
+    static const Type t = detail::eigen::record({vocab::spatial::SpatialRelationship},
+                                                {detail::eigen::field(vocab::spatial::translation, traits<Shift>::type()),
+                                                 detail::eigen::field(vocab::lrt::matrix, traits<Linear>::type())});
+    return t;
+  }
+  static Value encode(const T& transform) {
+    return Value(Value::Sequence{traits<Shift>::encode(Shift(transform.translation())), traits<Linear>::encode(transform.linear())});
+  }
+  static Result<T> decode(const Value& value) {
+    const Value::Sequence* members = value.sequence();
+    if (!members || members->size() != 2) return detail::not_a_value_of("a translation and a matrix");
+    const Result<Shift> shift = traits<Shift>::decode((*members)[0]);
+    if (!shift) return detail::eigen::at("translation", shift.error());
+    const Result<Linear> linear = traits<Linear>::decode((*members)[1]);
+    if (!linear) return detail::eigen::at("matrix", linear.error());
+    T out = T::Identity();
+    out.linear() = *linear;
+    out.translation() = shift->vector();
+    return out;
+  }
+  static bool same(const T& a, const T& b) noexcept { return detail::eigen::same_transform(a, b); }
+};
+
+}  // namespace lrt::rdf

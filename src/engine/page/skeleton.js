@@ -1,0 +1,166 @@
+// ---- a robot's skeleton, from its kinematic tree. A place is [x, y, z], a rotation the quaternion [x, y, z, w], a pose [place, rotation].
+
+const ros = space("http://ros.org/#");
+const maths = space("http://vocab.arvida.de/2015/06/maths/vocab#");
+const spatial = space("http://vocab.arvida.de/2015/06/spatial/vocab#");
+const cross = ([a, b, c], [x, y, z]) => [b * z - c * y, c * x - a * z, a * y - b * x];
+const along = (from, by, way) => from.map((n, i) => n + by * way[i]);
+const rotated = (q, v) => {
+  const once = cross(q, v);
+  return along(along(v, 2 * q[3], once), 2, cross(q, once));
+};
+const product = (q, r) => [...along(along(cross(q, r), q[3], r), r[3], q), q[3] * r[3] - q[0] * r[0] - q[1] * r[1] - q[2] * r[2]];
+const posedIn = ([at, q], [place, rotation]) => [along(at, 1, rotated(q, place)), product(q, rotation)];
+const ORIGIN = [0, 0, 0], UNTURNED = [...ORIGIN, 1], AXES = [[1, 0, 0], [0, 1, 0], [0, 0, 1]], AXIS_COLORS = ["#e5484d", "#30a46c", "#3b82f6"];
+
+const vector = (g, node, names) => node && [...names].map((n) => g.number(node, maths(n)));
+/// The pose that a property says.
+const poseOf = (g, iri) => [vector(g, g.id(iri, spatial("translation")), "xyz") ?? ORIGIN, vector(g, g.id(iri, spatial("rotation")), "xyzw") ?? UNTURNED];
+const named = (g, thing, name) => g.ids(thing, hybrit("property")).find((p) => localName(p) === name);
+/// Not all at once: the robot has other work, and the page other requests.
+async function inTurn(items, work) {
+  const left = [...items];
+  await Promise.all([1, 2, 3, 4].map(async () => { while (left.length) await work(left.shift()); }));
+}
+
+/// Lines from joint to joint that follow the positions; to be turned by dragging, by arrows; with sliders where joints can be written.
+function skeleton(iri, robot) {
+  const here = view, root = robot.id(iri, lrt("rootLink")), order = robot.list(robot.id(iri, lrt("positionsOf"))).map((o) => o.id), joints = [], steps = [], pointers = new Map();
+  let positions = [], yaw = 0.9, pitch = 0.3, near = 1, asked, centre, size;
+  const redraw = () => { asked ||= requestAnimationFrame(draw); };
+  const orbit = (x, y, closer = 1) => {
+    yaw -= x;
+    pitch = Math.max(-1.5, Math.min(1.5, pitch + y));
+    near = Math.max(0.2, Math.min(12, near * closer));
+    redraw();
+  };
+  const KEYS = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1], "+": [0, 0, 1.15], "-": [0, 0, 0.87] };
+  const canvas = h("canvas", { tabindex: "0", role: "img",
+    onpointerdown: (e) => { canvas.setPointerCapture(e.pointerId); pointers.set(e.pointerId, e); },
+    onpointermove: (e) => {
+      const from = pointers.get(e.pointerId), other = [...pointers.values()].find((p) => p.pointerId !== e.pointerId), apart = (p) => Math.hypot(p.clientX - other.clientX, p.clientY - other.clientY);
+      if (!from) return;
+      pointers.set(e.pointerId, e);
+      if (other) orbit(0, 0, apart(e) / (apart(from) || 1));
+      else orbit((e.clientX - from.clientX) / 150, (e.clientY - from.clientY) / 150);
+    },
+    onlostpointercapture: (e) => pointers.delete(e.pointerId),
+    onwheel: (e) => { e.preventDefault(); orbit(0, 0, 0.999 ** e.deltaY); },
+    onkeydown: (e) => { if (KEYS[e.key]) { e.preventDefault(); orbit(...KEYS[e.key]); } } });
+  const [frames, names] = [true, false].map((checked) => h("input", { type: "checkbox", checked, onchange: redraw })), note = h("span.hint"), sliders = h("div.joints");
+  const element = h("div.card.skeleton", canvas, h("div.line", h("label.line", frames, "Frames"), h("label.line", names, "Names"), note), sliders);
+
+  function draw() {
+    asked = 0;
+    const { pen, width, height, color } = penOn(canvas);
+    if (!pen || !steps.length) return;
+    const links = new Map([[root, [ORIGIN, UNTURNED]]]), bones = [];
+    for (const { from, to, origin, axis, slides, index, pose } of steps) {
+      const joint = posedIn(links.get(from), origin), n = positions[index] ?? 0;
+      const moved = slides ? [along(ORIGIN, n, axis), UNTURNED] : [ORIGIN, [...along(ORIGIN, Math.sin(n / 2), axis), Math.cos(n / 2)]];
+      links.set(to, pose ?? posedIn(joint, moved));
+      bones.push([links.get(from)[0], joint[0], "--text"], [joint[0], links.get(to)[0], "--accent"]);
+    }
+    const places = [...links.values()].map(([p]) => p), bounds = (side) => ORIGIN.map((_, i) => Math[side](...places.map((p) => p[i]))), low = bounds("min");
+    canvas.dataset.end = places.at(-1).map((n) => n.toFixed(3));
+    if (!size) {  // of what is first seen
+      centre = along(low, 1, bounds("max")).map((n) => n / 2);
+      size = Math.max(0.01, ...places.map((p) => Math.hypot(...along(p, -1, centre))));
+    }
+    // The eye is at the same distance always; nearer is larger.
+    const project = (p) => {
+      const [x, y, z] = along(p, -1, centre), deep = y * Math.cos(yaw) - x * Math.sin(yaw), depth = 3 * size / near + deep * Math.cos(pitch) - z * Math.sin(pitch), scale = 1.45 * Math.min(width, height) / depth;
+      return depth > size / 20 && [width / 2 + scale * (x * Math.cos(yaw) + y * Math.sin(yaw)), height / 2 - scale * (deep * Math.sin(pitch) + z * Math.cos(pitch))];
+    };
+    const line = (from, to, style, thick) => {
+      const [a, b] = [from, to].map(project);
+      if (!a || !b) return;
+      pen.strokeStyle = style;
+      pen.lineWidth = thick;
+      pen.beginPath();
+      pen.moveTo(...a);
+      pen.lineTo(...b);
+      pen.stroke();
+    };
+    pen.lineCap = "round";
+    const cell = 10 ** Math.round(Math.log10(size / 4)), cells = Math.min(20, Math.ceil(1.5 * size / cell)), [x, y] = centre.map((n) => Math.round(n / cell));
+    for (let i = -cells; i <= cells; ++i) {
+      const at = (a, b) => [(x + a) * cell, (y + b) * cell, Math.min(0, low[2])];
+      line(at(i, -cells), at(i, cells), color("--line"), 1);
+      line(at(-cells, i), at(cells, i), color("--line"), 1);
+    }
+    for (const [from, to, name] of bones) line(from, to, color(name), 4);
+    pen.fillStyle = color("--text");
+    pen.font = "12px system-ui, sans-serif";
+    for (const [link, [place, rotation]] of links) {
+      if (frames.checked) AXES.forEach((a, i) => line(place, along(place, size / 16, rotated(rotation, a)), AXIS_COLORS[i], 1.5));
+      const at = project(place);
+      if (at && names.checked) pen.fillText(localName(link), at[0] + 6, at[1] - 6);
+    }
+    say(note, `grid of ${Number(cell.toPrecision(1))} m – drag to turn`);
+  }
+
+  /// A joint's field, which writes as it moves: one request at a time, of the newest value.
+  async function addField(step) {
+    if (!step.position || !(await optionsOf(step.position)).allows("PUT")) return;
+    const model = await guardedBy(step.position), alert = h("p.error", { role: "alert" });
+    model.fields.forEach((f) => { f.name = localName(step.iri); });
+    const form = new Form(step.position, model);
+    let busy, newer;
+    const send = async () => {
+      newer = true;
+      if (busy) return;
+      for (busy = true; newer;) {
+        newer = false;
+        form.clear();
+        try {
+          await ask("PUT", step.position, { body: form.body() });
+          say(alert, "");
+        } catch (e) { say(alert, e.report ? form.explain(e.report) : problemText(e)); }
+      }
+      busy = false;
+    };
+    step.field = h("div", { oninput: (e) => { if (e.target.type === "range") send(); }, onchange: send }, form.element, alert);
+    step.follow = () => {  // but not while somebody is at it
+      const value = String(Number(positions[step.index]?.toFixed(4)));
+      if (value !== "NaN" && !step.field.contains(document.activeElement)) form.read({ one: () => ({ value }), id: () => step.position }, step.position);
+    };
+  }
+  (async () => {
+    await inTurn(robot.ids(iri, dcterms("hasPart")).filter((part) => robot.is(part, ros("Joint"))), async (joint) => {
+      const { g } = await ask("GET", (await known(joint)).g.id(joint, lrt("state"))), id = (p) => g.id(joint, ros(p)), is = (type) => g.is(joint, ros(type));
+      joints.push({ iri: joint, from: id("preceedingLink"), to: id("succeedingLink"), origin: poseOf(g, id("jointReferenceFrame")), axis: vector(g, named(g, joint, "axis"), "xyz") ?? ORIGIN,
+        slides: is("PrismaticJoint"), free: is("FloatingJoint") || is("PlanarJoint"), index: order.indexOf(joint), position: id("position") });
+    });
+    const links = [root];
+    for (const link of links) for (const j of joints) if (j.from === link && !links.includes(j.to)) {
+      steps.push(j);
+      links.push(j.to);
+    }
+    if (here.gone) return;
+    canvas.setAttribute("aria-label", `Skeleton of ${steps.length} joints and ${links.length} links. The arrow keys turn it and the plus and minus keys bring it nearer or farther.`);
+    new ResizeObserver(redraw).observe(canvas);
+    for (const step of steps) if (step.free) {  // a whole pose and not a number: as its link says it
+      const pose = (await known(step.to)).g.id(step.to, lrt("pose"));
+      if (pose) here.watch(canvas, pose, { g: (g) => {
+        step.pose = poseOf(g, pose);
+        redraw();
+      } });
+    }
+    const all = named(robot, iri, "positions");
+    if (all) here.watch(element, all, { g: (numbers) => {
+      if (!Array.isArray(numbers)) return;
+      if (!positions.length) size = 0;
+      positions = numbers;
+      redraw();
+      steps.forEach((s) => s.follow?.());
+    } }, { accept: JSON_TYPE, interval: 0.04 });
+    await inTurn(steps, addField);
+    sliders.append(...joints.sort((a, b) => a.index - b.index).flatMap((j) => j.field ?? []));
+    steps.forEach((s) => s.follow?.());
+  })().catch((e) => element.append(notice(e)));
+  redrawSkeleton = redraw;
+  return element;
+}
+let redrawSkeleton;
+matchMedia("(prefers-color-scheme: dark)").onchange = () => redrawSkeleton?.();

@@ -1,0 +1,511 @@
+#include <lrt/urdf.hpp>
+
+#include <algorithm>
+#include <cassert>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <unordered_set>
+
+#include <lrt/base/iri.hpp>
+#include <lrt/eigen.hpp>
+#include <lrt/rdf/unit.hpp>
+#include <lrt/rdf/vocab.hpp>
+
+namespace lrt::urdf {
+namespace {
+
+constexpr Unit newton_metre_second_per_radian{Iri{"http://qudt.org/vocab/unit/N-M-SEC-PER-RAD"}, {}, "N.m.s/rad"};
+constexpr Unit newton_second_per_metre{Iri{"http://qudt.org/vocab/unit/N-SEC-PER-M"}, {}, "N.s/m"};
+constexpr Unit per_second{Iri{"http://qudt.org/vocab/unit/PER-SEC"}, {}, "/s"};
+constexpr Unit kilogram_square_metre{Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, {}, "kg.m2"};
+
+bool is_angular(JointType type) noexcept { return type == JointType::revolute || type == JointType::continuous; }
+
+/// The units of a joint's numbers.
+template <bool angular>
+struct UnitsOf {
+  static constexpr const Unit& position = angular ? unit::radian : unit::metre;
+  static constexpr const Unit& velocity = angular ? unit::radian_per_second : unit::metre_per_second;
+  static constexpr const Unit& effort = angular ? unit::newton_metre : unit::newton;
+  static constexpr const Unit& damping = angular ? newton_metre_second_per_radian : newton_second_per_metre;
+};
+
+// What is constant of joints and links, as values of properties; the units follow the joint's type.
+template <bool angular>
+struct LimitsOf : Limits {};
+template <bool angular>
+struct DynamicsOf : Dynamics {};
+template <bool angular>
+struct SafetyOf : Safety {};
+template <bool angular>
+struct MimicOf : Mimic {};
+
+struct Mass {
+  double mass = 0;
+  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();
+  double ixx = 0, ixy = 0, ixz = 0, iyy = 0, iyz = 0, izz = 0;
+};
+
+struct Look {
+  std::optional<std::string> name;
+  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();
+  Shape::Kind geometry = Shape::Kind::box;
+  std::optional<Eigen::Vector3d> size;
+  std::optional<double> radius, length;
+  std::optional<Eigen::Vector3d> scale;
+  std::optional<std::string> material;
+  std::optional<std::array<double, 4>> colour;
+};
+
+}  // namespace
+}  // namespace lrt::urdf
+
+namespace lrt::rdf {
+
+template <bool angular>
+struct traits<urdf::LimitsOf<angular>> : Record<urdf::LimitsOf<angular>> {
+  using T = urdf::LimitsOf<angular>;
+  using Units = urdf::UnitsOf<angular>;
+  static void describe(Record<T>& r) {
+    r.template field<std::optional<double>>("lower", &T::lower).unit(Units::position);
+    r.template field<std::optional<double>>("upper", &T::upper).unit(Units::position);
+    r.template field<double>("velocity", &T::velocity).unit(Units::velocity);
+    r.template field<double>("effort", &T::effort).unit(Units::effort);
+  }
+};
+template <bool angular>
+struct traits<urdf::DynamicsOf<angular>> : Record<urdf::DynamicsOf<angular>> {
+  using T = urdf::DynamicsOf<angular>;
+  using Units = urdf::UnitsOf<angular>;
+  static void describe(Record<T>& r) {
+    r.template field<double>("damping", &T::damping).unit(Units::damping);
+    r.template field<double>("friction", &T::friction).unit(Units::effort);
+  }
+};
+template <bool angular>
+struct traits<urdf::SafetyOf<angular>> : Record<urdf::SafetyOf<angular>> {
+  using T = urdf::SafetyOf<angular>;
+  using Units = urdf::UnitsOf<angular>;
+  static void describe(Record<T>& r) {
+    r.template field<double>("softLowerLimit", &T::soft_lower_limit).unit(Units::position);
+    r.template field<double>("softUpperLimit", &T::soft_upper_limit).unit(Units::position);
+    r.template field<double>("kPosition", &T::k_position).unit(urdf::per_second);
+    r.template field<double>("kVelocity", &T::k_velocity).unit(Units::damping);
+  }
+};
+template <bool angular>
+struct traits<urdf::MimicOf<angular>> : Record<urdf::MimicOf<angular>> {
+  using T = urdf::MimicOf<angular>;
+  static void describe(Record<T>& r) {
+    r.template field<double>("multiplier", &T::multiplier);
+    r.template field<double>("offset", &T::offset).unit(urdf::UnitsOf<angular>::position);
+  }
+};
+
+template <>
+struct traits<urdf::Mass> : Record<urdf::Mass> {
+  using T = urdf::Mass;
+  static void describe(Record<T>& r) {
+    r.field("mass", &T::mass).unit(unit::kilogram);
+    r.field("origin", &T::origin).unit(unit::metre);
+    r.field("ixx", &T::ixx).unit(urdf::kilogram_square_metre);
+    r.field("ixy", &T::ixy).unit(urdf::kilogram_square_metre);
+    r.field("ixz", &T::ixz).unit(urdf::kilogram_square_metre);
+    r.field("iyy", &T::iyy).unit(urdf::kilogram_square_metre);
+    r.field("iyz", &T::iyz).unit(urdf::kilogram_square_metre);
+    r.field("izz", &T::izz).unit(urdf::kilogram_square_metre);
+  }
+};
+
+template <>
+struct traits<urdf::Shape::Kind> : Enumeration<urdf::Shape::Kind> {
+  using Kind = urdf::Shape::Kind;
+  static void describe(Enumeration<Kind>& e) {
+    e.name(Kind::box, "box").name(Kind::cylinder, "cylinder").name(Kind::sphere, "sphere").name(Kind::mesh, "mesh");
+  }
+};
+
+template <>
+struct traits<urdf::Look> : Record<urdf::Look> {
+  using T = urdf::Look;
+  static void describe(Record<T>& r) {
+    r.field("name", &T::name);
+    r.field("origin", &T::origin).unit(unit::metre);
+    r.field("geometry", &T::geometry);
+    r.field("size", &T::size).unit(unit::metre);
+    r.field("radius", &T::radius).unit(unit::metre);
+    r.field("length", &T::length).unit(unit::metre);
+    r.field("scale", &T::scale);
+    r.field("material", &T::material);
+    r.field("colour", &T::colour);
+  }
+};
+
+}  // namespace lrt::rdf
+
+namespace lrt::urdf {
+namespace {
+
+Eigen::Isometry3d isometry(const Pose& pose) {
+  Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
+  out.linear() = Eigen::Map<const Eigen::Quaterniond>(pose.orientation.data()).toRotationMatrix();
+  out.translation() = Eigen::Map<const Eigen::Vector3d>(pose.position.data());
+  return out;
+}
+
+Eigen::Vector3d vector(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
+
+/// A file's name in a description: an IRI if it is one, but for characters that its author did not encode; else what it is.
+Object file(std::string_view name) {
+  std::string text;
+  constexpr char hex[] = "0123456789ABCDEF";
+  const auto is_hex = [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F'); };
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    const char c = name[i];
+    const bool escape = c == '%' && i + 2 < name.size() && is_hex(name[i + 1]) && is_hex(name[i + 2]);
+    if (escape || (c != '%' && std::string_view(" <>\"{}|^`\\").find(c) == std::string_view::npos)) {
+      text += c;
+    } else {
+      const auto byte = static_cast<unsigned char>(c);
+      text += {'%', hex[byte >> 4U], hex[byte & 15U]};
+    }
+  }
+  const iri::Parts parts = iri::split(text);
+  if (parts.has_scheme && parts.scheme.size() > 1 && iri::is_absolute(text)) return Object(Iri(std::string_view(text)));
+  return Object::typed(std::string(name), vocab::xsd::anyURI);
+}
+
+Iri class_of(JointType type) noexcept {
+  switch (type) {
+    case JointType::revolute: return vocab::ros::RevoluteJoint;
+    case JointType::continuous: return vocab::ros::ContinuousJoint;
+    case JointType::prismatic: return vocab::ros::PrismaticJoint;
+    case JointType::floating: return vocab::ros::FloatingJoint;
+    case JointType::planar: return vocab::ros::PlanarJoint;
+    default: return vocab::ros::FixedJoint;
+  }
+}
+
+template <class T>
+Property<T> constant(Thing& thing, std::string_view path, const T& value, const Unit& unit = unit::none) {
+  Property<T> property = thing.property<T>(path, unit);
+  property.publish(value);
+  return property;
+}
+
+}  // namespace
+
+class Robot::Impl {
+ public:
+  Impl(Model model, std::string_view path) : model_(std::move(model)), path_(path) {
+    if (path_.empty()) path_ = model_.name.empty() ? "robot" : segment(model_.name);
+    name_all();
+    order_joints();
+    thing_.emplace(path_);
+    describe_robot();
+    for (std::size_t j = 0; j < model_.joints.size(); ++j) describe_joint(j);
+    for (std::size_t l = 0; l < model_.links.size(); ++l) describe_link(l);
+    turn();
+  }
+
+  // --- the control loop's
+
+  void publish(Numbers positions, Numbers velocities, Numbers efforts) noexcept {
+    const auto finite = [](Numbers numbers, std::size_t i) { return i < numbers.size() && std::isfinite(numbers[i]); };
+    for (std::size_t i = 0; i < model_.variables.size(); ++i) {
+      const std::size_t joint = model_.variables[i];
+      if (finite(positions, i)) values_[joint] = positions[i];
+      if (finite(efforts, i)) moving_[of_joint_[joint]].effort.publish(efforts[i]);
+    }
+    for (Moving& m : moving_) {
+      if (m.joint != m.source) values_[m.joint] = m.multiplier * values_[m.source] + m.offset;
+      m.position.publish(values_[m.joint]);
+      if (finite(velocities, m.variable)) m.velocity.publish(m.multiplier * velocities[m.variable]);
+      if (all_) list_[m.index] = values_[m.joint];
+    }
+    if (all_) all_->publish(list_);
+    turn();
+    for (std::size_t l = 0; l < poses_.size(); ++l)
+      if (moves_[l] || !published_) links_[l].pose.publish(poses_[l]);
+    published_ = true;
+  }
+  void move(std::size_t joint, const Pose& to) noexcept {
+    const JointType type = model_.joints[joint].type;
+    if (type == JointType::floating || type == JointType::planar) free_[joint] = isometry(to);
+  }
+  Pose pose(std::size_t link) const noexcept {
+    const Eigen::Quaterniond turned(poses_[link].linear());
+    const Eigen::Vector3d at = poses_[link].translation();
+    return {{at.x(), at.y(), at.z()}, {turned.x(), turned.y(), turned.z(), turned.w()}};
+  }
+
+  Model model_;
+  std::string path_;
+  std::vector<std::string> joint_paths_, link_paths_;
+  std::optional<Thing> thing_;
+  std::vector<Thing> joint_things_, link_things_;
+
+  Property<double>& position(std::size_t joint) noexcept { return moving_[of_joint_[joint]].position; }
+
+ private:
+  static constexpr std::size_t none = static_cast<std::size_t>(-1);
+  static constexpr int most_in_list = 512;
+  using List = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_in_list, 1>;  // published without an allocation
+
+  /// A joint that has a position.
+  struct Moving {
+    std::size_t joint, source;  ///< the one that it mimics in the end; itself
+    double multiplier, offset;
+    std::size_t variable;  ///< where the source is in Model::variables
+    Eigen::Index index;    ///< in the list of all positions
+    Property<double> position, velocity, effort;
+  };
+  /// A joint as kinematics sees it.
+  struct Step {
+    std::size_t joint, parent, child;
+    JointType type;
+    Eigen::Isometry3d origin;
+    Eigen::Vector3d axis;
+  };
+  struct LinkHandles {
+    Property<Eigen::Isometry3d> pose;
+  };
+
+  /// The poses of all links.
+  void turn() noexcept {
+    for (const Step& s : steps_) {
+      Eigen::Isometry3d& pose = poses_[s.child];
+      pose = poses_[s.parent] * s.origin;
+      switch (s.type) {
+        case JointType::revolute:
+        case JointType::continuous:
+          pose.linear() = (pose.linear() * Eigen::AngleAxisd(values_[s.joint], s.axis).toRotationMatrix()).eval();
+          break;
+        case JointType::prismatic: pose.translation() += pose.linear() * (values_[s.joint] * s.axis); break;
+        case JointType::floating:
+        case JointType::planar: pose = pose * free_[s.joint]; break;
+        case JointType::fixed: break;
+      }
+    }
+  }
+
+  // --- names
+
+  static std::string segment(std::string name) {
+    std::replace(name.begin(), name.end(), '/', '.');
+    return name == "." || name == ".." ? name + '_' : name;
+  }
+  void name_all() {
+    std::unordered_set<std::string> taken = {"actions", "blueprint", "positions", "state", "subscriptions"};  // the robot's own
+    const auto take = [&](const std::string& name, const char* suffix) {
+      std::string path = segment(name);
+      while (!taken.insert(path).second) path += suffix;
+      return path_ + '/' + path;
+    };
+    for (const Joint& j : model_.joints) joint_paths_.push_back(take(j.name, "_joint"));
+    for (const Link& l : model_.links) link_paths_.push_back(take(l.name, "_link"));
+  }
+
+  // --- kinematics
+
+  void order_joints() {
+    const std::size_t count = model_.joints.size();
+    std::vector<std::vector<std::size_t>> after(model_.links.size());
+    for (std::size_t j = 0; j < count; ++j) after[model_.joints[j].parent].push_back(j);
+    values_.assign(count, 0);
+    free_.assign(count, Eigen::Isometry3d::Identity());
+    poses_.assign(model_.links.size(), Eigen::Isometry3d::Identity());
+    moves_.assign(model_.links.size(), false);
+    after_ = std::move(after);
+    std::vector<std::size_t> way{model_.root};
+    for (std::size_t i = 0; i < way.size(); ++i)
+      for (const std::size_t j : after_[way[i]]) {
+        const Joint& joint = model_.joints[j];
+        steps_.push_back({j, joint.parent, joint.child, joint.type, isometry(joint.origin), vector(joint.axis)});
+        moves_[joint.child] = moves_[joint.parent] || joint.type != JointType::fixed;
+        way.push_back(joint.child);
+      }
+    for (const std::size_t j : model_.variables) {
+      const std::optional<Limits>& limits = model_.joints[j].limits;
+      if (limits && limits->lower && limits->upper) values_[j] = std::clamp(0.0, *limits->lower, *limits->upper);
+    }
+  }
+
+  // --- Things
+
+  void describe_robot() {
+    thing_->title(model_.name.empty() ? "robot" : model_.name).type(vocab::ros::Robot);
+    thing_->add(vocab::lrt::rootLink, Object::resource(link_paths_[model_.root]));
+    // Which joint is which in the list: an RDF list of them, relative to the Thing.
+    std::string order = "<> <" + std::string(vocab::lrt::positionsOf.text) + "> (";
+    const std::size_t below = path_.rfind('/') == std::string::npos ? 0 : path_.rfind('/') + 1;
+    int count = 0;
+    for (std::size_t j = 0; j < model_.joints.size(); ++j) {
+      if (!model_.joints[j].has_position()) continue;
+      ++count;
+      const std::size_t name = joint_paths_[j].rfind('/');
+      order += " <./" + iri::encode_segment(joint_paths_[j].substr(below, name - below)) + '/' +
+               iri::encode_segment(joint_paths_[j].substr(name + 1)) + '>';
+    }
+    if (count == 0 || count > most_in_list) return;
+    list_.setZero(count);
+    thing_->add_turtle(order + " ) .");
+    all_ = thing_->property<List>("positions");
+    all_->title("the positions of all joints");
+  }
+
+  void describe_joint(std::size_t index) {
+    const Joint& joint = model_.joints[index];
+    Thing& thing = joint_things_.emplace_back(joint_paths_[index]);
+    const Object before = Object::resource(link_paths_[joint.parent]), after = Object::resource(link_paths_[joint.child]);
+    thing.title(joint.name)
+        .type(vocab::ros::Joint)
+        .type(class_of(joint.type))
+        .add(vocab::xhv::prev, before)
+        .add(vocab::xhv::next, after)
+        .add(vocab::ros::preceedingLink, before)
+        .add(vocab::ros::succeedingLink, after);
+    constant(thing, "origin", isometry(joint.origin), unit::metre)
+        .predicate(vocab::ros::jointReferenceFrame)
+        .frame(before);
+    if (joint.type != JointType::fixed && joint.type != JointType::floating)
+      constant(thing, "axis", vector(joint.axis)).frame(after);
+    if (is_angular(joint.type)) describe_numbers<true>(thing, index);
+    else describe_numbers<false>(thing, index);
+  }
+  template <bool angular>
+  void describe_numbers(Thing& thing, std::size_t index) {
+    const Joint& joint = model_.joints[index];
+    if (joint.limits) constant(thing, "limits", LimitsOf<angular>{*joint.limits});
+    if (joint.dynamics) constant(thing, "dynamics", DynamicsOf<angular>{*joint.dynamics});
+    if (joint.safety) constant(thing, "safety", SafetyOf<angular>{*joint.safety});
+    if (joint.mimic) {
+      thing.add(vocab::lrt::mimics, Object::resource(joint_paths_[joint.mimic->joint]));
+      constant(thing, "mimic", MimicOf<angular>{*joint.mimic});
+    }
+    of_joint_.push_back(none);
+    if (!joint.has_position()) return;
+    of_joint_.back() = moving_.size();
+    auto position = thing.property<double>("position", UnitsOf<angular>::position);
+    position.predicate(vocab::ros::position);
+    if constexpr (angular) position.predicate(vocab::ros::rotation);
+    if (!joint.mimic && joint.limits && joint.limits->lower && joint.limits->upper)
+      position.between(*joint.limits->lower, *joint.limits->upper);
+    auto velocity = thing.property<double>("velocity", UnitsOf<angular>::velocity);
+    velocity.predicate(vocab::ros::velocity);
+    auto effort = thing.property<double>("effort", UnitsOf<angular>::effort);
+    effort.predicate(vocab::ros::effort);
+
+    std::size_t source = index;
+    double multiplier = 1, offset = 0;
+    while (model_.joints[source].mimic) {
+      const Mimic& mimic = *model_.joints[source].mimic;
+      offset += multiplier * mimic.offset;
+      multiplier *= mimic.multiplier;
+      source = mimic.joint;
+    }
+    const auto variable = std::find(model_.variables.begin(), model_.variables.end(), source) - model_.variables.begin();
+    if (source != index) values_[index] = multiplier * values_[source] + offset;
+    moving_.push_back({index, source, multiplier, offset, static_cast<std::size_t>(variable), static_cast<Eigen::Index>(moving_.size()),
+                       position, velocity, effort});
+  }
+
+  void describe_link(std::size_t index) {
+    const Link& link = model_.links[index];
+    const Object itself = Object::resource(link_paths_[index]);
+    Thing& thing = link_things_.emplace_back(link_paths_[index]);
+    thing.title(link.name).type(vocab::ros::Link);
+    if (link.joint) thing.add(vocab::xhv::prev, Object::resource(joint_paths_[*link.joint]));
+    for (const std::size_t j : after_[index]) thing.add(vocab::xhv::next, Object::resource(joint_paths_[j]));
+    auto pose = thing.property<Eigen::Isometry3d>("pose", unit::metre);
+    pose.predicate(vocab::lrt::pose).frame(Object::resource(link_paths_[model_.root]));
+    links_.push_back({pose});
+    if (const auto& i = link.inertial)
+      constant(thing, "inertial",
+               Mass{i->mass, isometry(i->origin), i->inertia[0], i->inertia[1], i->inertia[2], i->inertia[3], i->inertia[4], i->inertia[5]})
+          .frame(itself);
+    for (std::size_t i = 0; i < link.visuals.size(); ++i) describe_shape(thing, "visual/" + std::to_string(i + 1), link.visuals[i], itself);
+    for (std::size_t i = 0; i < link.collisions.size(); ++i)
+      describe_shape(thing, "collision/" + std::to_string(i + 1), link.collisions[i], itself);
+  }
+  static void describe_shape(Thing& thing, const std::string& path, const Shape& shape, const Object& link) {
+    Look look;
+    if (!shape.name.empty()) look.name = shape.name;
+    look.origin = isometry(shape.origin);
+    look.geometry = shape.kind;
+    if (shape.kind == Shape::Kind::box) look.size = vector(shape.size);
+    if (shape.kind == Shape::Kind::cylinder || shape.kind == Shape::Kind::sphere) look.radius = shape.radius;
+    if (shape.kind == Shape::Kind::cylinder) look.length = shape.length;
+    if (shape.kind == Shape::Kind::mesh) look.scale = vector(shape.scale);
+    if (shape.material) {
+      if (!shape.material->name.empty()) look.material = shape.material->name;
+      look.colour = shape.material->colour;
+    }
+    Property<Look> property = constant(thing, path, look);
+    property.frame(link);
+    if (shape.kind == Shape::Kind::mesh) property.add(vocab::lrt::mesh, file(shape.mesh));
+    if (shape.material && !shape.material->texture.empty()) property.add(vocab::lrt::texture, file(shape.material->texture));
+  }
+
+  std::vector<std::vector<std::size_t>> after_;  // of a link: the joints
+  std::vector<Step> steps_;                      // parents first
+  std::vector<double> values_;                   // of each joint
+  std::vector<Eigen::Isometry3d> free_;          // of each joint, where it is floating or planar
+  std::vector<Eigen::Isometry3d> poses_;         // of each link
+  std::vector<bool> moves_;                      // of each link
+  std::vector<Moving> moving_;
+  std::vector<std::size_t> of_joint_;  // where each joint is in moving_
+  std::vector<LinkHandles> links_;
+  std::optional<Property<List>> all_;
+  List list_;
+  bool published_ = false;
+};
+
+Robot::Robot(Model model, std::string_view path) : impl_(std::make_unique<Impl>(std::move(model), path)) {}
+Robot::Robot(Robot&&) noexcept = default;
+Robot& Robot::operator=(Robot&&) noexcept = default;
+Robot::~Robot() = default;
+
+const Model& Robot::model() const noexcept { return impl_->model_; }
+const std::string& Robot::path() const noexcept { return impl_->path_; }
+const std::string& Robot::joint_path(std::size_t joint) const noexcept { return impl_->joint_paths_[joint]; }
+const std::string& Robot::link_path(std::size_t link) const noexcept { return impl_->link_paths_[link]; }
+Thing& Robot::thing() noexcept { return *impl_->thing_; }
+Thing& Robot::joint(std::size_t joint) noexcept { return impl_->joint_things_[joint]; }
+Thing& Robot::link(std::size_t link) noexcept { return impl_->link_things_[link]; }
+Property<double>& Robot::position(std::size_t joint) noexcept { return impl_->position(joint); }
+void Robot::publish(Numbers positions, Numbers velocities, Numbers efforts) noexcept { impl_->publish(positions, velocities, efforts); }
+void Robot::move(std::size_t joint, const Pose& to) noexcept { impl_->move(joint, to); }
+Pose Robot::pose(std::size_t link) const noexcept { return impl_->pose(link); }
+
+std::vector<Thing> Robot::things() {
+  assert(impl_->thing_);
+  std::vector<Thing> all;
+  all.push_back(*std::move(impl_->thing_));
+  impl_->thing_.reset();
+  for (Thing& joint : impl_->joint_things_) all.push_back(std::move(joint));
+  for (Thing& link : impl_->link_things_) all.push_back(std::move(link));
+  return all;
+}
+
+Result<Robot> load(const std::string& file, const Options& options) {
+  std::ifstream in(file, std::ios::binary);
+  std::string text;
+  char block[64 * 1024];
+  while (in && text.size() <= options.max_bytes) {  // what has no end is not read to its end
+    in.read(block, sizeof block);
+    text.append(block, static_cast<std::size_t>(in.gcount()));
+  }
+  if (!in.is_open() || in.bad()) return unexpected(Errc::io_error, file + ": " + std::strerror(errno));
+  Result<Model> model = parse(text, options);
+  if (!model) {
+    Error error = std::move(model).error();
+    error.message = file + ": " + error.message;
+    return Unexpected{std::move(error)};
+  }
+  return Robot(*std::move(model), options.path);
+}
+
+}  // namespace lrt::urdf

@@ -1,0 +1,376 @@
+#include <lrt/urdf.hpp>
+
+#include <clocale>
+#include <fstream>
+#include <iterator>
+#include <locale>
+#include <thread>
+
+#include <console_bridge/console.h>
+
+#include "tests/support/catch.hpp"
+#include "tests/urdf/documents.hpp"
+
+using namespace lrt;
+using namespace lrt::test;
+using urdf::JointType;
+
+namespace {
+
+std::string text_of(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// The error's sentence; empty if there is none.
+std::string refusal(const std::string& text, const urdf::Options& options = {}) {
+  const auto model = urdf::parse(text, options);
+  return model ? std::string() : model.error().message;
+}
+std::string refusal_of_link(const std::string& content) {
+  return refusal("<robot name='r'>\n<link name='a'>\n" + content + "</link></robot>");
+}
+
+const std::string limit = "<limit lower='-1' upper='2' velocity='3' effort='4'/>";
+
+}  // namespace
+
+TEST_CASE("a description is read with all that it says of joints", "[urdf]") {
+  const urdf::Model m = urdf::parse(text_of(picker_file)).value();
+  CHECK(m.name == "picker");
+  CHECK(m.warnings.empty());
+  REQUIRE(m.joints.size() == 7);
+  REQUIRE(m.links.size() == 8);
+  CHECK(m.links[m.root].name == "rail");
+  CHECK(m.variables == std::vector<std::size_t>{0, 1, 2, 3, 5});
+  const urdf::Joint& slide = m.joints[0];
+  CHECK(slide.name == "slide");
+  CHECK(slide.type == JointType::prismatic);
+  CHECK(slide.line == 28);
+  CHECK(m.links[slide.parent].name == "rail");
+  CHECK(m.links[slide.child].name == "carriage");
+  CHECK(m.links[slide.child].joint == 0U);
+  CHECK(slide.origin.position == std::array<double, 3>{0, 0, 0.1});
+  CHECK(slide.axis == std::array<double, 3>{1, 0, 0});
+  CHECK(slide.limits->lower == -0.5);
+  CHECK(slide.limits->upper == 0.5);
+  CHECK(slide.limits->velocity == 0.4);
+  CHECK(slide.limits->effort == 200);
+  CHECK(slide.dynamics->damping == 30);
+  CHECK(slide.dynamics->friction == 4);
+  CHECK_FALSE(slide.safety);
+  const urdf::Joint& turret = m.joints[1];
+  CHECK(turret.type == JointType::continuous);
+  CHECK_FALSE(turret.limits->lower);
+  CHECK(turret.limits->velocity == 2);
+  const urdf::Joint& shoulder = m.joints[2];
+  CHECK(shoulder.dynamics->friction == 0);
+  CHECK(shoulder.safety->soft_lower_limit == -1.1);
+  CHECK(shoulder.safety->soft_upper_limit == 1.9);
+  CHECK(shoulder.safety->k_position == 50);
+  CHECK(shoulder.safety->k_velocity == 20);
+  CHECK(m.joints[4].type == JointType::fixed);
+  CHECK(m.joints[4].origin.orientation[1] == Approx(std::sqrt(0.5)));
+  CHECK(m.joints[6].mimic->joint == 5);
+  CHECK(m.joints[6].mimic->multiplier == 1);
+  CHECK(m.joints[6].mimic->offset == 0);
+}
+
+TEST_CASE("a description is read with all that it says of links", "[urdf]") {
+  const urdf::Model m = urdf::parse(R"(<robot name="r">
+    <material name="red"><color rgba="1 0 0 0.5"/></material>
+    <link name="a">
+      <inertial><origin xyz="1 2 3" rpy="0 0 3.141592653589793"/><mass value="2"/>
+        <inertia ixx="1" ixy="0.1" ixz="0.2" iyy="1.1" iyz="0.3" izz="1.2"/></inertial>
+      <visual name="v"><origin xyz="0 0 1"/><geometry><box size="1 2 3"/></geometry><material name="red"/></visual>
+      <visual><geometry><mesh filename="package://p/m.stl" scale="1 -1 1"/></geometry><material name="later"/></visual>
+      <visual><geometry><sphere radius="0.5"/></geometry><material name=""><color rgba="0 1 0 1"/></material></visual>
+      <visual><geometry><sphere radius="0.5"/></geometry><material name="wood"><texture filename="wood.png"/></material></visual>
+      <collision><geometry><cylinder radius="1" length="2"/></geometry></collision>
+      <collision><geometry><sphere radius="3"/></geometry></collision>
+    </link>
+    <link name="b"><visual><geometry><sphere radius="1"/></geometry>
+      <material name="later"><color rgba="0.1 0.2 0.3 1"/></material></visual></link>
+    <joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint>
+    <gazebo><whatever xmlns:x="urn:x"><x:y/></whatever></gazebo></robot>)")
+                            .value();
+  const urdf::Link& a = m.links[0];
+  REQUIRE(a.inertial);
+  CHECK(a.inertial->mass == 2);
+  CHECK(a.inertial->origin.position == std::array<double, 3>{1, 2, 3});
+  CHECK(a.inertial->origin.orientation[2] == Approx(1));
+  CHECK(a.inertial->inertia == std::array<double, 6>{1, 0.1, 0.2, 1.1, 0.3, 1.2});
+  REQUIRE(a.visuals.size() == 4);
+  CHECK(a.visuals[0].name == "v");
+  CHECK(a.visuals[0].size == std::array<double, 3>{1, 2, 3});
+  CHECK(a.visuals[0].origin.position == std::array<double, 3>{0, 0, 1});
+  CHECK(a.visuals[0].material->name == "red");
+  CHECK(a.visuals[0].material->colour == std::array<double, 4>{1, 0, 0, 0.5});
+  CHECK(a.visuals[1].kind == urdf::Shape::Kind::mesh);
+  CHECK(a.visuals[1].mesh == "package://p/m.stl");
+  CHECK(a.visuals[1].scale == std::array<double, 3>{1, -1, 1});
+  CHECK(a.visuals[1].material->colour == std::array<double, 4>{0.1, 0.2, 0.3, 1});
+  CHECK(a.visuals[2].material->name.empty());
+  CHECK(a.visuals[2].material->colour == std::array<double, 4>{0, 1, 0, 1});
+  CHECK(a.visuals[3].material->texture == "wood.png");
+  CHECK_FALSE(a.visuals[3].material->colour);
+  REQUIRE(a.collisions.size() == 2);
+  CHECK(a.collisions[0].radius == 1);
+  CHECK(a.collisions[0].length == 2);
+  CHECK(a.collisions[1].kind == urdf::Shape::Kind::sphere);
+  CHECK_FALSE(a.collisions[0].material);
+}
+
+TEST_CASE("every joint type is read, and an axis becomes a unit vector", "[urdf]") {
+  const auto joint = [](const std::string& type, const std::string& more) {
+    return urdf::parse(two_links(type, more)).value().joints.at(0);
+  };
+  CHECK(joint("revolute", limit + "<axis xyz='0 3 4'/>").axis == std::array<double, 3>{0, 0.6, 0.8});
+  CHECK(joint("continuous", "").axis == std::array<double, 3>{1, 0, 0});
+  CHECK(joint("prismatic", limit + "<axis xyz=' 0\t0\n-2 '/>").axis == std::array<double, 3>{0, 0, -1});
+  CHECK(joint("fixed", "<axis xyz='0 0 0'/>").type == JointType::fixed);
+  CHECK(joint("floating", "").type == JointType::floating);
+  CHECK(joint("planar", "<axis xyz='0 0 1'/>").type == JointType::planar);
+  for (const JointType type :
+       {JointType::revolute, JointType::continuous, JointType::prismatic, JointType::fixed, JointType::floating, JointType::planar}) {
+    const std::string name(urdf::to_string(type));
+    CHECK(joint(name, type == JointType::revolute || type == JointType::prismatic ? limit : "").type == type);
+  }
+}
+
+TEST_CASE("what is no description gets one error with the element and its line", "[urdf]") {
+  CHECK(refusal(two_links("spin")) ==
+        "joint \"j\" (line 4): expected a type out of revolute, continuous, prismatic, fixed, floating, planar; found \"spin\"");
+  const auto error = urdf::parse(two_links("spin")).error();
+  CHECK(error.code == Errc::expected_value);
+  CHECK(error.line == 4);
+
+  CHECK(refusal("") == "expected XML, found nothing");
+  CHECK(refusal("<robot name='r'>\n<link name='a'>\n</robot>") ==
+        "line 2: expected XML, found <link> and an end tag that is not its own, or none");
+  CHECK(refusal("<robot name='r'>\n<link name=a/></robot>") ==
+        "line 2: expected XML, found <link> with an attribute that is not quoted, not ended, or there twice");
+  CHECK(refusal("<robot name='r'>\n<!-- </robot>") == "line 2: expected XML, found a comment that is not ended");
+  CHECK(refusal("robot") == "line 1: expected XML, found text that is in no element, or not ended");
+  CHECK(refusal("<robot name='r'><link name='a'></link></robot></robot><more/>") ==
+        "expected XML, found an end tag without an element after <robot>");
+  CHECK(refusal("<!-- </a> --><robot name='r'><!-- </a> --><link name='a'><![CDATA[</a>]]></link></robot>") == "");
+  CHECK(refusal("<!-- nothing -->") == "expected <robot>, found no element");
+  CHECK(refusal("<robot name='r'><link name='a' name='b'/></robot>").find("line 1: expected XML") == 0);
+  CHECK(refusal("<robot name='r'><link name='a'/></robot><robot/>") == "line 1: expected one outermost element, found <robot> after it");
+  CHECK(refusal("<sdf/>") == "sdf (line 1): expected <robot> as the outermost element");
+  CHECK(refusal("<robot/>") == "robot (line 1): expected an attribute name");
+  CHECK(refusal("<robot name='r'/>") == "robot \"r\" (line 1): expected at least one link");
+  CHECK(refusal("<robot name='r' version='2.0'><link name='a'/></robot>") == "robot \"r\" (line 1): expected version 1.0, found \"2.0\"");
+  CHECK(refusal("<robot name='r'>\n<link/></robot>") == "link (line 2): expected an attribute name");
+  CHECK(refusal("<robot name='r'>\n<link name=''/></robot>") == "link \"\" (line 2): expected a name, found an empty one");
+  CHECK(refusal("<robot name='r'>\n<link name='a'/>\n<link name='a'/></robot>") ==
+        "link \"a\" (line 3): expected another name: there is such a link in line 2");
+  CHECK(refusal(std::string("<robot name='r\0'/>", 18)) == "line 1: expected XML, found U+0000");
+  CHECK(refusal("<robot name='r'>\n<link name='\xC3'/></robot>") == "line 2: expected UTF-8");
+  CHECK(refusal("<robot name='r'><link name='a&#1;'/></robot>").find("without control characters") != std::string::npos);
+  CHECK(refusal("<robot name='r'><link name='&#xD800;'/></robot>") != "");
+}
+
+TEST_CASE("what is wrong with a link is said", "[urdf]") {
+  const std::string inertia = "<inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/>";
+  CHECK(refusal_of_link("<inertial><mass value='-1'/>" + inertia + "</inertial>") ==
+        "mass of link \"a\" (line 3): expected value of at least 0, found -1");
+  CHECK(refusal_of_link("<inertial>" + inertia + "</inertial>") == "inertial of link \"a\" (line 3): expected an element <mass>");
+  CHECK(refusal_of_link("<inertial><mass value='1'/></inertial>") == "inertial of link \"a\" (line 3): expected an element <inertia>");
+  CHECK(refusal_of_link("<inertial><mass value='1'/>\n<inertia ixx='1' ixy='0' ixz='0' iyy='-1e-3' iyz='0' izz='1'/></inertial>") ==
+        "inertia of link \"a\" (line 4): expected iyy of at least 0, found -0.001");
+  CHECK(refusal_of_link("<inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' izz='1'/></inertial>") ==
+        "inertia of link \"a\" (line 3): expected an attribute iyz");
+  CHECK(refusal_of_link("<visual/>") == "visual of link \"a\" (line 3): expected an element <geometry>");
+  CHECK(refusal_of_link("<visual><geometry/></visual>") ==
+        "geometry of link \"a\" (line 3): expected an element out of box, cylinder, sphere, mesh");
+  CHECK(refusal_of_link("<collision><geometry><torus/></geometry></collision>") ==
+        "geometry of link \"a\" (line 3): expected an element out of box, cylinder, sphere, mesh; found \"torus\"");
+  CHECK(refusal_of_link("<visual><geometry><box size='1 2'/></geometry></visual>") ==
+        "box of link \"a\" (line 3): expected 3 numbers as size, found \"1 2\"");
+  CHECK(refusal_of_link("<visual><geometry><mesh filename=''/></geometry></visual>") ==
+        "mesh of link \"a\" (line 3): expected a filename, found an empty one");
+  CHECK(refusal_of_link("<visual><geometry><sphere radius='1'/></geometry><material name='x'/></visual>") ==
+        "material of link \"a\" (line 3): expected a material of the document, found \"x\", which has neither <color> nor <texture> "
+        "anywhere");
+  CHECK(
+      refusal_of_link("<visual><geometry><sphere radius='1'/></geometry><material name='x'><color rgba='0 0 2 1'/></material></visual>") ==
+      "color of link \"a\" (line 3): expected an rgba of numbers from 0 to 1, found 2");
+  for (const std::string number : {"nan", "inf", "0x10", "1,5", "", "1e999", "1 2", "--1", "1d3"})
+    CHECK(refusal_of_link("<visual><geometry><sphere radius='" + number + "'/></geometry></visual>") ==
+          "sphere of link \"a\" (line 3): expected a number as radius, found \"" + number + '"');
+  for (const std::string number : {"1.", ".5", "+1", " 1 ", "1E-3", "1e-400"})
+    CHECK(refusal_of_link("<visual><geometry><sphere radius='" + number + "'/></geometry></visual>") == "");
+}
+
+TEST_CASE("what is wrong with a joint is said", "[urdf]") {
+  CHECK(refusal(two_links("revolute")) == "joint \"j\" (line 4): expected an element <limit>, which revolute joints need");
+  CHECK(refusal(two_links("revolute", "<limit lower='0' upper='1' velocity='1'/>")) ==
+        "limit of joint \"j\" (line 5): expected an attribute effort");
+  CHECK(refusal(two_links("continuous", "<axis xyz='0 0 0'/>")) ==
+        "axis of joint \"j\" (line 5): expected an axis with a direction, found \"0 0 0\"");
+  CHECK(refusal(two_links("fixed", "<origin xyz='0 0 x'/>")) == "origin of joint \"j\" (line 5): expected a number as xyz, found \"x\"");
+  CHECK(refusal(two_links("continuous", "<mimic joint='x'/>")) ==
+        "mimic of joint \"j\" (line 5): expected a joint of the document, found \"x\"");
+  CHECK(refusal(two_links("continuous", "<mimic/>")) == "mimic of joint \"j\" (line 5): expected an attribute joint");
+  CHECK(
+      refusal(two_links("continuous", "<mimic joint='j'/>")).find("mimic of joint \"j\" (line 5): expected a joint that somebody moves") ==
+      0);
+  CHECK(refusal(two_links("continuous", "<mimic joint='k'/>",
+                          "<link name='c'/><joint name='k' type='fixed'><parent link='a'/><child link='c'/></joint>")) ==
+        "mimic of joint \"j\" (line 5): expected a revolute, continuous or prismatic joint; \"k\" is fixed");
+  CHECK(
+      refusal(two_links("continuous", "<mimic joint='k'/>",
+                        "<link name='c'/><joint name='k' type='continuous'><parent link='a'/><child link='c'/><mimic joint='j'/></joint>"))
+          .find("expected a joint that somebody moves") != std::string::npos);
+  CHECK(refusal(two_links("continuous", "<safety_controller/>")) ==
+        "safety_controller of joint \"j\" (line 5): expected an attribute k_velocity");
+  CHECK(refusal("<robot name='r'><link name='a'/><joint name='j' type='fixed'><child link='a'/></joint></robot>") ==
+        "joint \"j\" (line 1): expected an element <parent>");
+  CHECK(refusal("<robot name='r'><link name='a'/><joint name='j' type='fixed'><parent link='x'/><child link='a'/></joint></robot>") ==
+        "parent of joint \"j\" (line 1): expected a link of the document, found \"x\"");
+  CHECK(refusal(two_links("fixed", "", "<link name='c'/><joint name='j' type='fixed'><parent link='a'/><child link='c'/></joint>")) ==
+        "joint \"j\" (line 6): expected another name: there is such a joint in line 4");
+}
+
+TEST_CASE("what is no tree is refused", "[urdf]") {
+  CHECK(refusal(two_links("fixed", "", "<link name='c'/>")) ==
+        "link \"c\" (line 6): expected to be the child of a joint: one link is that of none, and there is link \"a\" (line 2) already");
+  CHECK(refusal(two_links("fixed", "", "<joint name='k' type='fixed'><parent link='a'/><child link='b'/></joint>")) ==
+        "joint \"k\" (line 6): expected a link that is the child of one joint; \"b\" is that of joint \"j\" (line 4), too");
+  CHECK(
+      refusal(two_links("fixed", "", "<joint name='k' type='fixed'><parent link='b'/><child link='a'/></joint>")).find("expected a tree") !=
+      std::string::npos);
+  CHECK(refusal("<robot name='r'><link name='a'/><joint name='j' type='fixed'><parent link='a'/><child link='a'/></joint></robot>") ==
+        "joint \"j\" (line 1): expected a tree; the joints lead round in a circle, back to its child \"a\"");
+  // A circle beside a tree.
+  CHECK(refusal(two_links("fixed", "",
+                          "<link name='c'/><link name='d'/><joint name='k' type='fixed'><parent link='c'/><child link='d'/></joint>"
+                          "<joint name='l' type='fixed'><parent link='d'/><child link='c'/></joint>"))
+            .find("the joints lead round in a circle") != std::string::npos);
+}
+
+TEST_CASE("xacro that was not expanded is refused with a hint, unless values are given", "[urdf]") {
+  CHECK(refusal("<robot name='r' xmlns:xacro='http://ros.org/wiki/xacro'><!-- ${x} <xacro:y/> --><link name='a'/></robot>") == "");
+  CHECK(refusal("<robot name='r'>\n<xacro:include filename='x'/></robot>") ==
+        "xacro:include (line 2): expected a document that xacro has expanded, found <xacro:include>: run xacro first");
+  CHECK(refusal("<robot name='r'>\n<xacro:arg name='p' default=''/></robot>") ==
+        "xacro:arg \"p\" (line 2): expected a document that xacro has expanded, found <xacro:arg>: run xacro first, or give "
+        "Options::arguments a value for the name");
+  CHECK(refusal("<robot name='r'>\n<link name='${p}a'/></robot>") ==
+        "link \"${p}a\" (line 2): expected a document that xacro has expanded, found \"${p}\": run xacro first, or give Options::arguments "
+        "a value for \"p\"");
+  CHECK(refusal("<robot name='r'>\n<link name='${2*p}a'/></robot>") ==
+        "link \"${2*p}a\" (line 2): expected a document that xacro has expanded, found \"${2*p}\": run xacro first");
+  CHECK(refusal("<robot name='r'><link name='${p'/></robot>") != "");
+  CHECK(refusal("<robot name='r'><link name='a'/><gazebo>\n<t>${p}</t></gazebo></robot>") != "");
+  urdf::Options options;
+  options.arguments["p"] = "left_";
+  const auto model = urdf::parse(
+      "<robot name='r'><xacro:arg name='p' default=''/><xacro:property name='p' value='$(arg p)'/><link name='${p}a_${p}'/></robot>",
+      options);
+  CHECK(model.value().links[0].name == "left_a_left_");
+  CHECK(refusal("<robot name='r'><xacro:if value='${p}'/><link name='a'/></robot>", options) != "");
+}
+
+TEST_CASE("limits are kept", "[urdf]") {
+  urdf::Options options;
+  options.max_bytes = 100;
+  options.max_elements = 3;
+  CHECK(refusal(std::string(101, ' '), options) == "expected at most 100 bytes, found 101");
+  CHECK(refusal("<r><a/>\n<b/><c/></r>", options) == "line 2: expected at most 3 elements");
+  CHECK(urdf::parse("<r><a/><b/><c/></r>", options).error().code == Errc::limit_exceeded);
+  CHECK(refusal("<r><!-- <a/><b/><c/> --><![CDATA[<a/><b/>]]></r>", options) == "r (line 1): expected <robot> as the outermost element");
+  std::string attributes = "<robot name='r=>'";
+  for (int i = 0; i < 100'000; ++i) attributes += " a" + std::to_string(i) + "=''";
+  CHECK(refusal(attributes + "/>") == "line 1: expected at most 256 attributes of one element");
+  std::string deep;
+  for (int i = 0; i < 50'000; ++i) deep += "<a>";
+  CHECK(urdf::parse(deep).error().code == Errc::limit_exceeded);
+  // A long chain takes no stack.
+  std::string chain = "<robot name='r'><link name='l0'/>";
+  for (int i = 1; i < 20'000; ++i) {
+    const std::string n = std::to_string(i);
+    chain += "<link name='l" + n + "'/><joint name='j" + n + "' type='fixed'><parent link='l" + std::to_string(i - 1) +
+             "'/><child link='l" + n + "'/></joint>";
+  }
+  CHECK(urdf::parse(chain + "</robot>").value().joints.size() == 19'999);
+}
+
+TEST_CASE("entities of the document's own are not expanded", "[urdf]") {
+  const std::string bomb = "<!DOCTYPE robot>\n<robot name='r'><link name='&lol;'/></robot>";
+  const auto model = urdf::parse(bomb);
+  REQUIRE(model);
+  CHECK(model->links[0].name == "&lol;");
+  CHECK(urdf::parse("<robot name='r'><link name='&lt;&amp;&#228;&quot;'/></robot>").value().links[0].name == "<&\xC3\xA4\"");
+}
+
+TEST_CASE("what is odd is taken with a warning", "[urdf]") {
+  const auto model = urdf::parse(two_links("revolute", "<limit lower='1' upper='-1' velocity='1' effort='1'/>\n<dynamics/>"));
+  REQUIRE(model);
+  CHECK(model->warnings ==
+        std::vector<std::string>{"limit of joint \"j\" (line 5): the lower limit 1 is above the upper one -1; both are left out",
+                                 "dynamics of joint \"j\" (line 6): has neither damping nor friction and is left out"});
+  CHECK_FALSE(model->joints[0].limits->lower);
+  CHECK_FALSE(model->joints[0].dynamics);
+  CHECK(urdf::parse("<robot name='r'><link name='a'><inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' "
+                    "izz='5'/></inertial></link></robot>")
+            .value()
+            .warnings == std::vector<std::string>{"link \"a\" (line 1): no body has such an inertia"});
+}
+
+TEST_CASE("numbers do not depend on the locale", "[urdf]") {
+  const std::locale before;
+  const char* const old = std::setlocale(LC_ALL, nullptr);
+  const std::string old_name = old ? old : "C";
+  struct Comma : std::numpunct<char> {
+    char do_decimal_point() const override { return ','; }
+  };
+  std::locale::global(std::locale(std::locale::classic(), new Comma));
+  const auto model = urdf::parse(two_links("fixed", "<origin xyz='0.5 1e-3 1234.5'/>"));
+  std::locale::global(before);
+  std::setlocale(LC_ALL, old_name.c_str());
+  REQUIRE(model);
+  CHECK(model->joints[0].origin.position == std::array<double, 3>{0.5, 1e-3, 1234.5});
+}
+
+TEST_CASE("the process's handler of liburdfdom's messages is as it was, and hears what others say", "[urdf]") {
+  struct Handler final : console_bridge::OutputHandler {
+    void log(const std::string& text, console_bridge::LogLevel, const char*, int) override { said += text; }
+    std::string said;
+  } first, second;
+  console_bridge::OutputHandler* const original = console_bridge::getOutputHandler();
+  console_bridge::useOutputHandler(&first);
+  console_bridge::useOutputHandler(&second);
+  CHECK(urdf::parse(two_links()));
+  CHECK_FALSE(urdf::parse(two_links("spin")));
+  CHECK(console_bridge::getOutputHandler() == &second);
+  CHECK(second.said.empty());
+  console_bridge::restorePreviousOutputHandler();
+  CHECK(console_bridge::getOutputHandler() == &first);
+  console_bridge::useOutputHandler(original);
+  console_bridge::useOutputHandler(original);
+}
+
+TEST_CASE("threads may read at once", "[urdf]") {
+  const std::string text = text_of(picker_file);
+  std::vector<std::thread> threads;
+  std::array<std::size_t, 4> joints{};
+  for (std::size_t& count : joints)
+    threads.emplace_back([&text, &count] {
+      for (int i = 0; i < 20; ++i) count += urdf::parse(text).value().joints.size();
+    });
+  for (std::thread& t : threads) t.join();
+  for (const std::size_t count : joints) CHECK(count == 140);
+}
+
+TEST_CASE("a file that is not there, or has no end, is an error", "[urdf]") {
+  CHECK(urdf::load("/nowhere/robot.urdf").error().code == Errc::io_error);
+  CHECK(urdf::load("/nowhere/robot.urdf").error().message == "/nowhere/robot.urdf: No such file or directory");
+  CHECK(urdf::load("/").error().code == Errc::io_error);
+  urdf::Options options;
+  options.max_bytes = 1000;
+  CHECK(urdf::load("/dev/zero", options).error().code == Errc::limit_exceeded);
+  CHECK(urdf::load("/dev/null").error().message == "/dev/null: expected XML, found nothing");
+}

@@ -1,0 +1,359 @@
+#include <lrt/urdf.hpp>
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <limits>
+#include <random>
+
+#include <lrt/shacl/validator.hpp>
+
+#include "tests/support/allocations.hpp"
+#include "tests/support/bench.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/graphs.hpp"
+#include "tests/urdf/documents.hpp"
+#include "tests/urdf/kinematics.hpp"
+
+using namespace lrt;
+using namespace lrt::test;
+
+namespace {
+
+urdf::Options options_for(const std::string& file) {
+  urdf::Options options;
+  if (file.find("turtlebot3") != std::string::npos) options.arguments["namespace"] = "";
+  return options;
+}
+
+/// The real robots that are there, after the small one.
+std::vector<std::string> all_files() {
+  std::vector<std::string> files = {picker_file};
+  for (const RealRobot& robot : all_real_robots) {
+    if (std::ifstream(real_robots + robot.file)) files.push_back(real_robots + robot.file);
+    else std::printf("skipped: %s%s is not there\n", real_robots.c_str(), robot.file);
+  }
+  return files;
+}
+
+/// One configuration within the limits.
+std::vector<double> some_positions(const urdf::Model& model, std::mt19937& random) {
+  std::vector<double> positions;
+  for (const std::size_t j : model.variables) {
+    const auto& limits = model.joints[j].limits;
+    const bool bounded = limits && limits->lower && limits->upper;
+    positions.push_back(std::uniform_real_distribution<double>(bounded ? *limits->lower : -4, bounded ? *limits->upper : 4)(random));
+  }
+  return positions;
+}
+
+/// The largest difference of positions [m] and of rotation matrices.
+std::pair<double, double> difference(const urdf::Pose& pose, const ReferenceKinematics::Matrix& m) {
+  const auto& [x, y, z, w] = pose.orientation;
+  const double r[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
+                          {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
+                          {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
+  double position = 0, orientation = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    position = std::max(position, std::abs(pose.position[i] - m[i][3]));
+    for (std::size_t k = 0; k < 3; ++k) orientation = std::max(orientation, std::abs(r[i][k] - m[i][k]));
+  }
+  return {position, orientation};
+}
+
+std::size_t find_link(const urdf::Model& model, const std::string& name) {
+  for (std::size_t l = 0; l < model.links.size(); ++l)
+    if (model.links[l].name == name) return l;
+  throw std::runtime_error(name);
+}
+
+double number_at(Bench& bench, const std::string& path) {
+  return std::stod(
+      std::string(bench.get(path).graph().object(rdf::iri("http://localhost" + path), vocab::vom::numericalValue).value().text));
+}
+
+}  // namespace
+
+TEST_CASE("real robots load with as many links and joints as others count", "[urdf]") {
+  for (const RealRobot& expected : all_real_robots) {
+    const std::string file = real_robots + expected.file;
+    if (!std::ifstream(file)) continue;
+    CAPTURE(file);
+    const auto robot = urdf::load(file, options_for(file));
+    REQUIRE(robot);
+    CHECK(robot->model().links.size() == expected.links);
+    CHECK(robot->model().joints.size() == expected.joints);
+    CHECK(robot->model().variables.size() == expected.variables);
+    const ReferenceKinematics other(file, "${namespace}");
+    REQUIRE(other.links.size() == expected.links);
+    REQUIRE(other.joints.size() == expected.joints);
+    for (std::size_t l = 0; l < expected.links; ++l) CHECK(robot->model().links[l].name == other.links[l]);
+    for (std::size_t j = 0; j < expected.joints; ++j) CHECK(robot->model().joints[j].name == other.joints[j]);
+  }
+  const std::string turtlebot = real_robots + "turtlebot3_burger.urdf";
+  if (std::ifstream(turtlebot))
+    CHECK(urdf::load(turtlebot).error().message.find("or give Options::arguments a value for the name") != std::string::npos);
+}
+
+TEST_CASE("every link is where other kinematics put it, in 1,000 configurations of each robot", "[urdf]") {
+  std::mt19937 random(20261121);
+  for (const std::string& file : all_files()) {
+    CAPTURE(file);
+    auto robot = urdf::load(file, options_for(file));
+    REQUIRE(robot);
+    const urdf::Model& model = robot->model();
+    const ReferenceKinematics reference(file, "${namespace}");
+    double position = 0, orientation = 0;
+    for (int i = 0; i < 1000; ++i) {
+      const std::vector<double> q = some_positions(model, random);
+      ReferenceKinematics::Positions named;
+      for (std::size_t v = 0; v < q.size(); ++v) named[model.joints[model.variables[v]].name] = q[v];
+      robot->publish(q);
+      for (std::size_t l = 0; l < model.links.size(); ++l) {
+        const auto [p, o] = difference(robot->pose(l), reference.pose(model.links[l].name, named));
+        position = std::max(position, p);
+        orientation = std::max(orientation, o);
+      }
+    }
+    CHECK(position < 1e-9);
+    CHECK(orientation < 1e-9);
+  }
+}
+
+TEST_CASE("every Thing conforms to its blueprint, before and after it moves", "[urdf][R1.11]") {
+  for (const std::string& file : all_files()) {
+    auto robot = urdf::load(file, options_for(file));
+    REQUIRE(robot);
+    Bench bench;
+    REQUIRE(robot->add_to(bench.engine));
+    std::vector<std::string> paths = {robot->path()};
+    for (std::size_t j = 0; j < robot->model().joints.size(); ++j) paths.push_back(robot->joint_path(j));
+    for (std::size_t l = 0; l < robot->model().links.size(); ++l) paths.push_back(robot->link_path(l));
+    std::mt19937 random(1);
+    const std::vector<double> velocities(robot->model().variables.size(), 0.5);
+    std::size_t checked = 0;
+    for (int round = 0; round < 2; ++round) {
+      for (const std::string& path : paths) {
+        CAPTURE(file, path, round);
+        const Answer state = bench.get("/" + path + "/state");
+        REQUIRE(state.status == 200);
+        const auto shapes = shacl::Shapes::compile(bench.get("/" + path + "/blueprint").graph());
+        REQUIRE(shapes);
+        const auto report = shacl::validate(*shapes, state.graph());
+        REQUIRE(report);
+        INFO(report->to_text());
+        CHECK(report->conforms());
+        ++checked;
+      }
+      robot->publish(some_positions(robot->model(), random), velocities, velocities);
+      bench.look();
+    }
+    CHECK(checked == 2 * paths.size());
+  }
+}
+
+TEST_CASE("joints and links are Things as in Figure 2b", "[urdf][R1.3][R1.9]") {
+  auto robot = urdf::load(picker_file).value();
+  Bench bench;
+  robot.add_to(bench.engine).value();
+  CHECK(missing(bench.get("/picker"),
+                "<picker> a hybrit:RoboticThing , ros:Robot ; dcterms:title \"picker\" ; lrt:rootLink <picker/rail> ;"
+                "  dcterms:hasPart <picker/rail> , <picker/shoulder> , <picker/left_finger> , <picker/left_finger_link> ; hybrit:property "
+                "<picker/positions> ;"
+                "  lrt:positionsOf ( <picker/slide> <picker/turret> <picker/shoulder> <picker/elbow> <picker/left_finger> "
+                "<picker/right_finger> ) ."
+                "<picker/rail> a ros:Link . <picker/shoulder> a ros:Joint , ros:RevoluteJoint .") == "");
+  CHECK(
+      missing(
+          bench.get("/picker/shoulder"),
+          "<picker/shoulder> a hybrit:RoboticThing , ros:Joint , ros:RevoluteJoint ; dcterms:title \"shoulder\" ; dcterms:isPartOf "
+          "<picker> ;"
+          "  xhv:prev <picker/column> ; xhv:next <picker/upper_arm> ; ros:preceedingLink <picker/column> ; ros:succeedingLink "
+          "<picker/upper_arm> ;"
+          "  ros:rotation <picker/shoulder/position> ; ros:position <picker/shoulder/position> ; ros:velocity <picker/shoulder/velocity> ;"
+          "  ros:effort <picker/shoulder/effort> ; ros:jointReferenceFrame <picker/shoulder/origin> ; hybrit:property "
+          "<picker/shoulder/limits> ,"
+          "  <picker/shoulder/axis> , <picker/shoulder/dynamics> , <picker/shoulder/safety> ."
+          "<picker/column> a ros:Link . <picker/upper_arm> a ros:Link .") == "");
+  CHECK(
+      missing(
+          bench.get("/picker/shoulder/limits"),
+          "<picker/shoulder/limits> <picker/shoulder/blueprint#lower> [ vom:numericalValue \"-1.2\"^^xsd:double ; vom:unit maths:Radian ] ;"
+          "  <picker/shoulder/blueprint#velocity> [ vom:numericalValue \"1.5\"^^xsd:double ; qudt:unit unit:RAD-PER-SEC ] .") == "");
+  CHECK(missing(bench.get("/picker/slide/limits"),
+                "<picker/slide/limits> <picker/slide/blueprint#upper> [ vom:numericalValue \"0.5\"^^xsd:double ; qudt:unit unit:M ] .") ==
+        "");
+  CHECK(missing(bench.get("/picker/right_finger"),
+                "<picker/right_finger> a ros:PrismaticJoint ; lrt:mimics <picker/left_finger> ; ros:succeedingLink "
+                "<picker/right_finger_link> .") == "");
+  CHECK_FALSE(bench.get("/picker/slide").says("rotation>"));
+  CHECK(missing(bench.get("/picker/hand"),
+                "<picker/hand> a ros:Link ; xhv:prev <picker/flange> ; xhv:next <picker/left_finger> , <picker/right_finger> ; lrt:pose "
+                "<picker/hand/pose> .") == "");
+  CHECK(missing(bench.get("/picker/left_finger_link"), "<picker/left_finger_link> a ros:Link ; dcterms:title \"left_finger\" .") == "");
+  CHECK(
+      missing(bench.get("/picker/left_finger_link/visual/1"),
+              "<picker/left_finger_link/visual/1> lrt:mesh <package://picker/meshes/finger.stl> ; lrt:frame <picker/left_finger_link> .") ==
+      "");
+  CHECK(bench.get("/picker/hand/pose").status == 200);
+  CHECK(missing(bench.get("/picker/hand/pose"), "<picker/hand/pose> lrt:frame <picker/rail> .") == "");
+  CHECK(missing(bench.get("/picker/shoulder/origin"), "<picker/shoulder/origin> lrt:frame <picker/column> .") == "");
+}
+
+TEST_CASE("published positions are shown, mimicked, and turned into poses", "[urdf]") {
+  auto robot = urdf::load(picker_file).value();
+  Bench bench;
+  robot.add_to(bench.engine).value();
+  robot.publish(std::array<double, 5>{0.25, 0, 0, 0.1, 0.03}, std::vector<double>{0, 0, 0, 0, 0.01}, std::vector<double>{7});
+  bench.look();
+  CHECK(number_at(bench, "/picker/slide/position") == 0.25);
+  CHECK(number_at(bench, "/picker/slide/effort") == 7);
+  CHECK(number_at(bench, "/picker/right_finger/position") == 0.03);
+  CHECK(number_at(bench, "/picker/right_finger/velocity") == 0.01);
+  const std::size_t carriage = find_link(robot.model(), "carriage");
+  CHECK(robot.pose(carriage).position == std::array<double, 3>{0.25, 0, 0.1});
+  CHECK(missing(bench.get("/picker/carriage/pose"),
+                "<picker/carriage/pose> spatial:translation [ maths:x \"0.25\"^^xsd:double ; maths:y \"0\"^^xsd:double ; maths:z "
+                "\"0.1\"^^xsd:double ] .") == "");
+  CHECK(missing(bench.get("/picker/positions"),
+                "<picker/positions> rdf:value ( \"0.25\"^^xsd:double \"0\"^^xsd:double \"0\"^^xsd:double "
+                "\"0.1\"^^xsd:double \"0.03\"^^xsd:double \"0.03\"^^xsd:double ) .") == "");
+}
+
+TEST_CASE("joints rest at 0, or at the limit next to it, and what is not finite or missing changes nothing", "[urdf]") {
+  auto robot = urdf::load(picker_file).value();
+  Bench bench;
+  robot.add_to(bench.engine).value();
+  CHECK(bench.get("/picker/elbow/position").says("numericalValue") == false);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  robot.publish(std::vector<double>{nan, 1});
+  bench.look();
+  CHECK(number_at(bench, "/picker/slide/position") == 0);
+  CHECK(number_at(bench, "/picker/turret/position") == 1);
+  CHECK(number_at(bench, "/picker/elbow/position") == 0.1);
+  robot.publish({});
+  bench.look();
+  CHECK(number_at(bench, "/picker/turret/position") == 1);
+  for (std::size_t l = 0; l < robot.model().links.size(); ++l) CHECK(std::isfinite(robot.pose(l).position[0]));
+}
+
+TEST_CASE("floating and planar joints are moved by a pose", "[urdf]") {
+  for (const std::string type : {"floating", "planar"}) {
+    urdf::Robot robot(urdf::parse(two_links(type, "<origin xyz='1 0 0' rpy='0 0 1.5707963267948966'/>")).value());
+    robot.move(0, {{2, 0, 0}, {0, 0, 0, 1}});
+    robot.publish({});
+    const urdf::Pose pose = robot.pose(1);
+    CHECK(pose.position[0] == Approx(1));
+    CHECK(pose.position[1] == Approx(2));
+  }
+  urdf::Robot fixed(urdf::parse(two_links()).value());
+  fixed.move(0, {{2, 0, 0}, {0, 0, 0, 1}});
+  fixed.publish({});
+  CHECK(fixed.pose(1).position[0] == 0);
+}
+
+TEST_CASE("a mimic of a mimic follows the first", "[urdf]") {
+  urdf::Robot robot(
+      urdf::parse(
+          "<robot name='r'><link name='a'/><link name='b'/><link name='c'/><link name='d'/>"
+          "<joint name='z' type='prismatic'><parent link='a'/><child link='d'/><limit velocity='1' effort='1' lower='-9' upper='9'/>"
+          "<mimic joint='y' multiplier='2' offset='1'/></joint>"
+          "<joint name='y' type='prismatic'><parent link='a'/><child link='c'/><limit velocity='1' effort='1' lower='-9' upper='9'/>"
+          "<mimic joint='x' multiplier='-3' offset='0.5'/></joint>"
+          "<joint name='x' type='prismatic'><parent link='a'/><child link='b'/><limit velocity='1' effort='1' lower='-9' "
+          "upper='9'/></joint></robot>")
+          .value());
+  robot.publish(std::vector<double>{1});
+  CHECK(robot.pose(1).position[0] == 1);
+  CHECK(robot.pose(2).position[0] == -2.5);
+  CHECK(robot.pose(3).position[0] == -4);
+}
+
+TEST_CASE("names of all kinds become paths of their own", "[urdf][R0.3]") {
+  const std::string names[] = {"state", "ein Gelenk \xC3\xA4?#%", "a/b", "a.b", "..", "<&>", "positions"};
+  std::string text = "<robot name='my robot/1'><link name='root'/>";
+  for (std::string name : names) {
+    if (name == "<&>") name = "&lt;&amp;&gt;";
+    text +=
+        "<link name='" + name + "'/><joint name='" + name + "' type='continuous'><parent link='root'/><child link='" + name + "'/></joint>";
+  }
+  urdf::Robot robot(urdf::parse(text + "</robot>").value());
+  CHECK(robot.path() == "my robot.1");
+  CHECK(robot.joint_path(0) == "my robot.1/state_joint");
+  CHECK(robot.link_path(1) == "my robot.1/state_link");
+  CHECK(robot.joint_path(2) == "my robot.1/a.b");
+  CHECK(robot.joint_path(3) == "my robot.1/a.b_joint");
+  Bench bench;
+  REQUIRE(robot.add_to(bench.engine));
+  CHECK(missing(bench.get("/my%20robot.1/ein%20Gelenk%20%C3%A4%3F%23%25"),
+                "<my%20robot.1/ein%20Gelenk%20%C3%A4%3F%23%25> a ros:ContinuousJoint ; dcterms:title \"ein Gelenk \xC3\xA4?#%\" .") == "");
+  CHECK(missing(bench.get("/my%20robot.1"),
+                "<my%20robot.1> dcterms:hasPart <my%20robot.1/%3C&%3E> , <my%20robot.1/%3C&%3E_link> , <my%20robot.1/.._> .") == "");
+}
+
+TEST_CASE("meshes with an IRI are links, others are names", "[urdf]") {
+  const auto mesh = [](const std::string& name) {
+    urdf::Robot robot(
+        urdf::parse("<robot name='r'><link name='a'><visual><geometry><mesh filename='" + name + "'/></geometry></visual></link></robot>")
+            .value());
+    Bench bench;
+    robot.add_to(bench.engine).value();
+    const Answer a = bench.get("/r/a/visual/1\nAccept: application/n-triples");
+    const std::size_t at = a.body.find("ns#mesh> ");
+    return a.body.substr(at + 9, a.body.find(" .\n", at) - at - 9);
+  };
+  CHECK(mesh("package://p/my m%20esh%.stl") == "<package://p/my%20m%20esh%25.stl>");
+  CHECK(mesh("file:///tmp/{a}.stl") == "<file:///tmp/%7Ba%7D.stl>");
+  CHECK(mesh("meshes/a b.stl") == "\"meshes/a b.stl\"^^<http://www.w3.org/2001/XMLSchema#anyURI>");
+  CHECK(mesh("C:\\meshes\\a.stl") == "\"C:\\\\meshes\\\\a.stl\"^^<http://www.w3.org/2001/XMLSchema#anyURI>");
+}
+
+TEST_CASE("a position with on_write is written within the joint's limits", "[urdf][R0.5]") {
+  auto robot = urdf::load(picker_file).value();
+  double target = 0;
+  robot.position(2).on_write([&](double position) { target = position; });
+  robot.joint(2).action("stop", [] {});
+  Bench bench;
+  robot.add_to(bench.engine).value();
+  robot.publish({});
+  bench.look();
+  CHECK(bench.turtle("PUT", "/picker/shoulder/position", number_body("1.5", "maths:Radian")).status == 204);
+  CHECK(target == 1.5);
+  CHECK(bench.turtle("PUT", "/picker/shoulder/position", number_body("2.5")).status == 422);
+  CHECK(bench.turtle("PUT", "/picker/elbow/position", number_body("1")).status == 405);
+  CHECK(target == 1.5);
+  CHECK(bench.ask("POST /picker/shoulder/actions/stop").status == 204);
+}
+
+TEST_CASE("a robot whose place is taken is not added at all", "[urdf]") {
+  Bench bench;
+  bench.add(Thing{"picker/hand"});
+  auto robot = urdf::load(picker_file).value();
+  const auto added = robot.add_to(bench.engine);
+  REQUIRE_FALSE(added);
+  CHECK(added.error().code == Errc::duplicate_path);
+  CHECK(bench.get("/picker").status == 404);
+  urdf::Options options;
+  options.path = "cell/arm";
+  auto other = urdf::load(picker_file, options).value();
+  CHECK(other.joint_path(0) == "cell/arm/slide");
+  REQUIRE(other.add_to(bench.engine));
+  CHECK(missing(bench.get("/cell/arm"),
+                "<cell/arm> lrt:positionsOf ( <cell/arm/slide> <cell/arm/turret> <cell/arm/shoulder> <cell/arm/elbow> "
+                "<cell/arm/left_finger> <cell/arm/right_finger> ) .") == "");
+}
+
+TEST_CASE("publishing allocates nothing", "[urdf]") {
+  for (const std::string& file : all_files()) {
+    CAPTURE(file);
+    auto robot = urdf::load(file, options_for(file)).value();
+    Bench bench;
+    robot.add_to(bench.engine).value();
+    std::mt19937 random(1);
+    std::vector<std::vector<double>> all;
+    for (int i = 0; i < 100; ++i) all.push_back(some_positions(robot.model(), random));
+    const std::size_t before = allocations;
+    for (const std::vector<double>& q : all) robot.publish(q, q, q);
+    CHECK(allocations == before);
+  }
+}
