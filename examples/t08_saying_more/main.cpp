@@ -46,14 +46,14 @@ int main() {
 //     <http://www.w3.org/ns/ldp#RDFSource>; rel="type"
 //     <http://127.0.0.1:8080/>; rel="up"
 //     <http://127.0.0.1:8080/rover/blueprint>; rel="describedby"
-//     <http://127.0.0.1:8080/rover?accept=text/turtle>; rel="alternate"; type="text/turtle"
-//     <http://127.0.0.1:8080/rover?accept=application/n-triples>; rel="alternate"; type="application/n-triples"
-//     <http://127.0.0.1:8080/rover?accept=application/rdf+xml>; rel="alternate"; type="application/rdf+xml"
-//     <http://127.0.0.1:8080/rover?accept=application/ld+json>; rel="alternate"; type="application/ld+json"
 //     <http://127.0.0.1:8080/rover/state>; rel="related"
 //     <http://127.0.0.1:8080/rover/blueprint>; rel="related"
 //     <http://127.0.0.1:8080/rover/subscriptions>; rel="related"
 //     <http://127.0.0.1:8080/rover/battery>; rel="related"
+//     <http://127.0.0.1:8080/rover?accept=text/turtle>; rel="alternate"; type="text/turtle"
+//     <http://127.0.0.1:8080/rover?accept=application/n-triples>; rel="alternate"; type="application/n-triples"
+//     <http://127.0.0.1:8080/rover?accept=application/rdf+xml>; rel="alternate"; type="application/rdf+xml"
+//     <http://127.0.0.1:8080/rover?accept=application/ld+json>; rel="alternate"; type="application/ld+json"
 // <http://127.0.0.1:8080/rover> a hybrit:RoboticThing, <http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#PhysicalAgent> ;
 //     dcterms:title "The rover in the lab" ;
 //     hybrit:blueprint <http://127.0.0.1:8080/rover/blueprint> ;
@@ -79,6 +79,7 @@ int main() {
 //     <http://www.w3.org/ns/ldp#RDFSource>; rel="type"
 //     <http://127.0.0.1:8080/rover/battery>; rel="up"
 //     <http://127.0.0.1:8080/rover/battery/blueprint>; rel="describedby"
+//     <http://127.0.0.1:8080/rover/battery/charge>; rel="related"
 //     <http://127.0.0.1:8080/rover/battery/state?accept=text/turtle>; rel="alternate"; type="text/turtle"
 //     <http://127.0.0.1:8080/rover/battery/state?accept=application/n-triples>; rel="alternate"; type="application/n-triples"
 //     <http://127.0.0.1:8080/rover/battery/state?accept=application/rdf+xml>; rel="alternate"; type="application/rdf+xml"
@@ -86,7 +87,6 @@ int main() {
 //     <http://127.0.0.1:8080/rover/battery/state?accept=application/json>; rel="alternate"; type="application/json"
 //     <http://127.0.0.1:8080/rover/battery/state?accept=text/plain>; rel="alternate"; type="text/plain"
 //     <http://127.0.0.1:8080/rover/battery/state?accept=application/cbor>; rel="alternate"; type="application/cbor"
-//     <http://127.0.0.1:8080/rover/battery/charge>; rel="related"
 // <http://127.0.0.1:8080/rover/battery> a hybrit:RoboticThing ;
 //     dcterms:title "battery" ;
 //     hybrit:blueprint <http://127.0.0.1:8080/rover/battery/blueprint> ;

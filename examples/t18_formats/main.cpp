@@ -50,7 +50,7 @@ int main() {
     client.put_as("application/json", "/head/angles", R"([0.5, {"value": 0, "unit": "deg"}])");
     client.get("/head/state", "Accept: application/json\r\n");
   });
-  while (visitor.is_here()) server.poll();
+  server.run();
 }
 
 // Output:

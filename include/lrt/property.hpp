@@ -87,7 +87,7 @@ class Property {
   ///     camera.representation("image/jpeg", [](const Frame& f) { return f.jpeg; });   // Bytes: nothing is copied
   ///
   /// Two values that traits<T>::same() takes for one are one: what changes the bytes must be in the RDF too, if only as a time stamp or a
-  /// number.
+  /// number. A value that a client wrote is what its RDF says: the other members of T are those of T{}.
   ///
   /// @param media_type  "image/jpeg"; not one that lrt writes itself, but application/octet-stream
   /// @param encode      callable of `const T&`: Bytes, std::string, or a Result of these. Null or an error of Errc::unsupported_syntax:
@@ -96,14 +96,15 @@ class Property {
   ///
   /// @par Errors   expected_media_type, duplicate_path (one type twice): by Server::add
   /// @par Threads  `encode` is called like rdf::traits<T>::encode: by the thread that makes representations, on a copy of the value, once
-  ///               for each value somebody asks for. It may not touch the robot. What takes more than a millisecond is encoded better
-  ///               before publish().
+  ///               for each value somebody asks for, be it in RDF, which says the size; in that of the thing's state, too. It may not touch
+  ///               the robot. What takes more than a millisecond is encoded better before publish().
   /// @par Implements  R0.17, R1.2; the paper's D5
   template <class F>
   Property& representation(std::string_view media_type, F encode, Layout layout = {}) {
     static_assert(std::is_invocable_v<F&, const T&>, "lrt: representation takes a callable of const T&, T being the property's type");
     return edit([&](auto& s) {
-      model::RepresentationSpec made{std::string(media_type), {}, std::move(layout)};
+      model::RepresentationSpec made{std::string(media_type), {}, std::move(layout), {}};
+      made.element_type = std::string(made.layout.element_type.text);
       made.encode = [encode = std::move(encode)](const void* value) mutable { return model::to_bytes(encode(*static_cast<const T*>(value))); };
       s.representations.push_back(std::move(made));
       if (s.slot) s.slot->hold();
@@ -113,7 +114,8 @@ class Property {
       };
     });
   }
-  /// Offers numbers and lists of numbers as application/octet-stream too, both ways: as rdf::Plain::octets, with the layout described.
+  /// Offers numbers and lists of numbers as application/octet-stream too, both ways: as rdf::Plain::octets, with the layout described. A body
+  /// may have as many numbers as engine::Options::body_triples and list_members allow.
   /// @par Errors  invalid_option, for other types: by Server::add
   Property& octets() {
     return edit([](auto& s) { s.octets = true; });

@@ -146,7 +146,7 @@ http::Response Engine::Impl::with_graph(const Context& context, int status, cons
     const Form form = offers.forms[at];
     const std::string_view type = offers.types[at];
     if (Result<std::string> text = form.is_rdf() ? write(graph, form, context.base) : rdf::write_plain(*said->type, *said->facets, said->value, form.plain())) {
-      response.fields.add("Content-Type", type);
+      response.fields.add("Content-Type", content_type(form, type));
       if (status < 300) response.fields.add("ETag", http::entity_tag(type, *text));
       response.fields.add("Vary", "Accept");
       if (context.resource) add_types(response.fields, *context.resource);

@@ -243,7 +243,7 @@ void Engine::Impl::describe_formats(About& about, PropertyResource& property, co
     About format(graph, iri);
     const auto count = [&](std::size_t n) { return graph.intern(rdf::literal(std::to_string(n), vocab::xsd::nonNegativeInteger)); };
     format.a(vocab::dcat::Distribution).add(vocab::dcterms::format, rdf::literal(type));
-    format.link(vocab::dcat::mediaType, "https://www.iana.org/assignments/media-types/" + type.substr(0, type.find(';')));
+    format.link(vocab::dcat::mediaType, "https://www.iana.org/assignments/media-types/" + escaped(type.substr(0, type.find(';'))));
     format.add(vocab::dcat::byteSize, count(bytes));
     if (!layout) return;
     std::vector<TermId> shape;
@@ -259,7 +259,13 @@ void Engine::Impl::describe_formats(About& about, PropertyResource& property, co
   for (std::size_t i = 0; i < property.spec->representations.size(); ++i) {
     const model::RepresentationSpec& spec = property.spec->representations[i];
     const Result<Bytes>& bytes = encoded(property, i);
-    if (bytes) add(spec.media_type, (*bytes)->size(), spec.layout.element_type.empty() ? std::nullopt : std::optional(spec.layout));
+    if (!bytes) continue;
+    std::optional<Layout> layout;
+    if (!spec.element_type.empty()) {
+      layout = spec.layout;
+      layout->element_type = Iri(std::string_view(spec.element_type));
+    }
+    add(spec.media_type, (*bytes)->size(), layout);
   }
   if (!property.spec->octets || property.value.is_null()) return;
   if (const auto layout = layout_of(property)) {
@@ -371,8 +377,6 @@ void Engine::Impl::add_links(http::Fields& fields, Resource& resource, const std
   } else if (resource.kind == Kind::root) {
     links.add(base + terms_.path, "describedby");
   }
-  for (const std::string_view type : offers_of(resource).types)
-    if (type.find(';') == std::string_view::npos && resource.kind != Kind::context) links.add(format_iri(base + resource.path, type), "alternate", type);
   if (is_container(resource)) {
     if (page == minimal_page) return links.finish(fields, base + resource.path, "describedby");
     const std::vector<Resource*> members = members_of(resource);
@@ -403,6 +407,10 @@ void Engine::Impl::add_links(http::Fields& fields, Resource& resource, const std
   } else if (resource.kind == Kind::action) {
     for (const auto& i : static_cast<ActionResource&>(resource).invocations) links.add(base + i->path, "related");
   }
+  const Offers& offers = offers_of(resource);
+  for (std::size_t i = 0; i < offers.types.size(); ++i)
+    if (!offers.forms[i].is_variant() && resource.kind != Kind::context)
+      links.add(format_iri(base + resource.path, offers.types[i], page), "alternate", offers.types[i]);
   links.finish(fields, base + resource.path, "describedby");
 }
 

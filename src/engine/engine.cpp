@@ -205,14 +205,18 @@ std::optional<std::string_view> accept_of(Context& context) {
   return *context.accept;
 }
 
-std::string format_iri(const std::string& resource, std::string_view media_type) {
-  std::string iri = resource + "?accept=";
-  for (const char c : media_type) {
+std::string escaped(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
     const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || std::string_view("-._~/+").find(c) != std::string_view::npos;
-    if (plain) iri += c;
-    else detail::append_percent(iri, c);
+    if (plain) out += c;
+    else detail::append_percent(out, c);
   }
-  return iri;
+  return out;
+}
+
+std::string format_iri(const std::string& resource, std::string_view media_type, std::size_t page) {
+  return resource + (page > 1 ? "?page=" + std::to_string(page) + "&" : "?") + "accept=" + escaped(media_type);
 }
 
 Outcome Engine::Impl::handle(const http::Request& request, TimePoint now) {

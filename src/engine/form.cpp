@@ -14,8 +14,7 @@ constexpr std::string_view inlined_json_ld = "application/ld+json;profile=\"http
 void add(Offers& offers, std::string_view type, Form form) {
   offers.types.push_back(type);
   offers.forms.push_back(form);
-  offers.with_page = offers.types;
-  offers.with_page.push_back("text/html");
+  offers.with_page.push_back(type);
 }
 
 Offers of_rdf() {
@@ -25,9 +24,14 @@ Offers of_rdf() {
   return offers;
 }
 
-Offers of_values() {
+Offers of_rdf_and_plain() {
   Offers offers = of_rdf();
   for (const rdf::Plain p : rdf::all_plain) add(offers, rdf::media_type(p), Form(p));
+  return offers;
+}
+
+Offers with_page(Offers offers) {
+  offers.with_page.push_back(page_type);
   return offers;
 }
 
@@ -44,19 +48,19 @@ std::string_view Offers::type_of(Form form) const noexcept {
 }
 
 Offers offers_of(const model::PropertySpec& spec) {
-  Offers offers = of_values();
+  Offers offers = offers_of_values();
   if (spec.octets) add(offers, rdf::media_type(rdf::Plain::octets), Form(rdf::Plain::octets));
   for (std::size_t i = 0; i < spec.representations.size(); ++i) add(offers, spec.representations[i].media_type, Form::own(i));
   return offers;
 }
 
 const Offers& offers_of_graphs() {
-  static const Offers offers = of_rdf();
+  static const Offers offers = with_page(of_rdf());
   return offers;
 }
 
 const Offers& offers_of_values() {
-  static const Offers offers = of_values();
+  static const Offers offers = with_page(of_rdf_and_plain());
   return offers;
 }
 
@@ -64,7 +68,7 @@ const Offers& offers_of(const Resource& resource) {
   static const Offers context = [] {
     Offers only;
     add(only, rdf::media_type(rdf::Syntax::json_ld), Form(rdf::Syntax::json_ld));
-    return only;
+    return with_page(std::move(only));
   }();
   if (resource.kind == Kind::context) return context;
   if (!has_value(resource)) return offers_of_graphs();
@@ -89,9 +93,13 @@ std::string readable_types(bool plain) {
 
 std::string list_of(const Offers& offers) {
   std::string list;
-  for (const std::string_view type : offers.types)
-    if (type.find(';') == std::string_view::npos) list += (list.empty() ? "" : ", ") + std::string(type);
+  for (std::size_t i = 0; i < offers.types.size(); ++i)
+    if (!offers.forms[i].is_variant()) list += (list.empty() ? "" : ", ") + std::string(offers.types[i]);
   return list;
+}
+
+std::string content_type(Form form, std::string_view media_type) {
+  return form == Form(rdf::Plain::text) ? std::string(media_type) + "; charset=utf-8" : std::string(media_type);  // of the others it is fixed
 }
 
 }  // namespace lrt::engine

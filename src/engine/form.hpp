@@ -31,6 +31,8 @@ class Form {
   rdf::Syntax syntax() const noexcept { return static_cast<rdf::Syntax>(number_); }
   rdf::Plain plain() const noexcept { return static_cast<rdf::Plain>(number_); }
   std::size_t index() const noexcept { return number_; }
+  /// Whether only a profile tells it from another one.
+  bool is_variant() const noexcept { return kind_ == Kind::inlined_json_ld || *this == Form(rdf::Plain::json_with_units); }
   /// Whether it is UTF-8 for certain, so that a WebSocket carries it in text messages.
   bool is_text() const noexcept { return is_rdf() || (kind_ == Kind::plain && plain() != rdf::Plain::cbor && plain() != rdf::Plain::octets); }
 
@@ -47,11 +49,16 @@ class Form {
 struct Offers {
   std::vector<std::string_view> types;  ///< media types, as http::negotiate() takes them
   std::vector<Form> forms;              ///< of the same index
-  std::vector<std::string_view> with_page;  ///< the types, and last that of the page for people
+  /// The types, and among them that of the page for people: after what lrt writes itself (R1.2), before the user's own, for a browser
+  /// that opens a camera says that it takes pictures as gladly as pages.
+  std::vector<std::string_view> with_page;
 
   std::optional<Form> form_of(std::string_view media_type) const noexcept;
   std::string_view type_of(Form form) const noexcept;
 };
+
+/// Of the page for people.
+inline constexpr std::string_view page_type = "text/html";
 
 /// A property with formats of its own. Its views live as long as the spec.
 Offers offers_of(const model::PropertySpec& spec);
@@ -63,7 +70,9 @@ bool has_value(const Resource& resource) noexcept;
 
 /// "text/turtle, application/n-triples, ...": what a body may be written in, with or without a value in it.
 std::string readable_types(bool plain);
-/// For people; profiles and the like are left out.
+/// For people; what only profiles tell apart is said once.
 std::string list_of(const Offers& offers);
+/// The Content-Type of a media type.
+std::string content_type(Form form, std::string_view media_type);
 
 }  // namespace lrt::engine

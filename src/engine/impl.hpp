@@ -107,6 +107,7 @@ struct Context {
   std::optional<bool> for_people{};   ///< asks_for_page(), once it was asked
   std::optional<std::optional<std::string_view>> accept{};  ///< accept_of(), once it was asked
   std::unique_ptr<const std::string> accept_text{};         ///< what it is a view of, unless that is the request
+  std::optional<Rendering> rendering{};                     ///< of the page, which nobody keeps
 };
 
 class Engine::Impl {
@@ -194,7 +195,8 @@ class Engine::Impl {
   /// Puts a request off until pulled properties have been read; it then goes its way anew, as `fresh`.
   Outcome read_first(Context& context, const std::vector<PropertyResource*>& pulled);
   /// The rendering in the media type that suits accept_of() best; the answer if there is none.
-  std::variant<const Rendering*, http::Response> negotiated(Context& context);
+  /// @param page_too  the page for people is one of them
+  std::variant<const Rendering*, http::Response> negotiated(Context& context, bool page_too);
   /// Brings pushed values up to date; true if pulled ones must be read first.
   bool sync(Resource& resource);
   std::vector<PropertyResource*> pulled_of(Resource& resource);
@@ -412,6 +414,7 @@ class Engine::Impl {
     Utc created;
     Wish wish;
     std::string media_type;                    // of the wish, which has no form before the resource is there
+    bool told = false;                         // that there is no such format now
     bool refused = false;                      // its receiver may not be called now: kept for a start when it may
   };
   std::vector<Parked> parked_;
@@ -487,12 +490,14 @@ const Result<Bytes>& encoded(PropertyResource& property, std::size_t index);
 /// Of rdf::Plain::octets of the present value.
 std::optional<Layout> layout_of(const PropertyResource& property);
 
-/// The Accept of a request, which the parameter `accept` of its target replaces.
+/// The Accept of a GET or HEAD, which the parameter `accept` of its target replaces.
 std::optional<std::string_view> accept_of(Context& context);
 /// A parameter of a target's query, decoded; the first of that name counts. nullopt: there is none, or it is not well-formed.
 std::optional<std::string> query_parameter(std::string_view target, std::string_view name);
-/// Where a resource is to be had in one media type.
-std::string format_iri(const std::string& resource, std::string_view media_type);
+/// Where a resource, or a page of a container, is to be had in one media type.
+std::string format_iri(const std::string& resource, std::string_view media_type, std::size_t page = 1);
+/// Without what means something in a query.
+std::string escaped(std::string_view text);
 
 /// Whether a Link field (RFC 8288 3) asks for an LDP interaction model other than ldp:Resource and ldp:RDFSource (LDP 5.2.3.4).
 bool asks_for_other_model(std::string_view field);

@@ -170,7 +170,7 @@ std::optional<subscription::Notice> Engine::Impl::next_notice(Channel channel, T
     notice.body = item->body;
     notice.secret = s->secret.empty() ? options_.subscriptions.callbacks.secret : s->secret;
     notice.failed_before = s->patience.tried();
-    notice.fields.add("Content-Type", offers_of(s->observed).type_of(s->form));
+    notice.fields.add("Content-Type", content_type(s->form, offers_of(s->observed).type_of(s->form)));
     notice.fields.add(notification_field, instance_);
     notice.fields.add("ETag", item->tag);
     http::LinkWriter links;

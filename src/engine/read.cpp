@@ -28,7 +28,8 @@ bool asks_for_page(Context& context) {
   if (context.for_people) return *context.for_people;
   const Offers& offers = offers_of(*context.resource);
   const auto accept = accept_of(context);
-  context.for_people = accept && http::negotiate(accept, offers.with_page) == offers.types.size();
+  const auto choice = accept ? http::negotiate(accept, offers.with_page) : std::nullopt;
+  context.for_people = choice && offers.with_page[*choice] == page_type;
   return *context.for_people;
 }
 
@@ -107,23 +108,26 @@ Outcome Engine::Impl::read_first(Context& context, const std::vector<PropertyRes
   return outcome;
 }
 
-std::variant<const Rendering*, http::Response> Engine::Impl::negotiated(Context& context) {
+std::variant<const Rendering*, http::Response> Engine::Impl::negotiated(Context& context, bool page_too) {
   Resource& resource = *context.resource;
   const Offers& all = offers_of(resource);
   std::vector<std::string_view> fewer;  // only when a format turned out not to carry what there is
-  const std::vector<std::string_view>* offers = &all.types;
+  const std::vector<std::string_view>* offers = page_too ? &all.with_page : &all.types;
   while (true) {
     const auto choice = http::negotiate(accept_of(context), *offers);
     if (!choice)
-      return problem(context, 406, "none of the accepted media types is available; there are " + list_of(all) + (asked_protocol(context) ? "" : ", text/html"));
-    const Form form = *all.form_of((*offers)[*choice]);
+      return problem(context, 406, "none of the accepted media types is available; there are " + list_of(all) + (page_too ? ", " + std::string(page_type) : ""));
+    const std::string_view type = (*offers)[*choice];
+    if (type == page_type) return &context.rendering.emplace(page_of(resource, context.base, context.page));
+    const Form form = *all.form_of(type);
     Result<const Rendering*> rendered = render(resource, context.base, form, context.page);
     if (rendered) return *rendered;
-    if (rendered.error().code != Errc::unsupported_syntax || offers->size() == 1) {
+    const bool other_may_do = rendered.error().code == Errc::unsupported_syntax && form != Form();  // Turtle carries everything
+    if (!other_may_do || offers->size() == 1) {
       log(LogLevel::error, resource.path + ": " + rendered.error().message);
-      return problem(context, rendered.error().code == Errc::unsupported_syntax ? 406 : 500, rendered.error().message);
+      return problem(context, other_may_do ? 406 : 500, rendered.error().message);
     }
-    if (fewer.empty()) fewer = all.types;
+    if (fewer.empty()) fewer = *offers;
     fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(*choice));
     offers = &fewer;
   }
@@ -131,12 +135,9 @@ std::variant<const Rendering*, http::Response> Engine::Impl::negotiated(Context&
 
 http::Response Engine::Impl::represent(Context& context) {
   Resource& resource = *context.resource;
-  std::optional<Rendering> page;
-  if (asks_for_page(context)) page = page_of(resource, context.base, context.page);
-  const bool minimal = !page && is_container(resource) && asks_for_minimal_container(context.preferences);
+  const bool minimal = is_container(resource) && asks_for_minimal_container(context.preferences) && !asks_for_page(context);
   if (minimal) context.page = minimal_page;
-  std::variant<const Rendering*, http::Response> chosen = page ? &*page : nullptr;
-  if (!page) chosen = negotiated(context);
+  std::variant<const Rendering*, http::Response> chosen = negotiated(context, true);
   if (auto* answer = std::get_if<http::Response>(&chosen)) return std::move(*answer);
   const Rendering* rendering = std::get<const Rendering*>(chosen);
 
@@ -226,8 +227,7 @@ Result<const Rendering*> Engine::Impl::render(Resource& resource, std::size_t ba
   const std::string_view type = offers_of(resource).type_of(form);
   made.body = *std::move(body);
   made.tag = http::entity_tag(type, *made.body);
-  const bool is_text = form == Form(rdf::Plain::text);  // which is the only type whose charset is not fixed
-  made.fields.add("Content-Type", is_text ? std::string(type) + "; charset=utf-8" : std::string(type));
+  made.fields.add("Content-Type", content_type(form, type));
   made.fields.add("ETag", made.tag);
   made.fields.append(made.links);
   if (!form.is_text()) {

@@ -45,21 +45,39 @@ Result<void> read_documents(rdf::Graph& all, const std::vector<std::string>& doc
   return {};
 }
 
+/// RFC 9110 5.6.6
+std::string token_or_quoted(const std::string& value) {
+  const bool is_token = !value.empty() && value.find_first_not_of("!#$%&'*+-.^_`|~0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz") == std::string::npos;
+  if (is_token) return value;
+  std::string quoted = "\"";
+  for (const char c : value) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
+
 /// Each media type once, as clients ask for it; numbers where octets are wanted.
 Result<void> check_formats(model::PropertySpec& property, const std::string& name) {
   if (property.octets && !rdf::octets_of(*property.type))
     return unexpected(Errc::invalid_option, name + ": octets() needs a number, a list of numbers, or a list of lists of one length");
   if (property.representations.size() > 100) return unexpected(Errc::limit_exceeded, name + ": more than 100 representations");
-  std::vector<std::string_view> others = offers_of_values().with_page;
-  if (property.octets) others.push_back(rdf::media_type(rdf::Plain::octets));
+  std::vector<std::string> taken;
+  for (const std::string_view type : offers_of_values().with_page) taken.emplace_back(type.substr(0, type.find(';')));
+  if (property.octets) taken.emplace_back(rdf::media_type(rdf::Plain::octets));
+  const auto is_taken = [&](const std::string& type) { return std::find(taken.begin(), taken.end(), type) != taken.end(); };
   for (model::RepresentationSpec& r : property.representations) {
     const Result<MediaType> type = MediaType::parse(r.media_type);
     if (!type || type->type == "*" || type->subtype == "*")
       return unexpected(Errc::expected_media_type, name + ": expected a media type, found \"" + r.media_type + "\"");
-    if (type->parameters.empty()) r.media_type = type->essence();
-    if (std::find(others.begin(), others.end(), r.media_type) != others.end()) return unexpected(Errc::duplicate_path, name + ": there is " + r.media_type + " of it already");
-    others.push_back(r.media_type);
-    if (!r.layout.element_type.empty() && !iri::is_absolute(r.layout.element_type.text))
+    r.media_type = type->essence();
+    const bool is_ours = is_taken(r.media_type);
+    for (const auto& [parameter, value] : type->parameters) {
+      r.media_type += ";" + parameter + "=" + token_or_quoted(value);
+    }
+    if (is_ours || is_taken(r.media_type)) return unexpected(Errc::duplicate_path, name + ": there is " + r.media_type + " of it already");
+    taken.push_back(r.media_type);
+    if (!r.element_type.empty() && !iri::is_absolute(r.element_type))
       return unexpected(Errc::expected_iri, name + ": expected an absolute IRI as element type");
   }
   return {};

@@ -129,8 +129,9 @@ void Engine::Impl::adopt_parked() {
     }
     const auto form = offers_of(*observed).form_of(parked_[i].media_type);
     if (!form) {
-      log(LogLevel::warning, "the saved subscription \"" + parked_[i].id + "\" waits: there is no " + parked_[i].media_type + " of \"" + observed->path + "\" now");
-      parked_[i++].refused = true;
+      if (!std::exchange(parked_[i].told, true))
+        log(LogLevel::warning, "the saved subscription \"" + parked_[i].id + "\" waits: there is no " + parked_[i].media_type + " of \"" + observed->path + "\" now");
+      ++i;
       continue;
     }
     Parked parked = std::move(parked_[i]);

@@ -132,9 +132,15 @@ Outcome Engine::Impl::subscribe(Context& context, Protocol protocol, bool fresh)
   if (auto answer = refused_subscription(context, protocol)) return *std::move(answer);
   if (sync(*context.resource) && !fresh) return read_first(context, pulled_of(*context.resource));
 
-  auto chosen = negotiated(context);
-  if (auto* answer = std::get_if<http::Response>(&chosen)) return std::move(*answer);
-  wish.form = std::get<const Rendering*>(chosen)->form;
+  const Offers& offers = offers_of(*context.resource);
+  const auto choice = http::negotiate(accept_of(context), offers.types);
+  if (choice && offers.forms[*choice].kind() == Form::Kind::own) {
+    wish.form = offers.forms[*choice];  // there may be none of it now
+  } else {
+    auto chosen = negotiated(context, false);
+    if (auto* answer = std::get_if<http::Response>(&chosen)) return std::move(*answer);
+    wish.form = std::get<const Rendering*>(chosen)->form;
+  }
 
   SubscriptionResource& made = make_subscription(std::move(wish), protocol, context.base, options_.ids->next(), context.now.utc);
   if (protocol == Protocol::callback) return created(context, made);

@@ -293,6 +293,7 @@ std::string_view cut(std::string_view text) noexcept {
 
 Result<Document> Document::parse(std::string_view text, const Limits& limits) {
   if (const auto at = utf8::find_invalid(text)) return misread(text, *at, "invalid UTF-8");
+  if (const auto at = text.find('\0'); at != std::string_view::npos) return misread(text, at, "no JSON: a NUL");  // nlohmann-json takes it for the end
   if (text.size() > std::numeric_limits<std::uint32_t>::max() / 2) return unexpected(Errc::limit_exceeded, "more than 2 GiB of JSON");
   Document document;
   Builder builder(document, text, limits);

@@ -319,6 +319,13 @@ Result<Value> read_octets(std::string_view body, const Type& outer, std::size_t 
   return OctetsReader(body, layout->bytes).read(type, is_open ? body.size() / part : type.shortest);
 }
 
+/// Whether an integer type can hold what these digits say; else they are an xsd:integer, of which a report says what was expected.
+bool fits(const Type& type, std::string_view digits) noexcept {
+  if (const auto number = lexical::parse_int64(digits)) return *number >= type.lowest && (*number < 0 || static_cast<std::uint64_t>(*number) <= type.highest);
+  const auto number = lexical::parse_uint64(digits);
+  return number && *number <= type.highest;
+}
+
 /// How reading ends early. Thrown inside this file only.
 struct Refused {
   Error error;
@@ -460,7 +467,7 @@ class DocumentReader {
       case Json::number: {
         if (type.kind == Kind::real) return real(type, text);
         if (text.find_first_not_of("-0123456789") != std::string_view::npos) return typed(vocab::xsd::double_);
-        return typed(type.kind == Kind::integer ? type.datatype : vocab::xsd::integer);
+        return typed(type.kind == Kind::integer && fits(type, text) ? type.datatype : vocab::xsd::integer);
       }
       case Json::string: {
         const bool fits = type.kind == Kind::real ? text == "NaN" || text == "INF" || text == "-INF"
@@ -501,6 +508,7 @@ TermId text_literal(std::string_view text, const Type& type, Graph& graph) {
     case Kind::real: return typed(lexical::is_double(text));
     case Kind::integer:
       if (!lexical::is_integer(text) && lexical::is_double(text)) return graph.intern(literal(text, vocab::xsd::double_));
+      if (lexical::is_integer(text) && !fits(type, text)) return graph.intern(literal(text, vocab::xsd::integer));
       return typed(lexical::is_integer(text));
     default: return typed(true);
   }
@@ -516,7 +524,7 @@ Result<void> read_text(std::string_view body, const Type& outer, const Facets& f
     body.remove_prefix(std::min(body.find_first_not_of(blanks), body.size()));
     body = body.substr(0, body.find_last_not_of(blanks) + 1);
   }
-  if (outer.kind == Kind::optional && body.empty()) return {};
+  if (outer.kind == Kind::optional && body.empty()) return {};  // only blanks
   const TermId term = text_literal(body, type, graph);
   ValueWriter triples(graph, names_base);
   if (type.is_number()) triples.number(focus, term, facets.unit());
@@ -603,6 +611,7 @@ Result<std::string> write_plain(const Type& type, const Facets& facets, const Va
 Result<void> read_plain(std::string_view body, Plain format, const Type& type, const Facets& facets, std::string_view names_base,
                         std::size_t max_values, Graph& graph, TermId focus) {
   const Kind kind = without_optional(type).kind;
+  if (format == Plain::text && type.kind == Kind::optional && body.empty()) return {};
   if (format == Plain::text && kind != Kind::list && kind != Kind::record) return read_text(body, type, facets, names_base, graph, focus);
   if (format == Plain::octets) {
     const Result<Value> value = read_octets(body, type, max_values);

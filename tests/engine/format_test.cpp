@@ -208,7 +208,64 @@ TEST_CASE("a format that cannot be offered is refused when the thing is added", 
   CHECK(refusal([&](auto& v) { v.representation("image/*", encode); }) == Errc::expected_media_type);
   CHECK(refusal([&](auto& v) { v.representation("TEXT/Turtle", encode); }) == Errc::duplicate_path);
   CHECK(refusal([&](auto& v) { v.representation("text/html", encode); }) == Errc::duplicate_path);
+  CHECK(refusal([&](auto& v) { v.representation("application/json;charset=utf-8", encode); }) == Errc::duplicate_path);
+  CHECK(refusal([&](auto& v) { v.representation("a/b;C=d", encode).representation("a/b; c=\"d\"", encode); }) == Errc::duplicate_path);
   CHECK(refusal([&](auto& v) { v.representation("a/b", encode).representation("a/b", encode); }) == Errc::duplicate_path);
   CHECK(refusal([&](auto& v) { v.octets(); }) == Errc::invalid_option);
   CHECK(refusal([&](auto& v) { v.representation("a/b", encode, {Iri("no iri"), {1}}); }) == Errc::expected_iri);
+}
+
+TEST_CASE("a browser that opens a camera gets the page, its <img> the picture", "[engine][R1.2]") {
+  Camera camera;
+  const std::string navigation = "text/html,application/xhtml+xml,application/xml;q=0.9,image/avif,image/webp,image/jpeg,image/*,*/*;q=0.8";
+  CHECK(camera.get(navigation).field("Content-Type") == "text/html; charset=utf-8");
+  camera.publish(frame(1, all_bytes));
+  CHECK(camera.get(navigation).field("Content-Type") == "text/html; charset=utf-8");
+  CHECK(camera.get("image/avif,image/webp,image/*,*/*;q=0.8").field("Content-Type") == "image/jpeg");
+  Camera dark;
+  CHECK(dark.get("image/jpeg, text/html;q=0.1").field("Content-Type") == "text/html; charset=utf-8");  // there is no picture yet
+}
+
+TEST_CASE("a subscription to a picture may come before the first one", "[engine][R0.17]") {
+  Camera camera;
+  const auto channel = camera.bench.open("/head/image?accept=image/jpeg");
+  CHECK(camera.bench.messages(channel).empty());
+  camera.publish(frame(1, "first"));
+  CHECK(camera.bench.messages(channel) == std::vector<std::string>{"first"});
+}
+
+TEST_CASE("a media type is kept as clients write it, and odd ones do not spoil the RDF", "[engine][R1.2]") {
+  Bench bench;
+  Thing thing{"a"};
+  auto v = thing.property("v", [] { return 1; });
+  const auto encode = [](const int&) { return std::string("x"); };
+  {
+    std::string element = "http://example.org/element";  // not there any more when the thing is added
+    v.representation(" Image/Raw ; A=\"b c\"", encode, {Iri(element), {1}}).representation("image/x^y", encode);
+    element.assign(element.size(), '?');
+  }
+  bench.add(std::move(thing));
+  CHECK(bench.ask("GET /a/v\nAccept: image/raw;a=\"b c\"").field("Content-Type") == "image/raw;a=\"b c\"");
+  CHECK(bench.ask("GET /a/v\nAccept: image/x^y").status == 200);
+  const Answer turtle = bench.get("/a/v");
+  CHECK(turtle.field("Content-Type") == "text/turtle");
+  CHECK(missing(turtle, "[] lrt:elementType <http://example.org/element> .") == "");
+  CHECK(turtle.links_to("http://localhost/a/v?accept=image/raw%3Ba%3D%22b%20c%22", "alternate"));
+  CHECK(bench.get("/a/v?accept=image/raw%3Ba%3D%22b%20c%22").body == "x");
+}
+
+TEST_CASE("text says its charset wherever it goes, and the pages of a container have their own alternates", "[engine][R1.2]") {
+  engine::Options options;
+  options.page_members = 2;
+  Bench bench(std::move(options));
+  Thing thing{"a"};
+  thing.action("say", [] { return std::string("\u00e4"); });
+  bench.add(std::move(thing));
+  bench.add(Thing{"b"});
+  bench.add(Thing{"c"});
+  const Answer said = bench.ask("POST /a/actions/say\nAccept: text/plain");
+  CHECK(said.field("Content-Type") == "text/plain; charset=utf-8");
+  CHECK(said.body == "\u00e4");
+  CHECK(bench.get("/?page=2").links_to("http://localhost/?page=2&accept=application/ld+json", "alternate"));
+  CHECK(bench.get("/?page=2&accept=application/ld+json").says("/c"));
 }

@@ -34,7 +34,8 @@ namespace model {
 struct RepresentationSpec {
   std::string media_type;
   UniqueFunction<Result<Bytes>(const void*)> encode;  ///< of a T
-  Layout layout;                                      ///< without element_type: not described
+  Layout layout;                                      ///< described by its element_type, if there is one
+  std::string element_type;                           ///< that of the layout, kept
 };
 
 template <class Encoded>

@@ -56,7 +56,7 @@ Result<std::string> write_plain(const Type& type, const Facets& facets, const Va
 
 /// Reads a value and adds to `graph` at `focus` the triples that write_value() would have added, so that the same shape judges it: what
 /// does not fit the type is added as what it is (a text where a number is expected), what is missing or null is left out. A number is of
-/// the type's datatype, digit by digit; where the type asks for an integer, one with a fraction or an exponent is of xsd:double.
+/// the type's datatype, digit by digit; where the type asks for an integer, one with a fraction or an exponent is of xsd:double, one that it cannot hold of xsd:integer.
 ///
 /// A number without a unit is in the declared one. {"value": ..., "unit": "deg"} says it by its UCUM code, or by the IRI where it has no
 /// code: in place of any number, of a list or record that has a unit, and of the whole; "unit" may be missing.
