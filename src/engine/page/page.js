@@ -359,7 +359,8 @@ function leaves(g, node, path = [], seen = new Set()) {
   return g.of(node).filter(([p]) => !NOT_VALUES.has(p)).flatMap(([p, o]) => {
     const here = UNNAMED.has(p) ? path : [...path, humanised(localName(p))];
     if (o.id && g.isList(o.id)) {
-      const items = g.list(o.id).map((item) => inside(item) ? leaves(g, item.id, [], seen) : [{ path: [], objects: [item], unit }]);
+      const items = g.list(o.id).map((item) => g.isList(item.id) ? [{ path: [], objects: g.list(item.id), isList: true }]
+        : inside(item) ? leaves(g, item.id, [], seen) : [{ path: [], objects: [item], unit }]);
       if (items.every((i) => i.length === 1 && i[0].objects.length === 1)) return [{ path: here, objects: items.map((i) => i[0].objects[0]), isList: true, unit: unit || items[0]?.[0].unit }];
       return items.flatMap((inner, i) => inner.map((leaf) => ({ ...leaf, path: [...here, String(i + 1), ...leaf.path] })));
     }
