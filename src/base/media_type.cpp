@@ -1,5 +1,7 @@
 #include <lrt/base/media_type.hpp>
 
+#include <algorithm>
+
 #include "src/base/ascii.hpp"
 
 namespace lrt {
@@ -64,6 +66,25 @@ Result<MediaType> MediaType::parse(std::string_view text) {
     }
   }
   return result;
+}
+
+std::string MediaType::to_string() const {
+  std::string text = essence();
+  for (const auto& [name, value] : parameters) {
+    text += ";" + name + "=";
+    const bool is_token = !value.empty() && std::all_of(value.begin(), value.end(), [](char c) { return detail::is(c, detail::tchar); });
+    if (is_token) {
+      text += value;
+      continue;
+    }
+    text += '"';
+    for (const char c : value) {
+      if (c == '"' || c == '\\') text += '\\';
+      text += c;
+    }
+    text += '"';
+  }
+  return text;
 }
 
 std::string_view MediaType::parameter(std::string_view name) const noexcept {

@@ -237,7 +237,7 @@ void Engine::Impl::describe_property(Graph& graph, PropertyResource& property, c
 /// The paper's D5: binary and semantic data together. What formats there are of the present value, their sizes, and how numbers lie in them.
 void Engine::Impl::describe_formats(About& about, PropertyResource& property, const std::string& base) {
   Graph& graph = about.graph();
-  const auto add = [&](const std::string& type, std::size_t bytes, const std::optional<Layout>& layout) {
+  const auto add = [&](const std::string& type, std::size_t bytes, const Layout& layout, Iri element_type) {
     const std::string iri = format_iri(base + property.path, type);
     about.link(vocab::dcterms::hasFormat, iri);
     About format(graph, iri);
@@ -245,13 +245,13 @@ void Engine::Impl::describe_formats(About& about, PropertyResource& property, co
     format.a(vocab::dcat::Distribution).add(vocab::dcterms::format, rdf::literal(type));
     format.link(vocab::dcat::mediaType, "https://www.iana.org/assignments/media-types/" + escaped(type.substr(0, type.find(';'))));
     format.add(vocab::dcat::byteSize, count(bytes));
-    if (!layout) return;
+    if (element_type.empty()) return;
     std::vector<TermId> shape;
-    for (const std::size_t n : layout->shape) shape.push_back(count(n));
-    format.add(vocab::lrt::elementType, rdf::TermView(layout->element_type)).add(vocab::lrt::shape, graph.add_list(shape));
-    format.add(vocab::lrt::byteOrder, rdf::TermView(layout->byte_order == Layout::ByteOrder::little_endian ? vocab::lrt::littleEndian
-                                                                                                           : vocab::lrt::bigEndian));
-    const Unit& unit = layout->unit.empty() ? property.spec->facets.unit() : layout->unit;
+    for (const std::size_t n : layout.shape) shape.push_back(count(n));
+    format.add(vocab::lrt::elementType, rdf::TermView(element_type)).add(vocab::lrt::shape, graph.add_list(shape));
+    format.add(vocab::lrt::byteOrder, rdf::TermView(layout.byte_order == Layout::ByteOrder::little_endian ? vocab::lrt::littleEndian
+                                                                                                          : vocab::lrt::bigEndian));
+    const Unit& unit = layout.unit.empty() ? property.spec->facets.unit() : layout.unit;
     if (!unit.vom.empty()) format.add(vocab::vom::unit, rdf::TermView(unit.vom));
     if (!unit.qudt.empty()) format.add(vocab::qudt::unit, rdf::TermView(unit.qudt));
     if (property.spec->frame) format.add(vocab::lrt::frame, object_term(graph, *property.spec->frame, base));
@@ -259,19 +259,16 @@ void Engine::Impl::describe_formats(About& about, PropertyResource& property, co
   for (std::size_t i = 0; i < property.spec->representations.size(); ++i) {
     const model::RepresentationSpec& spec = property.spec->representations[i];
     const Result<Bytes>& bytes = encoded(property, i);
-    if (!bytes) continue;
-    std::optional<Layout> layout;
-    if (!spec.element_type.empty()) {
-      layout = spec.layout;
-      layout->element_type = Iri(std::string_view(spec.element_type));
-    }
-    add(spec.media_type, (*bytes)->size(), layout);
+    if (bytes) add(spec.media_type, (*bytes)->size(), spec.layout, Iri(std::string_view(spec.element_type)));
   }
   if (!property.spec->octets || property.value.is_null()) return;
-  if (const auto layout = layout_of(property)) {
-    std::size_t bytes = rdf::octets_of(*property.spec->type)->bytes;
-    for (const std::size_t n : layout->shape) bytes *= n;
-    add(std::string(rdf::media_type(rdf::Plain::octets)), bytes, layout);
+  if (const auto octets = rdf::octets_of(*property.spec->type)) {
+    Layout layout{octets->datatype, octets->shape, Layout::ByteOrder::little_endian, {}};
+    const rdf::Value::Sequence* members = property.value.sequence();
+    if (!layout.shape.empty() && members) layout.shape.front() = members->size();
+    std::size_t bytes = octets->bytes;
+    for (const std::size_t n : layout.shape) bytes *= n;
+    add(std::string(rdf::media_type(rdf::Plain::octets)), bytes, layout, layout.element_type);
   }
 }
 

@@ -208,8 +208,7 @@ std::optional<std::string_view> accept_of(Context& context) {
 std::string escaped(std::string_view text) {
   std::string out;
   for (const char c : text) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || std::string_view("-._~/+").find(c) != std::string_view::npos;
-    if (plain) out += c;
+    if (detail::is(c, detail::unreserved) || c == '/' || c == '+') out += c;
     else detail::append_percent(out, c);
   }
   return out;

@@ -104,7 +104,7 @@ struct Context {
   Resource* resource = nullptr;
   std::size_t page = 1;
   http::Preferences preferences;
-  std::optional<bool> for_people{};   ///< asks_for_page(), once it was asked
+  std::optional<std::optional<std::size_t>> choice{};       ///< choice_of(), once it was asked
   std::optional<std::optional<std::string_view>> accept{};  ///< accept_of(), once it was asked
   std::unique_ptr<const std::string> accept_text{};         ///< what it is a view of, unless that is the request
   std::optional<Rendering> rendering{};                     ///< of the page, which nobody keeps
@@ -487,8 +487,6 @@ Iri status_iri(Status status);
 /// What the user's encoder makes of the present value, made once for each.
 /// @par Errors  unsupported_syntax: there is none of this value
 const Result<Bytes>& encoded(PropertyResource& property, std::size_t index);
-/// Of rdf::Plain::octets of the present value.
-std::optional<Layout> layout_of(const PropertyResource& property);
 
 /// The Accept of a GET or HEAD, which the parameter `accept` of its target replaces.
 std::optional<std::string_view> accept_of(Context& context);

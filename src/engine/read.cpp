@@ -23,14 +23,16 @@ bool asks_for_minimal_container(const http::Preferences& preferences) {
   return has(preferences.include, vocab::ldp::PreferMinimalContainer.text) || has(preferences.omit, vocab::ldp::PreferContainment.text);
 }
 
+/// Which of the media types, the page's among them, suits accept_of() best. Judged once a request.
+std::optional<std::size_t> choice_of(Context& context) {
+  if (!context.choice) context.choice = http::negotiate(accept_of(context), offers_of(*context.resource).with_page);
+  return *context.choice;
+}
+
 /// Whether Accept prefers the page to everything else there is, as browsers do.
 bool asks_for_page(Context& context) {
-  if (context.for_people) return *context.for_people;
-  const Offers& offers = offers_of(*context.resource);
-  const auto accept = accept_of(context);
-  const auto choice = accept ? http::negotiate(accept, offers.with_page) : std::nullopt;
-  context.for_people = choice && offers.with_page[*choice] == page_type;
-  return *context.for_people;
+  const auto choice = choice_of(context);
+  return choice && offers_of(*context.resource).with_page[*choice] == page_type;
 }
 
 }  // namespace
@@ -114,7 +116,7 @@ std::variant<const Rendering*, http::Response> Engine::Impl::negotiated(Context&
   std::vector<std::string_view> fewer;  // only when a format turned out not to carry what there is
   const std::vector<std::string_view>* offers = page_too ? &all.with_page : &all.types;
   while (true) {
-    const auto choice = http::negotiate(accept_of(context), *offers);
+    const auto choice = offers == &all.with_page ? choice_of(context) : http::negotiate(accept_of(context), *offers);
     if (!choice)
       return problem(context, 406, "none of the accepted media types is available; there are " + list_of(all) + (page_too ? ", " + std::string(page_type) : ""));
     const std::string_view type = (*offers)[*choice];
@@ -325,7 +327,7 @@ void Engine::Impl::start_read(PropertyResource& property) {
   add_job(where(*property.thing),
           [door = door_, spec = property.spec, claim = property.reading, path = property.path]() mutable {
             if (!claim->take()) return;
-    auto reading = guarded<model::Reading>([&]() -> Result<model::Reading> { return spec->read(); });
+            auto reading = guarded<model::Reading>([&]() -> Result<model::Reading> { return spec->read(); });
             door->put([path, claim, reading = std::move(reading)](Engine::Impl& engine, TimePoint now) mutable {
               engine.read_done(path, claim, std::move(reading), now);
             });

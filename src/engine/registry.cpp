@@ -45,18 +45,6 @@ Result<void> read_documents(rdf::Graph& all, const std::vector<std::string>& doc
   return {};
 }
 
-/// RFC 9110 5.6.6
-std::string token_or_quoted(const std::string& value) {
-  const bool is_token = !value.empty() && value.find_first_not_of("!#$%&'*+-.^_`|~0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz") == std::string::npos;
-  if (is_token) return value;
-  std::string quoted = "\"";
-  for (const char c : value) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += c;
-  }
-  return quoted + "\"";
-}
-
 /// Each media type once, as clients ask for it; numbers where octets are wanted.
 Result<void> check_formats(model::PropertySpec& property, const std::string& name) {
   if (property.octets && !rdf::octets_of(*property.type))
@@ -70,12 +58,8 @@ Result<void> check_formats(model::PropertySpec& property, const std::string& nam
     const Result<MediaType> type = MediaType::parse(r.media_type);
     if (!type || type->type == "*" || type->subtype == "*")
       return unexpected(Errc::expected_media_type, name + ": expected a media type, found \"" + r.media_type + "\"");
-    r.media_type = type->essence();
-    const bool is_ours = is_taken(r.media_type);
-    for (const auto& [parameter, value] : type->parameters) {
-      r.media_type += ";" + parameter + "=" + token_or_quoted(value);
-    }
-    if (is_ours || is_taken(r.media_type)) return unexpected(Errc::duplicate_path, name + ": there is " + r.media_type + " of it already");
+    r.media_type = type->to_string();
+    if (is_taken(type->essence()) || is_taken(r.media_type)) return unexpected(Errc::duplicate_path, name + ": there is " + r.media_type + " of it already");
     taken.push_back(r.media_type);
     if (!r.element_type.empty() && !iri::is_absolute(r.element_type))
       return unexpected(Errc::expected_iri, name + ": expected an absolute IRI as element type");

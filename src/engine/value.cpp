@@ -83,13 +83,4 @@ const Result<Bytes>& encoded(PropertyResource& property, std::size_t index) {
   return kept.bytes;
 }
 
-std::optional<Layout> layout_of(const PropertyResource& property) {
-  const auto octets = rdf::octets_of(*property.spec->type);
-  if (!octets) return std::nullopt;
-  Layout layout{octets->datatype, octets->shape, Layout::ByteOrder::little_endian, {}};
-  const rdf::Value::Sequence* members = property.value.sequence();
-  if (!layout.shape.empty() && members) layout.shape.front() = members->size();
-  return layout;
-}
-
 }  // namespace lrt::engine

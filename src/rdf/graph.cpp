@@ -304,16 +304,17 @@ std::vector<TermView> Graph::subjects(const TermView& predicate, const TermView&
   return found;
 }
 
-TermId Graph::add_list(const std::vector<TermId>& members) {
+TermId Graph::add_list(const std::vector<TermId>& members, std::vector<TermId> cells) {
   const TermId nil = intern(vocab::rdf::nil);
-  std::vector<TermId> cells;
-  for (std::size_t i = 0; i < members.size(); ++i) cells.push_back(fresh_blank());
+  if (members.empty()) return nil;
+  cells.reserve(members.size());
+  while (cells.size() < members.size()) cells.push_back(fresh_blank());
   for (std::size_t i = 0; i < members.size(); ++i) {
     const TermId first = intern(vocab::rdf::first), rest = intern(vocab::rdf::rest);
     add(cells[i], first, members[i]);
     add(cells[i], rest, i + 1 < cells.size() ? cells[i + 1] : nil);
   }
-  return cells.empty() ? nil : cells.front();
+  return cells.front();
 }
 
 std::optional<std::vector<TermId>> Graph::list(TermId head) const {

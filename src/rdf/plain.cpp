@@ -451,7 +451,7 @@ class DocumentReader {
         if (!o) refuse(member, expected(*type.element));
         members.push_back(*o);
       }
-      return triples_.list(members);
+      return graph_.add_list(members);
     }
     const TermId term = scalar(type, id);
     return type.is_number() ? triples_.number(term, facets.unit()) : term;
@@ -479,7 +479,7 @@ class DocumentReader {
         if (type.kind == Kind::record) refuse(id, expected(type));
         std::vector<TermId> members;
         for (const Id member : json::Children(document_, id)) members.push_back(scalar(type, member));
-        return triples_.list(members);
+        return graph_.add_list(members);
       }
       default: refuse(id, expected(type));
     }

@@ -71,7 +71,7 @@ class Writer {
         if (const Value::Sequence* members = value.sequence())
           for (const Value& m : *members)
             if (!m.is_null()) objects.push_back(object(*type.element, facets, m));
-        return triples_.list(objects);
+        return graph_.add_list(objects);
       }
       case Kind::integer:
       case Kind::real: return triples_.number(literal_of(type, value), facets.unit());
@@ -414,19 +414,6 @@ void ValueWriter::field(TermId node, const FieldType& field, TermId object) {
 void ValueWriter::unit(TermId node, const Unit& u) {
   if (!u.vom.empty()) add(node, vocab::vom::unit, graph_.intern(u.vom));
   if (!u.qudt.empty()) add(node, vocab::qudt::unit, graph_.intern(u.qudt));
-}
-
-TermId ValueWriter::list(const std::vector<TermId>& members) {
-  const TermId nil = graph_.intern(vocab::rdf::nil);
-  if (members.empty()) return nil;
-  std::vector<TermId> cells;
-  cells.reserve(members.size());
-  for (std::size_t i = 0; i < members.size(); ++i) cells.push_back(graph_.fresh_blank());
-  for (std::size_t i = 0; i < members.size(); ++i) {
-    add(cells[i], vocab::rdf::first, members[i]);
-    add(cells[i], vocab::rdf::rest, i + 1 < cells.size() ? cells[i + 1] : nil);
-  }
-  return cells.front();
 }
 
 std::string lexical_form(const Type& type, const Value& value) {

@@ -23,7 +23,6 @@ class ValueWriter {
   void classes(TermId node, const Type& record);
   void field(TermId node, const FieldType& field, TermId object);
   void unit(TermId node, const Unit& unit);
-  TermId list(const std::vector<TermId>& members);
 
  private:
   void add(TermId subject, Iri predicate, TermId object) { graph_.add(subject, graph_.intern(predicate), object); }

@@ -67,18 +67,6 @@ class Deriver {
     return p;
   }
   TermId property(TermId shape, Iri path) { return property_at(shape, graph_.intern(path)); }
-  TermId list(const std::vector<TermId>& members) {
-    std::vector<TermId> cells;
-    for (std::size_t i = 0; i < members.size(); ++i) cells.push_back(graph_.fresh_blank());
-    return fill(cells, members);
-  }
-  TermId fill(const std::vector<TermId>& cells, const std::vector<TermId>& members) {
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      add(cells[i], vocab::rdf::first, members[i]);
-      add(cells[i], vocab::rdf::rest, i + 1 < cells.size() ? cells[i + 1] : graph_.intern(vocab::rdf::nil));
-    }
-    return cells.empty() ? graph_.intern(vocab::rdf::nil) : cells.front();
-  }
   TermId blank_with(Iri predicate, TermId object) {
     const TermId node = graph_.fresh_blank();
     add(node, predicate, object);
@@ -98,7 +86,7 @@ class Deriver {
     const TermId absent = graph_.fresh_blank(), present = graph_.fresh_blank();
     count(property(absent, vocab::vom::numericalValue), sh::maxCount, 0);
     number_node(present, type, facets, true);
-    add(shape, sh::or_, list({absent, present}));
+    add(shape, sh::or_, graph_.add_list({absent, present}));
   }
 
   /// SPEC 3.3: at least one of the two predicates, and each only with the declared unit.
@@ -106,7 +94,7 @@ class Deriver {
     const auto only = [&](Iri predicate, Iri wanted) {
       const TermId p = property(shape, predicate);
       if (wanted.empty()) count(p, sh::maxCount, 0);
-      else add(p, sh::in_, list({graph_.intern(wanted)}));
+      else add(p, sh::in_, graph_.add_list({graph_.intern(wanted)}));
     };
     only(vocab::vom::unit, unit.vom);
     only(vocab::qudt::unit, unit.qudt);
@@ -121,7 +109,7 @@ class Deriver {
       return at_least_one(property(shape, unit.qudt.empty() ? vocab::vom::unit : vocab::qudt::unit));
     }
     const TermId either =
-        blank_with(sh::alternativePath, list({graph_.intern(vocab::vom::unit), graph_.intern(vocab::qudt::unit)}));
+        blank_with(sh::alternativePath, graph_.add_list({graph_.intern(vocab::vom::unit), graph_.intern(vocab::qudt::unit)}));
     at_least_one(property_at(shape, either));
   }
 
@@ -173,7 +161,7 @@ class Deriver {
       case Kind::enumeration: {
         std::vector<TermId> names;
         for (const std::string& name : type.names) names.push_back(graph_.intern(rdf::literal(name)));
-        return add(shape, sh::in_, list(names));
+        return add(shape, sh::in_, graph_.add_list(names));
       }
       case Kind::text:
         if (facets.min_length() > 0) count(shape, sh::minLength, facets.min_length());
@@ -194,11 +182,11 @@ class Deriver {
       count(p, sh::minCount, 1);
       count(p, sh::maxCount, 1);
     }
-    add(cells, sh::or_, list({end, cell}));
+    add(cells, sh::or_, graph_.add_list({end, cell}));
     // rdf:nil is one of the nodes that rdf:rest* leads to.
     if (type.shortest > 0) count(cells, sh::minCount, type.shortest + 1);
     if (type.longest != std::numeric_limits<std::size_t>::max()) count(cells, sh::maxCount, type.longest + 1);
-    object(property_at(shape, list({rests(), graph_.intern(vocab::rdf::first)})), *type.element, facets);
+    object(property_at(shape, graph_.add_list({rests(), graph_.intern(vocab::rdf::first)})), *type.element, facets);
   }
 
   // ---- numbers
@@ -207,19 +195,19 @@ class Deriver {
   TermId datatypes(std::string_view label, std::initializer_list<const Iri*> ranges, std::initializer_list<std::size_t> sizes) {
     if (const auto known = graph_.find(rdf::blank(label)); known && !graph_.match(*known, std::nullopt, std::nullopt).empty())
       return *known;
-    std::vector<TermId> cells = {graph_.intern(rdf::blank(label))}, shapes;
+    const TermId head = graph_.intern(rdf::blank(label));
+    std::vector<TermId> shapes;
     const std::size_t* size = sizes.begin();
     for (const Iri* range : ranges) {
       for (std::size_t i = 0; i < *size; ++i) shapes.push_back(blank_with(sh::datatype, graph_.intern(range[i])));
       ++size;
     }
-    while (cells.size() < shapes.size()) cells.push_back(graph_.fresh_blank());
-    return fill(cells, shapes);
+    return graph_.add_list(shapes, {head});
   }
   void alternatives(TermId shape, std::initializer_list<Iri> types) {
     std::vector<TermId> shapes;
     for (const Iri t : types) shapes.push_back(blank_with(sh::datatype, graph_.intern(t)));
-    add(shape, sh::or_, list(shapes));
+    add(shape, sh::or_, graph_.add_list(shapes));
   }
 
   /// A bound as people write it: an integer or a decimal if that is short, else a double.
@@ -258,7 +246,7 @@ class Deriver {
     for (const Iri datatype : {xsd::float_, xsd::double_})
       for (const std::string_view text : {"NaN", "INF", "+INF", "-INF"})
         others.push_back(graph_.intern(rdf::literal(text, datatype)));
-    add(shape, sh::or_, list({number, blank_with(sh::in_, list(others))}));
+    add(shape, sh::or_, graph_.add_list({number, blank_with(sh::in_, graph_.add_list(others))}));
   }
 
   void finite(TermId shape, const Type& type, const Facets& facets) {

@@ -22,14 +22,9 @@ rdf::TermId blank_with(rdf::Graph& graph, Iri predicate, rdf::TermId object) {
 rdf::TermId write_path(rdf::Graph& graph, const Plan& plan, PathIndex index) {
   const Path& path = plan.paths[index];
   const auto list = [&] {
-    std::vector<rdf::TermId> members, cells;
+    std::vector<rdf::TermId> members;
     for (const PathIndex part : path.parts) members.push_back(write_path(graph, plan, part));
-    for (std::size_t i = 0; i < members.size(); ++i) cells.push_back(graph.fresh_blank());
-    for (std::size_t i = 0; i < members.size(); ++i) {
-      graph.add(cells[i], graph.intern(vocab::rdf::first), members[i]);
-      graph.add(cells[i], graph.intern(vocab::rdf::rest), i + 1 < cells.size() ? cells[i + 1] : graph.intern(vocab::rdf::nil));
-    }
-    return cells.front();
+    return graph.add_list(members);
   };
   switch (path.kind) {
     case Path::Kind::predicate: return graph.intern(plan.graph.term(path.predicate));

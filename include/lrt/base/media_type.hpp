@@ -21,6 +21,8 @@ struct MediaType {
 
   /// "text/turtle", without parameters.
   std::string essence() const { return type + "/" + subtype; }
+  /// With its parameters, values quoted where they must be: parse() of it gives the same.
+  std::string to_string() const;
   /// The value of a parameter, or an empty view.
   std::string_view parameter(std::string_view name) const noexcept;
 };

@@ -74,8 +74,9 @@ class Graph {
 
   /// The members of the RDF list that starts at `head`; nullopt if it is no well-formed, finite list.
   std::optional<std::vector<TermId>> list(TermId head) const;
-  /// Adds an RDF list of the members. Returns its head: rdf:nil, or the first of the cells, which are blank nodes made before all triples.
-  TermId add_list(const std::vector<TermId>& members);
+  /// Adds an RDF list of the members. Returns its head: rdf:nil, or the first of the cells, which are made before all triples.
+  /// @param cells  the first ones; the others are fresh blank nodes
+  TermId add_list(const std::vector<TermId>& members, std::vector<TermId> cells = {});
 
  private:
   static constexpr std::uint32_t none = 0xFFFFFFFF;
