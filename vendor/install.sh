@@ -1,9 +1,9 @@
 #!/bin/sh
 # Installs what lrt needs and this machine lacks, from the distribution's own packages. Does nothing when all is there.
 #
-#   vendor/install.sh          what the library, the examples and most tests need
+#   vendor/install.sh          what the library, the lessons and most tests need
 #   vendor/install.sh tests    that, lrt::urdf, and the clients of others that some tests use
-#   vendor/install.sh urdf     what the library needs, and lrt::urdf besides
+#   vendor/install.sh urdf     what the library needs, and lrt::urdf besides: what examples/run.sh needs
 #   vendor/install.sh browser  what the library and most tests need, and the browser for the test of the page
 #   vendor/install.sh ros      what the library and most tests need, and ROS 1 for examples/ex_ros_node and its test
 #   vendor/install.sh ci       all of that, and what .ci/run needs besides

@@ -1,4 +1,4 @@
-// Baxter's right arm as Linked Robotic Things: a 1 kHz control loop that also polls the server.
+// Baxter's right arm as Linked Robotic Things: a 1 kHz control loop that also polls the server. What the arm is made of says right_arm.urdf.
 //
 //   baxter [--port N] [--bind ADDRESS] [--demo] [--allow-callback HOST]... [--subscriptions FILE] [--transport NAME] [--tls DIR]
 //
@@ -30,11 +30,13 @@ volatile std::sig_atomic_t hung_up = 0;
 void demonstrate(baxter::RightArm& arm) {
   for (std::size_t i = 0; i < baxter::joint_count; ++i) {
     if (arm.moving(i)) continue;
-    const baxter::JointLimits& limits = baxter::RightArm::limits(i);
-    const double middle = (limits.lower_rad + limits.upper_rad) / 2, reach = (limits.upper_rad - limits.lower_rad) / 6;
+    const baxter::JointParameters& joint = arm.parameters(i);
+    const double middle = (joint.lower_rad + joint.upper_rad) / 2, reach = (joint.upper_rad - joint.lower_rad) / 6;
     arm.move_to(i, arm.position(i) < middle ? middle + reach : middle - reach);
   }
 }
+
+int failed(const lrt::Error& error) { return std::fprintf(stderr, "baxter: %s\n", error.message.c_str()), 1; }
 
 }  // namespace
 
@@ -75,11 +77,15 @@ int main(int argc, char** argv) {
     if (level >= lrt::LogLevel::warning) std::fprintf(stderr, "baxter: %.*s\n", static_cast<int>(text.size()), text.data());
   };
 
-  baxter::RightArm arm;
+  auto description = lrt::urdf::load(BAXTER_URDF);
+  if (!description) return failed(description.error());
+  const auto parameters = baxter::LinkedArm::parameters(description->model());
+  if (!parameters) return failed(parameters.error());
+  baxter::RightArm arm(*parameters);
+  baxter::LinkedArm linked(arm, *std::move(description));
   auto server = lrt::Server::create(options);
-  if (!server) return std::fprintf(stderr, "baxter: %s\n", server.error().message.c_str()), 1;
-  baxter::LinkedArm linked(arm);
-  if (auto added = linked.add_to(*server); !added) return std::fprintf(stderr, "baxter: %s\n", added.error().message.c_str()), 1;
+  if (!server) return failed(server.error());
+  if (auto added = linked.add_to(*server); !added) return failed(added.error());
 
   std::signal(SIGINT, [](int) { interrupted = 1; });
   std::signal(SIGTERM, [](int) { interrupted = 1; });

@@ -6,64 +6,36 @@
 namespace baxter {
 namespace {
 
-constexpr double half_pi = 1.57079632679;    // as the robot's description rounds it
-constexpr double friction_of_new_arm = 0.7;  // [N m s/rad]
-constexpr double friction_share = 0.9;       // of the drive's torque that friction may eat at the greatest speed
+constexpr double friction_share = 0.9;  // of the drive's torque that friction may eat at the greatest speed
 
-constexpr JointLimits limits_of(double lower, double upper, double velocity, double effort) {
-  return {lower, upper, velocity, effort, friction_share * effort / velocity};
-}
-
-// clang-format off
-//  name, parent link, child link
-//    xyz [m], rpy [rad], axis
-//    lower [rad], upper [rad], velocity [rad/s], effort [N m]; inertia [kg m^2]
-constexpr JointDescription descriptions[joint_count] = {
-    {"right_s0", "right_arm_mount", "right_upper_shoulder",
-     {0.055695, 0, 0.011038}, {0, 0, 0}, {0, 0, 1},
-     limits_of(-1.70167993878, 1.70167993878, 1.5, 50), 12.5},
-    {"right_s1", "right_upper_shoulder", "right_lower_shoulder",
-     {0.069, 0, 0.27035}, {-half_pi, 0, 0}, {0, 0, 1},
-     limits_of(-2.147, 1.047, 1.5, 100), 25},
-    {"right_e0", "right_lower_shoulder", "right_upper_elbow",
-     {0.102, 0, 0}, {half_pi, 0, half_pi}, {0, 0, 1},
-     limits_of(-3.05417993878, 3.05417993878, 1.5, 50), 10},
-    {"right_e1", "right_upper_elbow", "right_lower_elbow",
-     {0.069, 0, 0.26242}, {-half_pi, -half_pi, 0}, {0, 0, 1},
-     limits_of(-0.05, 2.618, 1.5, 50), 10},
-    {"right_w0", "right_lower_elbow", "right_upper_forearm",
-     {0.10359, 0, 0}, {half_pi, 0, half_pi}, {0, 0, 1},
-     limits_of(-3.059, 3.059, 4, 15), 1.5},
-    {"right_w1", "right_upper_forearm", "right_lower_forearm",
-     {0.01, 0, 0.2707}, {-half_pi, -half_pi, 0}, {0, 0, 1},
-     limits_of(-1.57079632679, 2.094, 4, 15), 1.5},
-    {"right_w2", "right_lower_forearm", "right_wrist",
-     {0.115975, 0, 0}, {half_pi, 0, half_pi}, {0, 0, 1},
-     limits_of(-3.059, 3.059, 4, 15), 1},
-};
-// clang-format on
+constexpr const char* names[joint_count] = {"right_s0", "right_s1", "right_e0", "right_e1", "right_w0", "right_w1", "right_w2"};
+// Of all that each joint carries, about its axis [kg m^2]; taken as constant, our estimate.
+constexpr double inertias[joint_count] = {12.5, 25, 10, 10, 1.5, 1.5, 1};
 
 }  // namespace
 
-RightArm::RightArm() noexcept {
-  for (Joint& joint : joints_) joint.friction = friction_of_new_arm;
+RightArm::RightArm(const std::array<JointParameters, joint_count>& parameters) noexcept : parameters_(parameters) {
+  for (std::size_t i = 0; i < joint_count; ++i) set_friction(i, parameters[i].friction_nms_rad);
 }
 
-const JointDescription& RightArm::description(std::size_t joint) noexcept { return descriptions[joint]; }
+const char* RightArm::name(std::size_t joint) noexcept { return names[joint]; }
+
+double RightArm::greatest_friction(std::size_t joint) const noexcept {
+  return friction_share * parameters_[joint].effort_nm / parameters_[joint].velocity_rad_s;
+}
 
 double RightArm::acceleration(std::size_t joint) const noexcept {
-  const JointDescription& d = descriptions[joint];
-  return (d.limits.effort_nm - joints_[joint].friction * d.limits.velocity_rad_s) / d.inertia_kgm2;
+  const JointParameters& p = parameters_[joint];
+  return (p.effort_nm - joints_[joint].friction * p.velocity_rad_s) / inertias[joint];
 }
 
 double RightArm::deceleration(std::size_t joint) const noexcept {
-  const JointDescription& d = descriptions[joint];
-  return d.limits.effort_nm / d.inertia_kgm2;
+  return parameters_[joint].effort_nm / inertias[joint];
 }
 
 double RightArm::set_friction(std::size_t joint, double friction_nms_rad) noexcept {
   double& friction = joints_[joint].friction;
-  if (!std::isnan(friction_nms_rad)) friction = std::clamp(friction_nms_rad, 0.0, limits(joint).friction_nms_rad);
+  if (!std::isnan(friction_nms_rad)) friction = std::clamp(friction_nms_rad, 0.0, greatest_friction(joint));
   return friction;
 }
 
@@ -74,8 +46,8 @@ double RightArm::progress(std::size_t joint) const noexcept {
 
 MoveResult RightArm::move_to(std::size_t joint, double target_rad) noexcept {
   if (std::isnan(target_rad)) return MoveResult::not_a_number;
-  if (target_rad < limits(joint).lower_rad) return MoveResult::below_lower_limit;
-  if (target_rad > limits(joint).upper_rad) return MoveResult::above_upper_limit;
+  if (target_rad < parameters_[joint].lower_rad) return MoveResult::below_lower_limit;
+  if (target_rad > parameters_[joint].upper_rad) return MoveResult::above_upper_limit;
   start(joint, target_rad, false);
   return MoveResult::accepted;
 }
@@ -86,7 +58,7 @@ void RightArm::stop(std::size_t joint) noexcept {
 
 void RightArm::start(std::size_t joint, double target, bool only_brake) noexcept {
   Joint& j = joints_[joint];
-  const JointLimits& limit = limits(joint);
+  const JointParameters& limit = parameters_[joint];
   Profile p;
   p.acceleration = acceleration(joint);
   p.deceleration = deceleration(joint);

@@ -2,9 +2,7 @@
 
 // The right arm of a Rethink Robotics Baxter: seven revolute joints, each with its own drive.
 //
-// Units: angles rad, velocities rad/s, accelerations rad/s^2, torques N m, lengths m, times s.
-// Frames: a joint turns its child link about `axis`, which is given in the joint frame. The joint frame sits in the parent
-// link's frame at `xyz`, turned by `rpy` (fixed axes x, y, z in this order, as in URDF). At 0 rad both links' frames agree up to it.
+// Units: angles rad, velocities rad/s, accelerations rad/s^2, torques N m, times s.
 
 #include <array>
 #include <cstddef>
@@ -18,24 +16,13 @@ constexpr double step_period_s = 0.001;
 /// Index of a joint, from the shoulder to the wrist.
 enum JointIndex : std::size_t { right_s0, right_s1, right_e0, right_e1, right_w0, right_w1, right_w2 };
 
-struct JointLimits {
+/// What a drive must know of its joint.
+struct JointParameters {
   double lower_rad;         ///< least position
   double upper_rad;         ///< greatest position
   double velocity_rad_s;    ///< greatest speed, both directions
   double effort_nm;         ///< greatest torque of the drive
-  double friction_nms_rad;  ///< greatest friction coefficient that the model takes; the least is 0
-};
-
-/// What is fixed about a joint. The names are those of the robot's description.
-struct JointDescription {
-  const char* name;
-  const char* parent_link;  ///< the link before the joint, towards the torso
-  const char* child_link;   ///< the link after the joint, towards the hand
-  double xyz[3];            ///< origin of the joint frame in the parent link's frame [m]
-  double rpy[3];            ///< orientation of the joint frame in the parent link's frame [rad]
-  double axis[3];           ///< unit vector in the joint frame
-  JointLimits limits;
-  double inertia_kgm2;  ///< of all that the joint carries, about its axis, taken as constant; our estimate
+  double friction_nms_rad;  ///< viscous friction of a new joint
 };
 
 enum class MoveResult : std::uint8_t {
@@ -51,11 +38,12 @@ enum class MoveResult : std::uint8_t {
 /// Every `joint` argument must be less than joint_count.
 class RightArm {
  public:
-  /// At rest, every joint at 0 rad, the friction as the robot's description gives it (0.7 N m s/rad).
-  RightArm() noexcept;
+  /// At rest, every joint at 0 rad, which its limits must include.
+  explicit RightArm(const std::array<JointParameters, joint_count>& parameters) noexcept;
 
-  static const JointDescription& description(std::size_t joint) noexcept;
-  static const JointLimits& limits(std::size_t joint) noexcept { return description(joint).limits; }
+  /// "right_s1"
+  static const char* name(std::size_t joint) noexcept;
+  const JointParameters& parameters(std::size_t joint) const noexcept { return parameters_[joint]; }
 
   /// Moves one control period of step_period_s on.
   void step() noexcept;
@@ -82,7 +70,9 @@ class RightArm {
   /// The drive must overcome it to speed up: a move accelerates at (effort - friction * greatest speed) / inertia. Braking has
   /// the drive's whole torque, effort / inertia, whatever the friction.
   double friction(std::size_t joint) const noexcept { return joints_[joint].friction; }
-  /// Takes effect from the next move on. Clamped to 0..limits(joint).friction_nms_rad; NaN changes nothing.
+  /// The greatest that the model takes [N m s/rad]; the least is 0.
+  double greatest_friction(std::size_t joint) const noexcept;
+  /// Takes effect from the next move on. Clamped to 0..greatest_friction(joint); NaN changes nothing.
   /// @return the coefficient now in effect
   double set_friction(std::size_t joint, double friction_nms_rad) noexcept;
 
@@ -109,6 +99,7 @@ class RightArm {
 
   void start(std::size_t joint, double target, bool only_brake) noexcept;
 
+  std::array<JointParameters, joint_count> parameters_;
   std::array<Joint, joint_count> joints_;
   std::uint64_t steps_ = 0;
 };

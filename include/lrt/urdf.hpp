@@ -150,9 +150,9 @@ class Numbers {
 ///   robot  dcterms:hasPart: joints and links; lrt:rootLink. Property `positions`: those of all joints that have one, in the order that
 ///          lrt:positionsOf gives, a list of joints (not of more than 512)
 ///   joint  a ros:Joint and a ros:RevoluteJoint or the like. ros:preceedingLink, ros:succeedingLink, xhv:prev, xhv:next: links;
-///          lrt:mimics: a joint. Properties `origin` (ros:jointReferenceFrame), `axis`, `limits`, `dynamics`, `safety`, `mimic`, and where
-///          it has a position `position` (ros:position; of a revolute or continuous joint ros:rotation, too), `velocity` (ros:velocity),
-///          `effort` (ros:effort), each without a value until one is published
+///          lrt:mimics: a joint. Properties `jointReferenceFrame` (ros:jointReferenceFrame), `axis`, `limits`, `dynamics`, `safety`, `mimic`,
+///          and where it has a position `position` (ros:position), of a revolute or continuous joint also as `rotation` (ros:rotation, an
+///          Eigen::AngleAxisf as in Figure 3), `velocity` (ros:velocity), `effort` (ros:effort), each without a value until one is published
 ///   link   a ros:Link. xhv:prev, xhv:next: joints. Properties `pose` (lrt:pose) in the frame of the root link, `inertial`,
 ///          `visual/1` ..., `collision/1` ...; the last two have links to meshes (lrt:mesh) and textures (lrt:texture), where the document
 ///          has IRIs, and xsd:anyURI literals where it has relative names

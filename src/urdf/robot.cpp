@@ -222,6 +222,8 @@ class Robot::Impl {
     for (Moving& m : moving_) {
       if (m.joint != m.source) values_[m.joint] = m.multiplier * values_[m.source] + m.offset;
       m.position.publish(values_[m.joint]);
+      if (m.rotation)
+        m.rotation->publish({static_cast<float>(values_[m.joint]), vector(model_.joints[m.joint].axis).cast<float>()});
       if (finite(velocities, m.variable)) m.velocity.publish(m.multiplier * velocities[m.variable]);
       if (all_) list_[m.index] = values_[m.joint];
     }
@@ -261,6 +263,7 @@ class Robot::Impl {
     std::size_t variable;  ///< where the source is in Model::variables
     Eigen::Index index;    ///< in the list of all positions
     Property<double> position, velocity, effort;
+    std::optional<Property<Eigen::AngleAxisf>> rotation;
   };
   /// A joint as kinematics sees it.
   struct Step {
@@ -363,21 +366,25 @@ class Robot::Impl {
     thing.title(joint.name)
         .type(vocab::ros::Joint)
         .type(class_of(joint.type))
+        .add(vocab::rdfs::seeAlso, Object::resource(path_))
         .add(vocab::xhv::prev, before)
         .add(vocab::xhv::next, after)
         .add(vocab::ros::preceedingLink, before)
         .add(vocab::ros::succeedingLink, after);
-    constant(thing, "origin", isometry(joint.origin), unit::metre)
-        .predicate(vocab::ros::jointReferenceFrame)
-        .frame(before);
-    if (joint.type != JointType::fixed && joint.type != JointType::floating)
-      constant(thing, "axis", vector(joint.axis)).frame(after);
     if (is_angular(joint.type)) describe_numbers<true>(thing, index);
     else describe_numbers<false>(thing, index);
   }
   template <bool angular>
-  void describe_numbers(Thing& thing, std::size_t index) {
+  void describe_numbers(Thing& thing, std::size_t index) {  // what moves first, as people will look for it
+    describe_motion<angular>(thing, index);
     const Joint& joint = model_.joints[index];
+    const Object before = Object::resource(link_paths_[joint.parent]), after = Object::resource(link_paths_[joint.child]);
+    constant(thing, "jointReferenceFrame", isometry(joint.origin), unit::metre)
+        .predicate(vocab::ros::jointReferenceFrame)
+        .type(vocab::maths::CoordinateSystem)
+        .frame(before);
+    if (joint.type != JointType::fixed && joint.type != JointType::floating)
+      constant(thing, "axis", vector(joint.axis)).frame(after);
     if (joint.limits) constant(thing, "limits", LimitsOf<angular>{*joint.limits});
     if (joint.dynamics) constant(thing, "dynamics", DynamicsOf<angular>{*joint.dynamics});
     if (joint.safety) constant(thing, "safety", SafetyOf<angular>{*joint.safety});
@@ -385,12 +392,15 @@ class Robot::Impl {
       thing.add(vocab::lrt::mimics, Object::resource(joint_paths_[joint.mimic->joint]));
       constant(thing, "mimic", MimicOf<angular>{*joint.mimic});
     }
+  }
+  template <bool angular>
+  void describe_motion(Thing& thing, std::size_t index) {
+    const Joint& joint = model_.joints[index];
     of_joint_.push_back(none);
     if (!joint.has_position()) return;
     of_joint_.back() = moving_.size();
     auto position = thing.property<double>("position", UnitsOf<angular>::position);
     position.predicate(vocab::ros::position);
-    if constexpr (angular) position.predicate(vocab::ros::rotation);
     if (!joint.mimic && joint.limits && joint.limits->lower && joint.limits->upper)
       position.between(*joint.limits->lower, *joint.limits->upper);
     auto velocity = thing.property<double>("velocity", UnitsOf<angular>::velocity);
@@ -409,14 +419,19 @@ class Robot::Impl {
     const auto variable = std::find(model_.variables.begin(), model_.variables.end(), source) - model_.variables.begin();
     if (source != index) values_[index] = multiplier * values_[source] + offset;
     moving_.push_back({index, source, multiplier, offset, static_cast<std::size_t>(variable), static_cast<Eigen::Index>(moving_.size()),
-                       position, velocity, effort});
+                       position, velocity, effort, {}});
+    if constexpr (angular) {
+      auto rotation = thing.property<Eigen::AngleAxisf>("rotation");
+      rotation.predicate(vocab::ros::rotation).frame(Object::resource(link_paths_[joint.child]));
+      moving_.back().rotation = rotation;
+    }
   }
 
   void describe_link(std::size_t index) {
     const Link& link = model_.links[index];
     const Object itself = Object::resource(link_paths_[index]);
     Thing& thing = link_things_.emplace_back(link_paths_[index]);
-    thing.title(link.name).type(vocab::ros::Link);
+    thing.title(link.name).type(vocab::ros::Link).add(vocab::rdfs::seeAlso, Object::resource(path_));
     if (link.joint) thing.add(vocab::xhv::prev, Object::resource(joint_paths_[*link.joint]));
     for (const std::size_t j : after_[index]) thing.add(vocab::xhv::next, Object::resource(joint_paths_[j]));
     auto pose = thing.property<Eigen::Isometry3d>("pose", unit::metre);

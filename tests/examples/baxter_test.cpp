@@ -7,6 +7,7 @@
 #include <lrt/shacl/validator.hpp>
 #include <lrt/transport/loopback.hpp>
 
+#include "tests/examples/arm.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/message.hpp"
@@ -64,8 +65,9 @@ class Robot {
   }
 
   FakeClock clock;
-  baxter::RightArm arm;
-  baxter::LinkedArm linked{arm};
+  baxter::RightArm arm{arm_parameters()};
+  baxter::LinkedArm linked{arm, lrt::urdf::load(arm_file).value()};
+  const lrt::urdf::Model model = lrt::urdf::load(arm_file).value().model();
 
  private:
   lrt::transport::Loopback* loopback_ = nullptr;
@@ -87,7 +89,8 @@ TEST_CASE("Figure 2b, corrected: right_s1 is what the paper shows", "[examples][
                 "  rdfs:seeAlso <http://example.org/baxter> ; dcterms:title \"right_s1\" ;"
                 "  ros:friction <right_s1/friction> ; ros:jointReferenceFrame <right_s1/jointReferenceFrame> ; ros:rotation <right_s1/rotation> ;"
                 "  xhv:prev <right_upper_shoulder> ; xhv:next <right_lower_shoulder> ;"
-                "  ros:preceedingLink <right_upper_shoulder> ; ros:succeedingLink <right_lower_shoulder> ."
+                "  ros:position <right_s1/position> ; ros:preceedingLink <right_upper_shoulder> ; ros:succeedingLink <right_lower_shoulder> ."
+                "<right_s1/rotation> a spatial:AxisAngle . <right_s1/jointReferenceFrame> a maths:CoordinateSystem ."
                 "<right_upper_shoulder> a hybrit:RoboticThing , ros:Link . <right_lower_shoulder> a ros:Link .",
                 base) == "");
 }
@@ -217,6 +220,22 @@ TEST_CASE("friction is read and written, within its bounds", "[examples][R0.5]")
   CHECK(robot.arm.friction(baxter::right_s1) == 0.9);
 }
 
+TEST_CASE("a position that is written is where the joint goes, within its limits, and a rotation that was under way fails", "[examples][R0.5]") {
+  Robot robot;
+  const auto put = [&](const std::string& value) {
+    return robot.ask("PUT /baxter/right_s1/position\nContent-Type: application/json\n\n" + value).status;
+  };
+  const std::string location = robot.rotate("right_s1", "43.6").field("Location");
+  for (int i = 0; i < 100; ++i) robot.step();
+  CHECK(robot.status(location) == "running");
+  CHECK(put("1.0471") == 422);
+  CHECK(robot.status(location) == "running");
+  CHECK(put("-0.5") == 204);
+  CHECK(robot.status(location) == "failed");
+  for (int i = 0; i < 20'000 && robot.arm.moving(baxter::right_s1); ++i) robot.step();
+  CHECK(robot.arm.position(baxter::right_s1) == -0.5);
+}
+
 TEST_CASE("seven joints and the links around them are reached from the root by links and triples alone", "[examples][R0.3][R0.4][R0.9][R1.7]") {
   Robot robot;
   std::set<std::string> by_links = {"http://example.org/"}, by_triples = {"http://example.org/"};
@@ -242,14 +261,14 @@ TEST_CASE("seven joints and the links around them are reached from the root by l
       if (graph.term(t.object).is_iri()) all.emplace_back(graph.term(t.object).text);
     return all;
   });
-  for (std::size_t i = 0; i < baxter::joint_count; ++i) {
-    const std::string joint = base + std::string(baxter::RightArm::description(i).name);
-    for (const char* part : {"", "/state", "/rotation", "/friction", "/jointReferenceFrame", "/actions/rotate", "/blueprint", "/subscriptions"}) {
+  for (const lrt::urdf::Joint& j : robot.model.joints) {
+    const std::string joint = base + j.name;
+    for (const char* part : {"", "/state", "/rotation", "/position", "/friction", "/jointReferenceFrame", "/actions/rotate", "/blueprint", "/subscriptions"}) {
       CAPTURE(joint, part);
       CHECK(by_links.count(joint + part) == 1);
       CHECK(by_triples.count(joint + part) == 1);
     }
-    CHECK(by_links.count(base + std::string(baxter::RightArm::description(i).child_link)) == 1);
+    CHECK(by_links.count(base + robot.model.links[j.child].name) == 1);
   }
   for (const std::string& target : by_links) {
     CAPTURE(target);
@@ -259,11 +278,9 @@ TEST_CASE("seven joints and the links around them are reached from the root by l
 
 TEST_CASE("every Thing of Baxter conforms to its blueprint", "[examples][R1.11]") {
   Robot robot;
-  std::vector<std::string> things = {"/baxter", "/baxter/right_upper_shoulder"};
-  for (std::size_t i = 0; i < baxter::joint_count; ++i) {
-    things.push_back("/baxter/" + std::string(baxter::RightArm::description(i).name));
-    things.push_back("/baxter/" + std::string(baxter::RightArm::description(i).child_link));
-  }
+  std::vector<std::string> things = {"/baxter"};
+  for (const lrt::urdf::Joint& joint : robot.model.joints) things.push_back("/baxter/" + joint.name);
+  for (const lrt::urdf::Link& link : robot.model.links) things.push_back("/baxter/" + link.name);
   for (const std::string& thing : things) {
     CAPTURE(thing);
     const auto shapes = lrt::shacl::Shapes::compile(robot.get(thing + "/blueprint").graph());

@@ -1,4 +1,4 @@
-#include "examples/baxter/right_arm.hpp"
+#include "examples/baxter/linked_arm.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,15 +8,17 @@
 #include <string>
 #include <utility>
 
+#include "tests/examples/arm.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace baxter;
+using lrt::test::arm_parameters;
 
 namespace {
 
 // Steps until the joint rests; the number of steps. Checks what must hold after each.
 int run_to_rest(RightArm& arm, std::size_t joint) {
-  const JointLimits& limits = RightArm::limits(joint);
+  const JointParameters& limits = arm.parameters(joint);
   const double hardest = std::max(arm.acceleration(joint), arm.deceleration(joint));
   int steps = 0;
   while (arm.moving(joint)) {
@@ -38,7 +40,7 @@ int run_to_rest(RightArm& arm, std::size_t joint) {
 
 // From rest to rest, by the textbook.
 double expected_duration(const RightArm& arm, std::size_t joint, double way) {
-  const double a = arm.acceleration(joint), d = arm.deceleration(joint), v = RightArm::limits(joint).velocity_rad_s;
+  const double a = arm.acceleration(joint), d = arm.deceleration(joint), v = arm.parameters(joint).velocity_rad_s;
   const double way_of_ramps = v * v / (2 * a) + v * v / (2 * d);
   if (way >= way_of_ramps) return v / a + v / d + (way - way_of_ramps) / v;
   const double peak = std::sqrt(2 * way * a * d / (a + d));
@@ -47,24 +49,35 @@ double expected_duration(const RightArm& arm, std::size_t joint, double way) {
 
 }  // namespace
 
-TEST_CASE("the arm's joints form one chain and have sane limits", "[examples]") {
+TEST_CASE("the arm's description is of its seven joints, one after the other", "[examples]") {
+  const lrt::urdf::Model model = lrt::urdf::load(lrt::test::arm_file).value().model();
+  CHECK(model.joints.size() == joint_count);
+  CHECK(model.warnings.empty());
   for (std::size_t j = 0; j < joint_count; ++j) {
-    const JointDescription& d = RightArm::description(j);
-    CAPTURE(d.name);
-    if (j > 0) CHECK(std::string(RightArm::description(j - 1).child_link) == d.parent_link);
-    CHECK(d.limits.lower_rad < 0);
-    CHECK(d.limits.upper_rad > 0);
-    CHECK(d.limits.velocity_rad_s > 0);
-    CHECK(d.axis[0] * d.axis[0] + d.axis[1] * d.axis[1] + d.axis[2] * d.axis[2] == 1);
+    CHECK(model.joints[j].name == RightArm::name(j));
+    if (j > 0) CHECK(model.joints[j].parent == model.joints[j - 1].child);
   }
-  CHECK(std::string(RightArm::description(right_s1).name) == "right_s1");
-  CHECK(std::string(RightArm::description(right_s1).parent_link) == "right_upper_shoulder");
-  CHECK(std::string(RightArm::description(right_s1).child_link) == "right_lower_shoulder");
-  CHECK(std::string(RightArm::description(right_w2).name) == "right_w2");
+  CHECK(std::string(RightArm::name(right_s1)) == "right_s1");
+  CHECK(std::string(RightArm::name(right_w2)) == "right_w2");
+}
+
+TEST_CASE("a description of another robot is refused", "[examples]") {
+  const auto refusal = [](auto change) {
+    lrt::urdf::Model model = lrt::urdf::load(lrt::test::arm_file).value().model();
+    change(model);
+    const auto parameters = LinkedArm::parameters(model);
+    return parameters ? std::string() : parameters.error().message;
+  };
+  CHECK(refusal([](auto&) {}).empty());
+  CHECK(refusal([](auto& m) { m.variables.pop_back(); }) == "expected 7 joints that move, found 6");
+  CHECK(refusal([](auto& m) { m.joints[1].name = "left_s1"; }) == "expected joint right_s1, found left_s1");
+  CHECK(refusal([](auto& m) { m.joints[2].limits.reset(); }) == "expected limits with 0 rad between them and a velocity, in joint right_e0");
+  CHECK(refusal([](auto& m) { m.joints[2].limits->lower = 0.1; }) != "");
+  CHECK(refusal([](auto& m) { m.joints[2].limits->velocity = 0; }) != "");
 }
 
 TEST_CASE("a new arm rests at zero", "[examples]") {
-  RightArm arm;
+  RightArm arm(arm_parameters());
   for (std::size_t j = 0; j < joint_count; ++j) {
     CHECK_FALSE(arm.moving(j));
     CHECK(arm.position(j) == 0);
@@ -79,10 +92,10 @@ TEST_CASE("a new arm rests at zero", "[examples]") {
 
 TEST_CASE("a move reaches its target exactly and in the time that the profile needs", "[examples]") {
   for (std::size_t j = 0; j < joint_count; ++j) {
-    const JointLimits& limits = RightArm::limits(j);
+    const JointParameters limits = arm_parameters()[j];
     for (double target : {limits.upper_rad, limits.lower_rad, 0.0, 0.01, 1e-7, -1e-9, limits.upper_rad / 3}) {
-      RightArm arm;
-      CAPTURE(RightArm::description(j).name, target);
+      RightArm arm(arm_parameters());
+      CAPTURE(RightArm::name(j), target);
       const double expected = expected_duration(arm, j, std::abs(target));
       REQUIRE(arm.move_to(j, target) == MoveResult::accepted);
       CHECK(arm.target(j) == target);
@@ -98,7 +111,7 @@ TEST_CASE("a move reaches its target exactly and in the time that the profile ne
 }
 
 TEST_CASE("a long move cruises at the velocity limit", "[examples]") {
-  RightArm arm;
+  RightArm arm(arm_parameters());
   arm.move_to(right_e0, 3);
   double fastest = 0;
   while (arm.moving(right_e0)) {
@@ -109,7 +122,7 @@ TEST_CASE("a long move cruises at the velocity limit", "[examples]") {
 }
 
 TEST_CASE("a target outside the limits is refused and changes nothing", "[examples]") {
-  RightArm arm;
+  RightArm arm(arm_parameters());
   REQUIRE(arm.move_to(right_s1, 0.5) == MoveResult::accepted);
   for (int i = 0; i < 100; ++i) arm.step();
   const double position = arm.position(right_s1), velocity = arm.velocity(right_s1), progress = arm.progress(right_s1);
@@ -127,7 +140,7 @@ TEST_CASE("a target outside the limits is refused and changes nothing", "[exampl
 }
 
 TEST_CASE("stop brakes to rest over the braking distance", "[examples]") {
-  RightArm arm;
+  RightArm arm(arm_parameters());
   arm.move_to(right_e0, 3);
   for (int i = 0; i < 800; ++i) arm.step();
   const double position = arm.position(right_e0), velocity = arm.velocity(right_e0), braking = arm.deceleration(right_e0);
@@ -147,7 +160,7 @@ TEST_CASE("stop brakes to rest over the braking distance", "[examples]") {
 }
 
 TEST_CASE("a move the other way turns round", "[examples]") {
-  RightArm arm;
+  RightArm arm(arm_parameters());
   arm.move_to(right_w2, 3.059);
   for (int i = 0; i < 700; ++i) arm.step();
   REQUIRE(arm.velocity(right_w2) > 1);
@@ -161,7 +174,7 @@ TEST_CASE("a move the other way turns round", "[examples]") {
 }
 
 TEST_CASE("joints move independently of each other", "[examples]") {
-  RightArm together, alone;
+  RightArm together(arm_parameters()), alone(arm_parameters());
   together.move_to(right_s0, 1);
   together.move_to(right_w1, -1);
   alone.move_to(right_s0, 1);
@@ -174,8 +187,8 @@ TEST_CASE("joints move independently of each other", "[examples]") {
 }
 
 TEST_CASE("friction is clamped and slows a move down", "[examples]") {
-  RightArm arm;
-  const double most = RightArm::limits(right_w0).friction_nms_rad;
+  RightArm arm(arm_parameters());
+  const double most = arm.greatest_friction(right_w0);
   CHECK(arm.set_friction(right_w0, -1) == 0);
   CHECK(arm.acceleration(right_w0) == arm.deceleration(right_w0));
   const double without = expected_duration(arm, right_w0, 1);
@@ -192,17 +205,17 @@ TEST_CASE("friction is clamped and slows a move down", "[examples]") {
 
 TEST_CASE("limits hold whatever is asked, and equal calls give equal motions", "[examples]") {
   auto play = [](unsigned seed) {
-    RightArm arm;
+    RightArm arm(arm_parameters());
     std::mt19937 random(seed);
     auto upto = [&](unsigned n) { return static_cast<unsigned>(random() % n); };
     double sum = 0;
     for (int i = 0; i < 200000; ++i) {
       const std::size_t j = upto(joint_count);
-      const JointLimits& limits = RightArm::limits(j);
+      const JointParameters& limits = arm.parameters(j);
       const double share = upto(1001) / 1000.0;
       switch (upto(60)) {
         case 0: arm.stop(j); break;
-        case 1: arm.set_friction(j, share * limits.friction_nms_rad); break;
+        case 1: arm.set_friction(j, share * arm.greatest_friction(j)); break;
         case 2: arm.move_to(j, limits.lower_rad); break;
         case 3: arm.move_to(j, limits.upper_rad); break;
         case 4: arm.move_to(j, limits.lower_rad + share * (limits.upper_rad - limits.lower_rad)); break;
@@ -213,7 +226,7 @@ TEST_CASE("limits hold whatever is asked, and equal calls give equal motions", "
       for (std::size_t k = 0; k < joint_count; ++k) velocity[k] = arm.velocity(k);
       arm.step();
       for (std::size_t k = 0; k < joint_count; ++k) {
-        const JointLimits& l = RightArm::limits(k);
+        const JointParameters& l = arm.parameters(k);
         if (arm.position(k) < l.lower_rad || arm.position(k) > l.upper_rad) FAIL("position of joint " << k << " at step " << i);
         if (std::abs(arm.velocity(k)) > l.velocity_rad_s) FAIL("velocity of joint " << k << " at step " << i);
         if (std::abs(arm.velocity(k) - velocity[k]) > arm.deceleration(k) * step_period_s + 1e-9)

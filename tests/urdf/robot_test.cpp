@@ -170,8 +170,9 @@ TEST_CASE("joints and links are Things as in Figure 2b", "[urdf][R1.3][R1.9]") {
           "<picker> ;"
           "  xhv:prev <picker/column> ; xhv:next <picker/upper_arm> ; ros:preceedingLink <picker/column> ; ros:succeedingLink "
           "<picker/upper_arm> ;"
-          "  ros:rotation <picker/shoulder/position> ; ros:position <picker/shoulder/position> ; ros:velocity <picker/shoulder/velocity> ;"
-          "  ros:effort <picker/shoulder/effort> ; ros:jointReferenceFrame <picker/shoulder/origin> ; hybrit:property "
+          "  rdfs:seeAlso <picker> ;"
+          "  ros:rotation <picker/shoulder/rotation> ; ros:position <picker/shoulder/position> ; ros:velocity <picker/shoulder/velocity> ;"
+          "  ros:effort <picker/shoulder/effort> ; ros:jointReferenceFrame <picker/shoulder/jointReferenceFrame> ; hybrit:property "
           "<picker/shoulder/limits> ,"
           "  <picker/shoulder/axis> , <picker/shoulder/dynamics> , <picker/shoulder/safety> ."
           "<picker/column> a ros:Link . <picker/upper_arm> a ros:Link .") == "");
@@ -197,7 +198,8 @@ TEST_CASE("joints and links are Things as in Figure 2b", "[urdf][R1.3][R1.9]") {
       "");
   CHECK(bench.get("/picker/hand/pose").status == 200);
   CHECK(missing(bench.get("/picker/hand/pose"), "<picker/hand/pose> lrt:frame <picker/rail> .") == "");
-  CHECK(missing(bench.get("/picker/shoulder/origin"), "<picker/shoulder/origin> lrt:frame <picker/column> .") == "");
+  CHECK(missing(bench.get("/picker/shoulder/jointReferenceFrame"),
+                "<picker/shoulder/jointReferenceFrame> a maths:CoordinateSystem ; lrt:frame <picker/column> .") == "");
 }
 
 TEST_CASE("published positions are shown, mimicked, and turned into poses", "[urdf]") {
@@ -210,6 +212,10 @@ TEST_CASE("published positions are shown, mimicked, and turned into poses", "[ur
   CHECK(number_at(bench, "/picker/slide/effort") == 7);
   CHECK(number_at(bench, "/picker/right_finger/position") == 0.03);
   CHECK(number_at(bench, "/picker/right_finger/velocity") == 0.01);
+  CHECK(missing(bench.get("/picker/elbow/rotation"),
+                "<picker/elbow/rotation> a spatial:AxisAngle , hybrit:Property ; lrt:frame <picker/forearm> ;"
+                "  spatial:rotationAngle [ a maths:Scalar ; vom:numericalValue \"0.1\"^^xsd:float ; vom:unit maths:Radian ] ;"
+                "  spatial:rotationAxis [ a maths:Vector3D ; maths:x \"0\"^^xsd:float ; maths:y \"1\"^^xsd:float ; maths:z \"0\"^^xsd:float ] .") == "");
   const std::size_t carriage = find_link(robot.model(), "carriage");
   CHECK(robot.pose(carriage).position == std::array<double, 3>{0.25, 0, 0.1});
   CHECK(missing(bench.get("/picker/carriage/pose"),
