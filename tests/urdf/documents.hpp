@@ -5,6 +5,7 @@
 namespace lrt::test {
 
 inline const std::string picker_file = LRT_SOURCE_DIR "/examples/ex_urdf_robot/picker.urdf";
+inline const std::string arm_file = LRT_SOURCE_DIR "/examples/baxter/right_arm.urdf";
 /// Descriptions of real robots, which are read from beside the checkout and never copied into it.
 inline const std::string real_robots = LRT_SHARED_DIR "/robots/urdf/";
 

@@ -31,6 +31,13 @@ class ReferenceKinematics {
     }
   }
 
+  static Matrix product(const Matrix& a, const Matrix& b) {
+    Matrix c{};
+    for (std::size_t i = 0; i < 4; ++i)
+      for (std::size_t j = 0; j < 4; ++j)
+        for (std::size_t k = 0; k < 4; ++k) c[i][j] += a[i][k] * b[k][j];
+    return c;
+  }
   Matrix pose(const std::string& link, const Positions& positions) const {
     const auto found = by_child_.find(link);
     if (found == by_child_.end()) return identity();
@@ -43,13 +50,6 @@ class ReferenceKinematics {
 
  private:
   static Matrix identity() { return {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}}; }
-  static Matrix product(const Matrix& a, const Matrix& b) {
-    Matrix c{};
-    for (std::size_t i = 0; i < 4; ++i)
-      for (std::size_t j = 0; j < 4; ++j)
-        for (std::size_t k = 0; k < 4; ++k) c[i][j] += a[i][k] * b[k][j];
-    return c;
-  }
   std::string text(const tinyxml2::XMLElement* e, const char* name) const {
     const char* value = e ? e->Attribute(name) : nullptr;
     std::string all = value ? value : "";

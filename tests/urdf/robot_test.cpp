@@ -26,9 +26,9 @@ urdf::Options options_for(const std::string& file) {
   return options;
 }
 
-/// The real robots that are there, after the small one.
+/// The real robots that are there, after the small ones.
 std::vector<std::string> all_files() {
-  std::vector<std::string> files = {picker_file};
+  std::vector<std::string> files = {picker_file, arm_file};
   for (const RealRobot& robot : all_real_robots) {
     if (std::ifstream(real_robots + robot.file)) files.push_back(real_robots + robot.file);
     else std::printf("skipped: %s%s is not there\n", real_robots.c_str(), robot.file);
@@ -150,6 +150,37 @@ TEST_CASE("every Thing conforms to its blueprint, before and after it moves", "[
     }
     CHECK(checked == 2 * paths.size());
   }
+}
+
+TEST_CASE("the Panda's flange is where the Denavit-Hartenberg parameters of its maker put it", "[urdf]") {
+  const std::string file = real_robots + "panda.urdf";
+  if (!std::ifstream(file)) {
+    std::printf("skipped: %s is not there\n", file.c_str());
+    return;
+  }
+  // Craig's convention: of each axis a [m] and alpha [rad] before it, d [m] along it.
+  constexpr double half_pi = 1.57079632679489662;
+  constexpr double table[8][3] = {{0, 0, 0.333},        {0, -half_pi, 0},      {0, half_pi, 0.316},  {0.0825, half_pi, 0},
+                                  {-0.0825, -half_pi, 0.384}, {0, half_pi, 0}, {0.088, half_pi, 0}, {0, 0, 0.107}};
+  auto robot = urdf::load(file).value();
+  std::mt19937 random(20261122);
+  double position = 0, orientation = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const std::vector<double> q = some_positions(robot.model(), random);
+    robot.publish(q);
+    ReferenceKinematics::Matrix expected{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}};
+    for (std::size_t j = 0; j < 8; ++j) {
+      const double a = table[j][0], alpha = table[j][1], d = table[j][2], theta = j < 7 ? q[j] : 0;
+      const double c = std::cos(theta), s = std::sin(theta), ca = std::cos(alpha), sa = std::sin(alpha);
+      expected = ReferenceKinematics::product(
+          expected, {{{c, -s, 0, a}, {s * ca, c * ca, -sa, -d * sa}, {s * sa, c * sa, ca, d * ca}, {0, 0, 0, 1}}});
+    }
+    const auto [p, o] = difference(robot.pose(find_link(robot.model(), "panda_link8")), expected);
+    position = std::max(position, p);
+    orientation = std::max(orientation, o);
+  }
+  CHECK(position < 1e-9);
+  CHECK(orientation < 1e-9);
 }
 
 TEST_CASE("joints and links are Things as in Figure 2b", "[urdf][R1.3][R1.9]") {
