@@ -51,8 +51,8 @@
 ///
 /// Lambdas return a type, not an expression: `[&]() -> Eigen::Vector3d { return r * v; }`. Fixed sizes, and dynamic ones with a fixed
 /// maximum, are published without a lock and without an allocation, as numbers are; VectorXd and MatrixXd allocate, as std::vector does.
-/// What is large and read by programs is best a vector or a matrix of fixed columns (Matrix<double, Dynamic, 3>, a point a row): the
-/// lengths of those lists are known, so that they can be had as octets (rdf::Plain).
+/// What is large and read by programs is best had as octets (Property::octets()): a matrix row by row, whatever its storage order, with its
+/// shape in the RDF. With fixed columns (Matrix<double, Dynamic, 3>, a point a row) or rows it can be written so, too.
 
 namespace lrt::rdf {
 

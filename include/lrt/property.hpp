@@ -114,8 +114,10 @@ class Property {
       };
     });
   }
-  /// Offers numbers and lists of numbers as application/octet-stream too, both ways: as rdf::Plain::octets, with the layout described. A body
-  /// may have as many numbers as engine::Options::body_triples and list_members allow.
+  /// Offers numbers, lists and matrices of numbers as application/octet-stream too: as rdf::Plain::octets, with the layout of the present value
+  /// described. Rows of unlike lengths have no octets, other formats do. Both ways where no more than one length is free: octets do not say
+  /// how many columns a MatrixXd has, so it is written in other formats. A body may have as many numbers as engine::Options::body_triples
+  /// and list_members allow.
   /// @par Errors  invalid_option, for other types: by Server::add
   Property& octets() {
     return edit([](auto& s) { s.octets = true; });

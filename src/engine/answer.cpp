@@ -145,7 +145,7 @@ http::Response Engine::Impl::with_graph(const Context& context, int status, cons
     const std::size_t at = choice.value_or(0);  // what has happened is not taken back for the want of a format
     const Form form = offers.forms[at];
     const std::string_view type = offers.types[at];
-    if (Result<std::string> text = form.is_rdf() ? write(graph, form, context.base) : rdf::write_plain(*said->type, *said->facets, said->value, form.plain())) {
+    if (Result<std::string> text = form.is_rdf() ? write(graph, form, context.base) : rdf::write_plain(*said->type, *said->facets, said->value(), form.plain())) {
       response.fields.add("Content-Type", content_type(form, type));
       if (status < 300) response.fields.add("ETag", http::entity_tag(type, *text));
       response.fields.add("Vary", "Accept");

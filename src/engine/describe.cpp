@@ -261,14 +261,10 @@ void Engine::Impl::describe_formats(About& about, PropertyResource& property, co
     const Result<Bytes>& bytes = encoded(property, i);
     if (bytes) add(spec.media_type, (*bytes)->size(), spec.layout, Iri(std::string_view(spec.element_type)));
   }
-  if (!property.spec->octets || property.value.is_null()) return;
-  if (const auto octets = rdf::octets_of(*property.spec->type)) {
-    Layout layout{octets->datatype, octets->shape, Layout::ByteOrder::little_endian, {}};
-    const rdf::Value::Sequence* members = property.value.sequence();
-    if (!layout.shape.empty() && members) layout.shape.front() = members->size();
-    std::size_t bytes = octets->bytes;
-    for (const std::size_t n : layout.shape) bytes *= n;
-    add(std::string(rdf::media_type(rdf::Plain::octets)), bytes, layout, layout.element_type);
+  if (!property.spec->octets) return;
+  if (const auto octets = rdf::octets_of(*property.spec->type, property.value)) {
+    const Layout layout{octets->datatype, octets->shape, Layout::ByteOrder::little_endian, {}};
+    add(std::string(rdf::media_type(rdf::Plain::octets)), octets->size(), layout, layout.element_type);
   }
 }
 

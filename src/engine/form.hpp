@@ -33,6 +33,8 @@ class Form {
   std::size_t index() const noexcept { return number_; }
   /// Whether only a profile tells it from another one.
   bool is_variant() const noexcept { return kind_ == Kind::inlined_json_ld || *this == Form(rdf::Plain::json_with_units); }
+  /// Whether some values have none, though others of the property do.
+  bool may_be_missing() const noexcept { return kind_ == Kind::own || *this == Form(rdf::Plain::octets); }
   /// Whether it is UTF-8 for certain, so that a WebSocket carries it in text messages.
   bool is_text() const noexcept { return is_rdf() || (kind_ == Kind::plain && plain() != rdf::Plain::cbor && plain() != rdf::Plain::octets); }
 

@@ -472,11 +472,14 @@ inline constexpr std::string_view notification_field = "Lrt-Notification-Of";
 /// Of a container without its members (LDP 7.2.2, PreferMinimalContainer).
 inline constexpr std::size_t minimal_page = 0;
 
-/// A value of a resource with its type.
+/// A value of a resource with its type. Lives until the resource changes.
 struct Said {
   const rdf::Type* type;
   const rdf::Facets* facets;
-  rdf::Value value;
+  const rdf::Value* kept;  ///< by the resource, where it is not made up: a matrix is large
+  rdf::Value made{};
+
+  const rdf::Value& value() const noexcept { return kept ? *kept : made; }
 };
 /// @pre has_value(resource)
 Said said_by(const Resource& resource);

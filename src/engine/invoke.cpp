@@ -299,8 +299,8 @@ http::Response Engine::Impl::invocation_answer(const Context& context, Invocatio
              context.preferences.return_ != http::Preferences::Return::minimal) {
     rdf::Graph graph;
     const rdf::TermId focus = graph.intern(rdf::iri(location + "#result"));
-    const Said said{invocation.action->spec->output, &invocation.action->spec->output_facets, *invocation.result};
-    rdf::write_value(graph, focus, *said.type, *said.facets, said.value, names_base(*invocation.thing, bases_[context.base]));
+    const Said said{invocation.action->spec->output, &invocation.action->spec->output_facets, &*invocation.result};
+    rdf::write_value(graph, focus, *said.type, *said.facets, said.value(), names_base(*invocation.thing, bases_[context.base]));
     response = with_graph(context, 200, graph, &said);
   } else {
     response = no_content(context);

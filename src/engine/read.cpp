@@ -249,7 +249,7 @@ Result<Bytes> Engine::Impl::body_of(Resource& resource, std::size_t base, Form f
   Result<std::string> text = context_text_;
   if (form.kind() == Form::Kind::plain) {
     const Said said = said_by(resource);
-    text = rdf::write_plain(*said.type, *said.facets, said.value, form.plain());
+    text = rdf::write_plain(*said.type, *said.facets, said.value(), form.plain());
   } else if (resource.kind != Kind::context) {
     rdf::Graph graph;
     describe(graph, resource, bases_[base], page);
@@ -289,7 +289,12 @@ std::optional<http::Response> Engine::Impl::precondition(Context& context) {
   if (!if_match && !if_none_match) return std::nullopt;
   const std::string wanted = context.request.joined("If-Match"), unwanted = context.request.joined("If-None-Match");
   bool matched = false, hit = false;
-  for (const Form form : offers_of(*context.resource).forms) {
+  std::vector<Form> forms;  // what there is already first: the client has one of them, and to make the others of a large value takes time
+  for (const auto& kept : context.resource->renderings)
+    if (kept->revision == revision_of(*context.resource)) forms.push_back(kept->form);
+  const std::vector<Form>& all = offers_of(*context.resource).forms;
+  forms.insert(forms.end(), all.begin(), all.end());
+  for (const Form form : forms) {
     if (matched && !if_none_match) break;
     const Result<const Rendering*> rendering = render(*context.resource, context.base, form, context.page);
     if (!rendering) continue;

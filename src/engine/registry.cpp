@@ -48,7 +48,7 @@ Result<void> read_documents(rdf::Graph& all, const std::vector<std::string>& doc
 /// Each media type once, as clients ask for it; numbers where octets are wanted.
 Result<void> check_formats(model::PropertySpec& property, const std::string& name) {
   if (property.octets && !rdf::octets_of(*property.type))
-    return unexpected(Errc::invalid_option, name + ": octets() needs a number, a list of numbers, or a list of lists of one length");
+    return unexpected(Errc::invalid_option, name + ": octets() needs a number or lists of numbers");
   if (property.representations.size() > 100) return unexpected(Errc::limit_exceeded, name + ": more than 100 representations");
   std::vector<std::string> taken;
   for (const std::string_view type : offers_of_values().with_page) taken.emplace_back(type.substr(0, type.find(';')));

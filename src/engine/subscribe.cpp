@@ -134,8 +134,8 @@ Outcome Engine::Impl::subscribe(Context& context, Protocol protocol, bool fresh)
 
   const Offers& offers = offers_of(*context.resource);
   const auto choice = http::negotiate(accept_of(context), offers.types);
-  if (choice && offers.forms[*choice].kind() == Form::Kind::own) {
-    wish.form = offers.forms[*choice];  // there may be none of it now
+  if (choice && offers.forms[*choice].may_be_missing()) {
+    wish.form = offers.forms[*choice];
   } else {
     auto chosen = negotiated(context, false);
     if (auto* answer = std::get_if<http::Response>(&chosen)) return std::move(*answer);

@@ -40,16 +40,16 @@ Said said_by(const Resource& resource) {
   switch (resource.kind) {
     case Kind::property: {
       const auto& p = static_cast<const PropertyResource&>(resource);
-      return {p.spec->type, &p.spec->facets, p.value};
+      return {p.spec->type, &p.spec->facets, &p.value};
     }
     case Kind::member: {
       const auto& m = static_cast<const MemberResource&>(resource);
-      return {m.collection->spec->type, &m.collection->spec->facets, m.value};
+      return {m.collection->spec->type, &m.collection->spec->facets, &m.value};
     }
     case Kind::state: {
       rdf::Value::Sequence values;
       for (const auto& p : resource.thing->properties) values.push_back(p->value);
-      return {&resource.thing->state_type, &none, rdf::Value(std::move(values))};
+      return {&resource.thing->state_type, &none, nullptr, rdf::Value(std::move(values))};
     }
     case Kind::invocation: {
       const auto& i = static_cast<const InvocationResource&>(resource);
@@ -60,9 +60,9 @@ Said said_by(const Resource& resource) {
                                      failed ? rdf::Value(i.result.error().message) : rdf::Value()};
       if (i.action->spec->input) values.push_back(i.input);
       if (i.action->spec->output) values.push_back(i.status == Status::succeeded ? *i.result : rdf::Value());
-      return {&i.action->invocation_type, &none, rdf::Value(std::move(values))};
+      return {&i.action->invocation_type, &none, nullptr, rdf::Value(std::move(values))};
     }
-    default: return {nullptr, &none, {}};
+    default: return {nullptr, &none, nullptr};
   }
 }
 

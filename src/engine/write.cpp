@@ -45,7 +45,8 @@ std::variant<Engine::Impl::Body, http::Response> Engine::Impl::read_body(Context
 
   const auto content_type = request.find("Content-Type");
   if (!content_type && request.body.empty()) return Body{};
-  const bool octets = value && offers_of(*context.resource).type_of(Form(rdf::Plain::octets)) != std::string_view();
+  const bool octets =
+      value && offers_of(*context.resource).type_of(Form(rdf::Plain::octets)) != std::string_view() && rdf::reads_octets(*value);
   const auto unsupported = [&](const std::string& found) {
     std::string types = readable_types(value != nullptr);
     if (octets) types += ", " + std::string(rdf::media_type(rdf::Plain::octets));

@@ -268,12 +268,12 @@ class OctetsReader {
  public:
   OctetsReader(std::string_view body, std::size_t bytes) : body_(body), bytes_(bytes) {}
 
-  /// @param count  of the members of this list, if it is one
-  Value read(const Type& type, std::size_t count) {
+  /// @param length  of this list, if it is one; those of the lists in it follow
+  Value read(const Type& type, const std::size_t* length) {
     if (type.kind != Kind::list) return number(type);
     Value::Sequence members;
-    members.reserve(count);
-    for (std::size_t i = 0; i < count; ++i) members.push_back(read(*type.element, type.element->shortest));
+    members.reserve(*length);
+    for (std::size_t i = 0; i < *length; ++i) members.push_back(read(*type.element, length + 1));
     return Value(std::move(members));
   }
 
@@ -293,30 +293,42 @@ class OctetsReader {
   std::size_t bytes_, at_ = 0;
 };
 
-Unexpected without_octets() {
-  return unexpected(Errc::unsupported_syntax, "expected a number, or a list of numbers of one shape: else there are no octets");
+Unexpected without_octets(const std::string& expected) {
+  return unexpected(Errc::unsupported_syntax, "expected " + expected + ": else there are no octets");
 }
 
-Result<Value> read_octets(std::string_view body, const Type& outer, std::size_t max_values) {
-  const std::optional<Octets> layout = octets_of(outer);
-  if (!layout) return without_octets();
-  const Type& type = without_optional(outer);
-  std::size_t part = layout->bytes, wanted = layout->bytes;  // of one member, of all
-  for (std::size_t i = layout->shape.size(); i-- > 0;) {
-    part = wanted;
-    wanted *= layout->shape[i];
-  }
-  const bool is_open = wanted == 0;
-  if (is_open ? body.size() % part != 0 : body.size() != wanted) {
-    const std::string numbers = std::to_string((is_open ? part : wanted) / layout->bytes) + " of " + abbreviate(layout->datatype.text);
+/// Whether all lists of a level have its length.
+Result<void> check_lengths(const Value& value, const std::size_t* length, const std::size_t* end) {
+  if (length == end) return {};
+  const Value::Sequence* members = value.sequence();
+  const std::size_t found = members ? members->size() : 0;
+  if (!members || found != *length)
+    return without_octets("lists of one length, found members " + std::to_string(*length) + " and " + std::to_string(found));
+  if (length + 1 == end) return {};
+  for (const Value& m : *members)
+    if (Result<void> r = check_lengths(m, length + 1, end); !r) return r;
+  return {};
+}
+
+Result<Value> read_octets(std::string_view body, const Type& type, std::size_t max_values) {
+  if (!reads_octets(type))
+    return unexpected(Errc::unsupported_syntax, "expected a type of numbers with one free length at most: octets do not say more");
+  std::optional<Octets> layout = octets_of(type);
+  const auto open = std::find(layout->shape.begin(), layout->shape.end(), 0U);
+  const bool is_open = open != layout->shape.end();
+  if (is_open) *open = 1;
+  const std::size_t part = layout->size();
+  if (is_open ? body.size() % part != 0 : body.size() != part) {
+    const std::string numbers = std::to_string(part / layout->bytes) + " of " + abbreviate(layout->datatype.text);
     return unexpected(Error{Errc::expected_rdf,
-                            "expected " + std::string(is_open ? "a multiple of " : "") + std::to_string(is_open ? part : wanted) +
-                                " octets (" + numbers + "), found " + std::to_string(body.size()),
-                            is_open ? body.size() - body.size() % part : std::min(body.size(), wanted)});
+                            "expected " + std::string(is_open ? "a multiple of " : "") + std::to_string(part) + " octets (" + numbers +
+                                "), found " + std::to_string(body.size()),
+                            is_open ? body.size() - body.size() % part : std::min(body.size(), part)});
   }
   if (body.size() / layout->bytes > max_values)
     return unexpected(Errc::limit_exceeded, "more than " + std::to_string(max_values) + " numbers");
-  return OctetsReader(body, layout->bytes).read(type, is_open ? body.size() / part : type.shortest);
+  if (is_open) *open = body.size() / part;
+  return OctetsReader(body, layout->bytes).read(without_optional(type), layout->shape.data());
 }
 
 /// Whether an integer type can hold what these digits say; else they are an xsd:integer, of which a report says what was expected.
@@ -554,14 +566,16 @@ std::optional<Plain> plain_of(const MediaType& type) noexcept {
   return std::nullopt;
 }
 
+std::size_t Octets::size() const noexcept {
+  std::size_t size = bytes;
+  for (const std::size_t length : shape) size *= length;
+  return size;
+}
+
 std::optional<Octets> octets_of(const Type& type) {
   const Type* t = &without_optional(type);
   Octets octets;
-  for (; t->kind == Kind::list; t = t->element) {
-    const bool is_fixed = t->shortest == t->longest;
-    if (!octets.shape.empty() && (!is_fixed || t->shortest == 0)) return std::nullopt;
-    octets.shape.push_back(is_fixed ? t->shortest : 0);
-  }
+  for (; t->kind == Kind::list; t = t->element) octets.shape.push_back(t->shortest == t->longest ? t->shortest : 0);
   if (!t->is_number()) return std::nullopt;
   octets.datatype = t->datatype;
   if (t->kind == Kind::real) {
@@ -583,6 +597,27 @@ std::optional<Octets> octets_of(const Type& type) {
   return octets;
 }
 
+Result<Octets> octets_of(const Type& type, const Value& value) {
+  std::optional<Octets> layout = octets_of(type);
+  if (!layout) return without_octets("a number or lists of numbers");
+  if (value.is_null()) return without_octets("a value, found none");
+  const Value* first = &value;
+  for (std::size_t& length : layout->shape) {
+    const Value::Sequence* members = first->sequence();
+    length = members ? members->size() : 0;
+    if (length == 0) break;
+    first = &members->front();
+  }
+  const std::size_t* const lengths = layout->shape.data();
+  if (Result<void> r = check_lengths(value, lengths, lengths + layout->shape.size()); !r) return Unexpected{std::move(r).error()};
+  return *std::move(layout);
+}
+
+bool reads_octets(const Type& type) {
+  const std::optional<Octets> layout = octets_of(type);
+  return layout && std::count(layout->shape.begin(), layout->shape.end(), 0U) <= 1;
+}
+
 Result<std::string> write_plain(const Type& type, const Facets& facets, const Value& value, Plain format) {
   switch (format) {
     case Plain::json:
@@ -600,10 +635,10 @@ Result<std::string> write_plain(const Type& type, const Facets& facets, const Va
     }
     case Plain::octets: break;
   }
-  const std::optional<Octets> layout = octets_of(type);
-  if (!layout) return without_octets();
-  if (value.is_null()) return unexpected(Errc::unsupported_syntax, "expected a value: there are no octets of an absent one");
+  const Result<Octets> layout = octets_of(type, value);
+  if (!layout) return Unexpected{layout.error()};
   std::string out;
+  out.reserve(layout->size());
   write_octets(innermost(type), layout->bytes, value, out);
   return out;
 }

@@ -477,6 +477,76 @@ TEST_CASE("PUT may echo what GET gave of Eigen's types, in every syntax", "[eige
     }
 }
 
+TEST_CASE("GET gives a matrix as octets row by row, with its shape in the RDF", "[eigen][R0.5][R1.2]") {
+  const auto check = [](const auto& matrix, const std::string& element_type, const std::string& shape) {
+    using M = std::decay_t<decltype(matrix)>;
+    using S = typename M::Scalar;
+    CAPTURE(element_type, shape);
+    Bench bench;
+    Thing thing{"a"};
+    thing.property("m", [&]() -> M { return matrix; }, unit::metre).octets().frame("base");
+    bench.add(std::move(thing));
+    std::string bytes;
+    for (Eigen::Index r = 0; r < matrix.rows(); ++r)
+      for (Eigen::Index c = 0; c < matrix.cols(); ++c) {
+        std::uint64_t bits = 0;
+        const S number = matrix(r, c);
+        std::memcpy(&bits, &number, sizeof number);  // little-endian, as the machines that tests run on
+        for (std::size_t b = 0; b < sizeof number; ++b) bytes += static_cast<char>(bits >> (8 * b) & 0xFF);
+      }
+    const Answer octets = bench.ask("GET /a/m\nAccept: application/octet-stream");
+    CHECK(octets.status == 200);
+    CHECK(octets.body == bytes);
+    CHECK(test::missing(bench.get("/a/m").graph(), "<a/m?accept=application/octet-stream> dcat:byteSize \"" + std::to_string(bytes.size()) +
+                                                       "\"^^xsd:nonNegativeInteger ; lrt:elementType xsd:" + element_type +
+                                                       " ; lrt:byteOrder lrt:littleEndian ; qudt:unit unit:M ; lrt:frame \"base\" ;"
+                                                       " lrt:shape ( " + shape + " ) .") == "");
+  };
+  const auto count = [](int n) { return "\"" + std::to_string(n) + "\"^^xsd:nonNegativeInteger "; };
+  const Eigen::MatrixXd m = Eigen::MatrixXd::Random(20, 3);
+  check(m, "double", count(20) + count(3));
+  check(Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>(m), "double", count(20) + count(3));
+  check(Eigen::MatrixXf(m.cast<float>()), "float", count(20) + count(3));
+  check(Eigen::MatrixXi((1000 * m).cast<int>()), "int", count(20) + count(3));
+  check(Eigen::Matrix<std::int8_t, Eigen::Dynamic, Eigen::Dynamic>((100 * m).cast<std::int8_t>()), "byte", count(20) + count(3));
+  check(Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 20, 4>(m), "double", count(20) + count(3));
+  check(Eigen::Matrix<double, 3, Eigen::Dynamic>(m.transpose()), "double", count(3) + count(20));
+  check(Points(m), "double", count(20) + count(3));
+  check(Points(0, 3), "double", count(0) + count(3));
+  check(RowMajor3d(m.topRows(3)), "double", count(3) + count(3));
+  check(Eigen::VectorXd(m.col(0)), "double", count(20));
+  check(Eigen::MatrixXd(), "double", count(0) + count(0));
+  check(Eigen::MatrixXd(3, 0), "double", count(3) + count(0));
+  check(Eigen::MatrixXd(0, 3), "double", count(0) + count(0));  // a list without rows shows no columns
+  check(Eigen::Matrix<double, 3, Eigen::Dynamic>(3, 0), "double", count(3) + count(0));
+}
+
+TEST_CASE("a matrix is written as octets where one of its lengths is fixed", "[eigen][R0.5]") {
+  Bench bench;
+  Eigen::MatrixXd any(2, 2);
+  Eigen::Matrix<float, 2, Eigen::Dynamic> wide(2, 0);
+  Points points(0, 3);
+  Thing thing{"a"};
+  thing.property("any", [&] { return any; }).octets().on_write([&](const Eigen::MatrixXd& m) { any = m; });
+  thing.property("wide", [&] { return wide; }).octets().on_write([&](const Eigen::Matrix<float, 2, Eigen::Dynamic>& m) { wide = m; });
+  thing.property("points", [&] { return points; }).octets().on_write([&](const Points& p) { points = p; });
+  bench.add(std::move(thing));
+  const auto put = [&](const std::string& name, const auto& row_major) {
+    return bench.ask("PUT /a/" + name + "\nContent-Type: application/octet-stream\n\n" +
+                     std::string(reinterpret_cast<const char*>(row_major.data()), sizeof row_major)).status;
+  };
+  const Eigen::Matrix<float, 2, 5, Eigen::RowMajor> five = Eigen::Matrix<float, 2, 5>::Random();
+  CHECK(put("wide", five) == 204);
+  CHECK(wide == five);
+  const Eigen::Matrix<double, 4, 3, Eigen::RowMajor> four = Eigen::Matrix<double, 4, 3>::Random();
+  CHECK(put("points", four) == 204);
+  CHECK(points == four);
+  CHECK(put("points", RowMajor3d::Constant(not_a_number).eval()) == 422);
+  CHECK(put("points", std::array<double, 4>{}) == 400);
+  CHECK(points == four);
+  CHECK(put("any", four) == 415);
+}
+
 TEST_CASE("what is no rotation is 422 with a sentence, and changes nothing", "[eigen][R0.6]") {
   Robot r;
   CHECK(r.put("target", "maths:x 0 ; maths:y 0.6 ; maths:z 0.8 ; maths:w 0").status == 204);

@@ -162,6 +162,23 @@ TEST_CASE("a value that a client wrote has its formats too", "[engine][R0.5]") {
   CHECK(bench.ask("GET /a/v\nAccept: text/csv").body == "2.000000");
 }
 
+TEST_CASE("a precondition that names a representation which is there makes no other", "[engine][R0.5][R0.11]") {
+  Bench bench;
+  int made = 0;
+  Thing thing{"a"};
+  auto v = thing.property<double>("v").on_write([](double) {}).representation("text/csv", [&](double d) { return ++made, std::to_string(d); });
+  bench.add(std::move(thing));
+  v.publish(1);
+  bench.look();
+  const std::string tag = bench.ask("GET /a/v\nAccept: application/json").tag();
+  CHECK(bench.ask("PUT /a/v\nContent-Type: text/plain\nIf-Match: " + tag + "\n\n2").status == 204);
+  CHECK(made == 0);  // RDF would have, which says its size
+  CHECK(bench.ask("PUT /a/v\nContent-Type: text/plain\nIf-Match: " + tag + "\n\n2").status == 412);
+  v.publish(1);
+  bench.look();
+  CHECK(bench.ask("PUT /a/v\nContent-Type: text/plain\nIf-Match: " + tag + "\n\n2").status == 204);  // nobody has asked for it since
+}
+
 TEST_CASE("numbers are octets where that is asked for, both ways, with their layout described", "[engine][R0.5][R1.2]") {
   Bench bench;
   std::array<double, 3> joints{0.5, -1, 2};
@@ -190,6 +207,84 @@ TEST_CASE("numbers are octets where that is asked for, both ways, with their lay
   CHECK(bench.ask(head + std::string("\0\0\0\0\0\0\xF8\x7F", 8) + bytes.substr(8)).status == 422);  // NaN
   CHECK(joints == next);
   CHECK(bench.ask("GET /a/scan?accept=application/json").body == "[1,2]");
+}
+
+TEST_CASE("octets of a matrix have the shape of the present value, and a ragged one has none", "[engine][R0.5][R1.2]") {
+  Bench bench;
+  std::vector<std::vector<float>> rows{{1, 2, 3}, {4, 5, 6}};
+  Thing thing{"a"};
+  thing.property("m", [&] { return rows; }, unit::metre).octets().on_write([&](const std::vector<std::vector<float>>& m) { rows = m; });
+  thing.property("row", [&] { return std::array<std::vector<float>, 1>{{rows[0]}}; }).octets().on_write([&](const std::array<std::vector<float>, 1>& m) {
+    rows[0] = m[0];
+  });
+  bench.add(std::move(thing));
+  const auto octets = [&] { return bench.ask("GET /a/m\nAccept: application/octet-stream"); };
+  const std::string format = "<http://localhost/a/m?accept=application/octet-stream>";
+  const auto described = [&](const std::string& bytes, const std::string& shape) {
+    return missing(bench.get("/a/m"), "<http://localhost/a/m> dcterms:hasFormat " + format + " . " + format + " dcat:byteSize \"" + bytes +
+                                          "\"^^xsd:nonNegativeInteger ; lrt:elementType xsd:float ; lrt:byteOrder lrt:littleEndian ; qudt:unit unit:M ;"
+                                          " lrt:shape ( " + shape + " ) .");
+  };
+  std::array<float, 6> got{};
+  REQUIRE(octets().body.size() == 24);
+  std::memcpy(got.data(), octets().body.data(), 24);
+  CHECK(got == std::array<float, 6>{1, 2, 3, 4, 5, 6});
+  CHECK(described("24", "\"2\"^^xsd:nonNegativeInteger \"3\"^^xsd:nonNegativeInteger") == "");
+
+  rows = {{1, 2}, {3}};
+  CHECK(octets().status == 406);
+  CHECK(bench.ask("GET /a/m\nAccept: application/octet-stream, application/json;q=0.5").body == "[[1,2],[3]]");
+  CHECK(bench.get("/a/m").status == 200);
+  CHECK_FALSE(bench.get("/a/m").says("hasFormat"));
+  rows = {};
+  CHECK(octets().status == 200);
+  CHECK(octets().body.empty());
+  CHECK(described("0", "\"0\"^^xsd:nonNegativeInteger \"0\"^^xsd:nonNegativeInteger") == "");
+
+  // Two free lengths are not told by a number of octets: they are for reading only.
+  rows = {{1, 2}};
+  const Answer put = bench.ask("PUT /a/m\nContent-Type: application/octet-stream\n\n" + octets().body);
+  CHECK(put.status == 415);
+  CHECK(put.field("Accept") == "text/turtle, application/n-triples, application/rdf+xml, application/ld+json, application/json, text/plain, application/cbor");
+  CHECK(bench.ask("PUT /a/row\nContent-Type: application/octet-stream\n\n" + std::string("\0\0\x80?\0\0\0@\0\0\0\xC0", 12)).status == 204);
+  CHECK(rows == std::vector<std::vector<float>>{{1, 2, -2}});
+}
+
+TEST_CASE("subscribers to octets get what there is of them, and a ragged value is left out", "[engine][R0.12][R0.17]") {
+  engine::Options options;
+  options.subscriptions.callbacks.allow = {"127.0.0.1"};
+  Bench bench(std::move(options));
+  using Rows = std::vector<std::vector<std::uint8_t>>;
+  Thing thing{"a"};
+  auto m = thing.property<Rows>("m").octets();
+  bench.add(std::move(thing));
+  const auto publish = [&](const Rows& rows) {
+    m.publish(rows);
+    bench.look();
+  };
+  const auto early = bench.open("/a/m?accept=application/octet-stream");  // before there is one
+  CHECK(bench.messages(early).empty());
+  publish({{1, 2}, {3}});
+  CHECK(bench.messages(early).empty());
+  const auto late = bench.open("/a/m", "Accept: application/octet-stream\n");
+  const Answer callback = bench.ask("GET /a/m?accept=application/octet-stream\nUpgrade: callback\nCallback: http://127.0.0.1:9/receiver");
+  CHECK(callback.status == 201);
+  CHECK(callback.says("application/octet-stream"));
+  bench.pushes();
+  publish({{1, 2}, {3, 4}});
+  std::size_t told = 0;
+  for (const auto& [channel, push] : bench.pushes()) {
+    CHECK((channel == early || channel == late));
+    CHECK_FALSE(push.text);
+    CHECK(*push.message == "\x01\x02\x03\x04");
+    ++told;
+  }
+  CHECK(told == 2);
+  CHECK(bench.engine.take_callbacks().size() == 1);
+  publish({{1}, {3, 4}});
+  CHECK(bench.pushes().empty());
+  publish({{5}, {6}});
+  CHECK(bench.messages(late) == std::vector<std::string>{"\x05\x06"});
 }
 
 TEST_CASE("a format that cannot be offered is refused when the thing is added", "[engine][R0.3]") {

@@ -90,6 +90,8 @@ const std::vector<Case>& cases() {
       {&traits<std::array<std::vector<std::string>, 2>>::type(), {}},
       {&traits<plain_fuzz::Step>::type(), degrees},
       {&traits<plain_fuzz::Move>::type(), {}},
+      {&traits<std::array<std::vector<float>, 2>>::type(), any},
+      {&traits<std::vector<std::vector<std::int16_t>>>::type(), {}},
   };
   return all;
 }
@@ -119,8 +121,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   if (!*value) return 0;
   for (const Plain format : formats) {
-    if (format == Plain::octets && (!octets_of(*c.type) || (*value)->is_null())) continue;
     const Result<std::string> written = write_plain(*c.type, c.facets, **value, format);
+    if (format == Plain::octets) {
+      const Result<Octets> layout = octets_of(*c.type, **value);
+      if (layout ? !written || written->size() != layout->size() : written.has_value())
+        broken("octets that are not of their layout", written.value_or(std::string()));
+      if (!layout || !reads_octets(*c.type)) continue;
+    }
     if (!written) broken("not written", written.error().message);
     const Result<std::optional<Value>> back = value_of(*written, format, c);
     if (!back) broken(back.error().message.c_str(), *written);

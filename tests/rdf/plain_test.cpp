@@ -217,6 +217,8 @@ std::vector<Row> rows() {
       row(std::vector<std::int16_t>{1, -1, 256}, "[1,-1,256]", "830120190100", "0100ffff0001"),
       row(std::vector<std::array<float, 2>>{{{1, 2}}, {{3, 4}}}, "[[1,2],[3,4]]", "8282fa3f800000fa4000000082fa40400000fa40800000",
           "0000803f000000400000404000008040"),
+      row(std::array<std::vector<std::int16_t>, 2>{{{1, 2, 3}, {4, 5, 6}}}, "[[1,2,3],[4,5,6]]", "828301020383040506", "010002000300040005000600"),
+      row(std::array<std::vector<double>, 2>{}, "[[],[]]", "828080", ""),
       row(std::vector<std::vector<std::string>>{{"a"}, {}}, "[[\"a\"],[]]", "8281616180"),
       row(std::vector<bool>(24, true), "[true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true,true]",
           "9818f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5f5"),
@@ -547,10 +549,14 @@ TEST_CASE("octets are numbers of one shape", "[rdf]") {
   CHECK(is(octets_of(traits<std::vector<std::uint32_t>>::type()), vocab::xsd::unsignedInt, 4, {0}));
   CHECK(is(octets_of(traits<std::array<std::array<std::int64_t, 3>, 2>>::type()), vocab::xsd::long_, 8, {2, 3}));
   CHECK(is(octets_of(traits<std::vector<std::array<double, 3>>>::type()), vocab::xsd::double_, 8, {0, 3}));
-  for (const Type* none : {&traits<std::string>::type(), &traits<bool>::type(), &traits<Step>::type(), &traits<std::vector<std::vector<double>>>::type(),
-                           &traits<std::array<std::vector<double>, 2>>::type(), &traits<std::vector<std::optional<double>>>::type(),
-                           &traits<std::chrono::seconds>::type(), &traits<std::vector<std::array<double, 0>>>::type()}) {
+  CHECK(is(octets_of(traits<std::array<std::vector<double>, 2>>::type()), vocab::xsd::double_, 8, {2, 0}));
+  CHECK(is(octets_of(traits<std::vector<std::vector<float>>>::type()), vocab::xsd::float_, 4, {0, 0}));
+  for (const Type* none : {&traits<std::string>::type(), &traits<bool>::type(), &traits<Step>::type(), &traits<std::vector<std::vector<bool>>>::type(),
+                           &traits<std::vector<std::optional<double>>>::type(), &traits<std::vector<std::optional<std::vector<double>>>>::type(),
+                           &traits<std::chrono::seconds>::type()}) {
     CHECK_FALSE(octets_of(*none));
+    CHECK_FALSE(reads_octets(*none));
+    CHECK(octets_of(*none, Value(Value::Sequence{})).error().code == Errc::unsupported_syntax);
     CHECK(write_plain(*none, {}, Value(Value::Sequence{}), Plain::octets).error().code == Errc::unsupported_syntax);
     CHECK(said("", Plain::octets, *none).error().code == Errc::unsupported_syntax);
   }
@@ -564,7 +570,59 @@ TEST_CASE("octets are numbers of one shape", "[rdf]") {
   CHECK(length(refusal<std::array<float, 7>>("", Plain::octets)) == "expected 28 octets (7 of xsd:float), found 0");
   CHECK(length(refusal<std::vector<std::array<std::int16_t, 3>>>("1234567", Plain::octets)) == "expected a multiple of 6 octets (3 of xsd:short), found 7");
   CHECK(refusal<std::vector<std::array<std::int16_t, 3>>>("1234567", Plain::octets).offset == 6U);
+  CHECK(length(refusal<std::array<std::vector<std::int16_t>, 3>>("12345678", Plain::octets)) == "expected a multiple of 6 octets (3 of xsd:short), found 8");
   CHECK(findings(said<double>(unhex("000000000000f87f"), Plain::octets).value(), traits<double>::type()).find("vom:numericalValue") != std::string::npos);
+}
+
+TEST_CASE("octets of lists of any length have the shape of the value, and there are none where lists differ", "[rdf]") {
+  using Shape = std::vector<std::size_t>;
+  using Matrix = std::vector<std::vector<std::int16_t>>;
+  const auto shape = [](const auto& value) {
+    using T = std::decay_t<decltype(value)>;
+    const auto octets = octets_of(traits<T>::type(), traits<T>::encode(value));
+    const auto body = write_plain(traits<T>::type(), {}, traits<T>::encode(value), Plain::octets);
+    REQUIRE(octets);
+    REQUIRE(body);
+    CHECK(body->size() == octets->size());
+    return octets->shape;
+  };
+  const auto none = [](const auto& value) {
+    using T = std::decay_t<decltype(value)>;
+    const auto octets = octets_of(traits<T>::type(), traits<T>::encode(value));
+    REQUIRE_FALSE(octets);
+    CHECK(octets.error().code == Errc::unsupported_syntax);
+    CHECK(write_plain(traits<T>::type(), {}, traits<T>::encode(value), Plain::octets).error().message == octets.error().message);
+    return octets.error().message;
+  };
+  CHECK(shape(5.0) == Shape{});
+  CHECK(shape(std::vector<float>{1, 2}) == Shape{2});
+  CHECK(shape(std::vector<float>{}) == Shape{0});
+  CHECK(shape(std::vector<std::array<float, 3>>{{}, {}}) == Shape{2, 3});
+  CHECK(shape(std::vector<std::array<float, 3>>{}) == Shape{0, 3});
+  CHECK(shape(Matrix{{1, 2, 3}, {4, 5, 6}}) == Shape{2, 3});
+  CHECK(shape(Matrix{{}, {}}) == Shape{2, 0});
+  CHECK(shape(Matrix{}) == Shape{0, 0});
+  CHECK(shape(std::vector<std::array<double, 0>>(4)) == Shape{4, 0});
+  CHECK(shape(std::vector<Matrix>{{{1, 2}}, {{3, 4}}, {{5, 6}}}) == Shape{3, 1, 2});
+  CHECK(shape(std::vector<Matrix>{{}, {}}) == Shape{2, 0, 0});
+  CHECK(shape(std::vector<std::vector<std::array<float, 2>>>{{}, {}}) == Shape{2, 0, 2});
+  CHECK(hex(write_plain(traits<Matrix>::type(), {}, traits<Matrix>::encode({{1, -1}, {2, 256}}), Plain::octets).value()) == "0100ffff02000001");
+
+  CHECK(none(Matrix{{1, 2, 3}, {4, 5}}) == "expected lists of one length, found members 3 and 2: else there are no octets");
+  CHECK(none(Matrix{{}, {1}}) == "expected lists of one length, found members 0 and 1: else there are no octets");
+  CHECK(none(Matrix{{1}, {}}) == "expected lists of one length, found members 1 and 0: else there are no octets");
+  none(std::vector<Matrix>{{{1, 2}}, {{3, 4}, {5, 6}}});     // as many numbers as
+  none(std::vector<Matrix>{{{1, 2}, {3, 4}}, {{5}, {6}}});
+  none(std::array<std::vector<double>, 2>{{{1}, {1, 2}}});
+  none(std::optional<double>());
+
+  CHECK(reads_octets(traits<double>::type()));
+  CHECK(reads_octets(traits<std::optional<std::vector<std::array<float, 3>>>>::type()));
+  CHECK(reads_octets(traits<std::array<std::vector<float>, 3>>::type()));
+  CHECK_FALSE(reads_octets(traits<Matrix>::type()));
+  CHECK_FALSE(reads_octets(traits<std::vector<std::array<double, 0>>>::type()));
+  CHECK(refusal<Matrix>("12", Plain::octets).code == Errc::unsupported_syntax);
+  CHECK(refusal<Matrix>("", Plain::octets).code == Errc::unsupported_syntax);
 }
 
 TEST_CASE("the shape refuses what does not fit, and says where", "[rdf][shacl]") {
