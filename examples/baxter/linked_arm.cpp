@@ -22,9 +22,10 @@ lrt::Result<std::array<JointParameters, joint_count>> LinkedArm::parameters(cons
     const lrt::urdf::Joint& joint = description.joints[description.variables[i]];
     if (joint.name != RightArm::name(i)) return wrong(std::string("expected joint ") + RightArm::name(i) + ", found " + joint.name);
     const auto& limits = joint.limits;
-    if (!limits || !limits->lower || !limits->upper || !(*limits->lower <= 0 && *limits->upper >= 0 && limits->velocity > 0))
-      return wrong("expected limits with 0 rad between them and a velocity, in joint " + joint.name);
-    all[i] = {*limits->lower, *limits->upper, limits->velocity, limits->effort, joint.dynamics ? joint.dynamics->damping : 0};
+    if (!limits || !limits->lower || !limits->upper || !limits->velocity || !limits->effort ||
+        !(*limits->lower <= 0 && *limits->upper >= 0 && *limits->velocity > 0))
+      return wrong("expected limits with 0 rad between them, a velocity and an effort, in joint " + joint.name);
+    all[i] = {*limits->lower, *limits->upper, *limits->velocity, *limits->effort, joint.dynamics ? joint.dynamics->damping : 0};
   }
   return all;
 }

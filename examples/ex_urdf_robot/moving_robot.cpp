@@ -15,8 +15,8 @@ MovingRobot::MovingRobot(lrt::urdf::Robot robot, std::optional<Trajectory> traje
   efforts_.assign(variables_.size(), unknown);
   for (std::size_t v = 0; v < variables_.size(); ++v) {
     const auto& limits = robot_.model().joints[robot_.model().variables[v]].limits;
-    if (limits && limits->lower && limits->upper) positions_[v] = std::clamp(0.0, *limits->lower, *limits->upper);
-    if (limits && limits->velocity > 0) variables_[v].velocity = limits->velocity;
+    if (limits) positions_[v] = limits->clamp(0);
+    if (limits && limits->velocity.value_or(0) > 0) variables_[v].velocity = *limits->velocity;
     variables_[v].target = positions_[v];
     if (!trajectory_) command(v);
   }
@@ -27,7 +27,8 @@ void MovingRobot::command(std::size_t variable) {
   const std::size_t index = robot_.model().variables[variable];
   const lrt::urdf::Joint& joint = robot_.model().joints[index];
   lrt::Facets facets(joint.type == lrt::urdf::JointType::prismatic ? lrt::unit::metre : lrt::unit::radian);
-  if (joint.limits && joint.limits->lower && joint.limits->upper) facets.between(*joint.limits->lower, *joint.limits->upper);
+  if (joint.limits && joint.limits->lower) facets.at_least(*joint.limits->lower);
+  if (joint.limits && joint.limits->upper) facets.at_most(*joint.limits->upper);
   robot_.position(index).on_write([this, variable](double target) {
     variables_[variable].target = target;
     variables_[variable].move = {};  // a move that was under way goes elsewhere now: it fails

@@ -6,6 +6,7 @@
 //   robot->add_to(server);                             // a Thing for the robot, each joint and each link
 //   robot->publish(positions);                         // in the control loop: joints, and the pose of every link
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -34,10 +35,17 @@ enum class JointType : std::uint8_t { revolute, continuous, prismatic, fixed, fl
 /// "revolute"
 std::string_view to_string(JointType type) noexcept;
 
-/// What a joint can do: rad, rad/s and N m for revolute and continuous joints, m, m/s and N for others.
+/// What a joint can do: rad, rad/s and N m for revolute and continuous joints, m, m/s and N for others. What a document does not say, or
+/// says to be infinite, is without a value.
 struct Limits {
-  std::optional<double> lower, upper;  ///< of the position; both of a revolute or prismatic joint, unless lower > upper in the document
-  double velocity = 0, effort = 0;     ///< the greatest
+  std::optional<double> lower, upper;      ///< of the position of a revolute or prismatic joint; none where lower > upper in the document
+  std::optional<double> velocity, effort;  ///< the greatest
+
+  /// The position next to this one that is within.
+  double clamp(double position) const noexcept {
+    if (lower) position = std::max(position, *lower);
+    return upper ? std::min(position, *upper) : position;
+  }
 };
 struct Dynamics {
   double damping = 0;   ///< [N m s/rad], [N s/m]
@@ -82,12 +90,12 @@ struct Material {
 };
 /// A shape of a link: what is seen, or what collides.
 struct Shape {
-  enum class Kind : std::uint8_t { box, cylinder, sphere, mesh };
+  enum class Kind : std::uint8_t { box, cylinder, sphere, capsule, mesh };
   std::string name;
   Pose origin;  ///< in the link's frame
   Kind kind = Kind::box;
   std::array<double, 3> size{};   ///< of a box [m]
-  double radius = 0, length = 0;  ///< of a cylinder along z, a sphere [m]
+  double radius = 0, length = 0;  ///< of a cylinder along z, a capsule (its length without its ends), a sphere [m]
   std::string mesh;               ///< file name or IRI as in the document
   std::array<double, 3> scale{1, 1, 1};
   std::optional<Material> material;  ///< of what is seen
@@ -107,7 +115,7 @@ struct Model {
   std::vector<Link> links;
   std::size_t root = 0;                ///< index of the link without a joint before it
   std::vector<std::size_t> variables;  ///< joints whose position somebody must say: those that have one and mimic none
-  std::vector<std::string> warnings;   ///< what is odd and was taken as it could be: an inertia of no body, limits the wrong way round
+  std::vector<std::string> warnings;   ///< what is odd, with its line, and was left out or taken as it could be
 };
 
 struct Options {
@@ -119,7 +127,10 @@ struct Options {
   std::size_t max_elements = 100'000;
 };
 
-/// Reads a description. Elements that URDF does not have (gazebo, transmission, ...) are passed over.
+/// Reads a description, of URDF 1.0 to 1.2. Elements that URDF does not have (gazebo, transmission, ...) are passed over.
+///
+/// Where joints and links are and how they move must be right, and no mass or moment of inertia negative. What else may be missing or odd, as
+/// it is in many a file (limits, mimic relations, parts of the inertia, shapes, materials) is left out, and Model::warnings says so.
 ///
 /// @par Errors   expected_value: what is no XML, no tree, or no number; what is missing, repeated, or of an unknown kind; xacro that was
 ///               not expanded: with the element and its line. limit_exceeded. One error, the first.

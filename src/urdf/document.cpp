@@ -2,6 +2,8 @@
 
 #include <tinyxml2.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -40,16 +42,37 @@ std::uint32_t line_of(std::string_view text, std::size_t offset) {
   return 1 + static_cast<std::uint32_t>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(offset), '\n'));
 }
 
-/// Bounds what an XML reader will make of the text, before there is one. How many end tags it has.
-std::size_t check_size(std::string_view text, const Options& options) {
+/// The text in UTF-8. What says that it is ISO-8859-1 is read as that, and so is a byte that is no UTF-8: many a comment has one.
+std::string as_utf8(std::string_view text, const Options& options, std::vector<std::string>& warnings) {
+  if (text.size() > options.max_bytes)
+    throw Refusal{
+        {Errc::limit_exceeded, "expected at most " + std::to_string(options.max_bytes) + " bytes, found " + std::to_string(text.size())}};
+  if (text.substr(0, 2) == "\xFF\xFE" || text.substr(0, 2) == "\xFE\xFF")
+    throw Refusal{{Errc::expected_value, "expected UTF-8, found UTF-16"}};
+  const std::size_t end = text.find("?>");
+  const std::string_view prolog = text.substr(0, end == std::string_view::npos ? 0 : end);
+  const bool is_latin1 = prolog.find("8859-1\"") != std::string_view::npos || prolog.find("8859-1'") != std::string_view::npos;
+  const auto is_other = [](char c) { return static_cast<unsigned char>(c) >= 0x80; };
+  std::string out;
+  for (bool warned = is_latin1;; warned = true) {
+    const auto other = is_latin1 ? static_cast<std::size_t>(std::find_if(text.begin(), text.end(), is_other) - text.begin())
+                                 : utf8::find_invalid(text).value_or(text.size());
+    out += text.substr(0, other);
+    if (other == text.size()) return out;
+    if (!warned) warnings.push_back("line " + std::to_string(line_of(out, out.size())) + ": expected UTF-8; read as ISO-8859-1");
+    const auto byte = static_cast<unsigned char>(text[other]);
+    out += {static_cast<char>(0xC0U | (byte >> 6U)), static_cast<char>(0x80U | (byte & 0x3FU))};
+    text.remove_prefix(other + 1);
+  }
+}
+
+/// Bounds what an XML reader will make of the text, before there is one. How many end tags it has. Processing instructions become blanks:
+/// XML has them anywhere, the reader only at the beginning.
+std::size_t check_size(std::string& text, const Options& options) {
   const auto refuse = [&](Errc code, std::size_t at, std::string message) {
     const std::uint32_t line = line_of(text, at);
     throw Refusal{{code, "line " + std::to_string(line) + ": " + std::move(message), at, line}};
   };
-  if (text.size() > options.max_bytes)
-    throw Refusal{
-        {Errc::limit_exceeded, "expected at most " + std::to_string(options.max_bytes) + " bytes, found " + std::to_string(text.size())}};
-  if (const auto bad = utf8::find_invalid(text)) refuse(Errc::expected_value, *bad, "expected UTF-8");
   if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos)
     refuse(Errc::expected_value, nul, "expected XML, found U+0000");
 
@@ -60,6 +83,10 @@ std::size_t check_size(std::string_view text, const Options& options) {
       if (text.compare(at, begin.size(), begin) != 0) continue;
       const std::size_t close = text.find(end, at + begin.size());
       if (close == std::string_view::npos) return ends;  // the reader says what is wrong
+      if (begin == "<?")
+        std::replace_if(
+            text.begin() + static_cast<std::ptrdiff_t>(at), text.begin() + static_cast<std::ptrdiff_t>(close + end.size()),
+            [](char c) { return c != '\n'; }, ' ');
       at = close + end.size();
       skipped = true;
       break;
@@ -92,30 +119,39 @@ struct EndTags final : tinyxml2::XMLVisitor {
 
 class Checker {
  public:
-  Checker(const Options& options, Document& document) : options_(options), document_(document), out_(nullptr, true) {}
+  Checker(const Options& options, Document& document) : options_(options), document_(document) {}
 
   void check(const XMLElement& robot) {
     check_xacro(robot);
     if (std::string_view(robot.Name()) != "robot") refuse(robot, "expected <robot> as the outermost element");
     const std::string name = name_of(robot, true);
-    if (const auto version = attribute(robot, "version"); version && *version != "1.0" && *version != "1")
-      refuse(robot, "expected version 1.0, found " + quoted(*version));
-    out_.OpenElement("robot", true);
-    out_.PushAttribute("name", name.c_str());
+    if (const auto version = attribute(robot, "version"); version && *version != "1.0" && *version != "1") {
+      if (*version != "1.1" && *version != "1.2") refuse(robot, "expected version 1.0, 1.1 or 1.2, found " + quoted(*version));
+      has_quaternions_ = true;
+    }
+    open("robot");
+    put("name", name.c_str());
     collect_materials(robot);
     for (const XMLElement* e = robot.FirstChildElement("link"); e; e = e->NextSiblingElement("link")) link(*e);
+    for (const XMLElement* e = robot.FirstChildElement("joint"); e; e = e->NextSiblingElement("joint"))
+      types_.emplace(attribute(*e, "name").value_or(""), attribute(*e, "type").value_or(""));
     for (const XMLElement* e = robot.FirstChildElement("joint"); e; e = e->NextSiblingElement("joint")) joint(*e);
     if (links_.empty()) refuse(robot, "expected at least one link");
     check_tree();
     check_mimics();
-    out_.CloseElement(true);
-    document_.text.assign(out_.CStr(), static_cast<std::size_t>(out_.CStrSize()) - 1);
+    tinyxml2::XMLPrinter printer(nullptr, true);
+    out_.Print(&printer);
+    document_.text.assign(printer.CStr(), static_cast<std::size_t>(printer.CStrSize()) - 1);
   }
 
  private:
   struct Ends {
     const XMLElement* element;
-    std::string type, parent, child;
+    std::string parent, child;
+  };
+  struct Defined {
+    int line;
+    bool has_colour;
   };
 
   // --- words
@@ -134,6 +170,30 @@ class Checker {
     throw Refusal{{code, with_line(e) + ": " + sentence, std::nullopt, static_cast<std::uint32_t>(e.GetLineNum())}};
   }
   void warn(const XMLElement& e, const std::string& sentence) { document_.warnings.push_back(with_line(e) + ": " + sentence); }
+
+  // --- what is written
+
+  void open(const char* name) {
+    XMLElement* const e = out_.NewElement(name);
+    at_->InsertEndChild(e);
+    at_ = e;
+  }
+  void put(const char* name, const char* value) { at_->ToElement()->SetAttribute(name, value); }
+  void close() { at_ = at_->Parent(); }
+  /// Writes a shape of a link, which has a place without it, too: where it is wrong, it is left out.
+  void shape_if_right(const XMLElement& part) {
+    tinyxml2::XMLNode* const whole = at_;
+    tinyxml2::XMLNode* const last = whole->LastChild();
+    const std::size_t shapes = document_.shapes.size();
+    try {
+      shape(part);
+    } catch (const Refusal& refusal) {
+      at_ = whole;
+      if (whole->LastChild() != last) whole->DeleteChild(whole->LastChild());
+      document_.shapes.resize(shapes);
+      document_.warnings.push_back(refusal.error.message + "; the " + part.Name() + " is left out");
+    }
+  }
 
   // --- xacro
 
@@ -218,22 +278,23 @@ class Checker {
     if (count < least || count > most) refuse(e, "expected " + std::to_string(most) + " numbers as " + name + ", found " + quoted(text));
     return out;
   }
+  static std::string trimmed(const std::string& text) {
+    const std::size_t first = text.find_first_not_of(' ');
+    return first == std::string::npos ? std::string() : text.substr(first, text.find_last_not_of(' ') - first + 1);
+  }
   /// The number in an attribute, written as well. Without the attribute: nothing, or an error.
   std::optional<double> number(const XMLElement& e, const char* name, bool needed) {
     const auto text = needed ? required(e, name) : attribute(e, name);
     if (!text) return std::nullopt;
-    const std::size_t first = text->find_first_not_of(' ');
-    const std::string_view trimmed =
-        first == std::string::npos ? std::string_view() : std::string_view(*text).substr(first, text->find_last_not_of(' ') - first + 1);
-    const double value = parsed(e, name, trimmed);
-    out_.PushAttribute(name, rdf::lexical::format(value).c_str());
+    const double value = parsed(e, name, trimmed(*text));
+    put(name, rdf::lexical::format(value).c_str());
     return value;
   }
   std::optional<std::array<double, 3>> vector3(const XMLElement& e, const char* name, bool needed = false) {
     const auto text = needed ? required(e, name) : attribute(e, name);
     if (!text) return std::nullopt;
     std::array<double, 3> values{};
-    out_.PushAttribute(name, vector<3>(e, name, *text, values).c_str());
+    put(name, vector<3>(e, name, *text, values).c_str());
     return values;
   }
   double not_negative(const XMLElement& e, const char* name) {
@@ -247,10 +308,22 @@ class Checker {
   void origin(const XMLElement& of) {
     const XMLElement* e = of.FirstChildElement("origin");
     if (!e) return;
-    out_.OpenElement("origin", true);
+    open("origin");
     vector3(*e, "xyz");
-    vector3(*e, "rpy");
-    out_.CloseElement(true);
+    const bool turned = vector3(*e, "rpy").has_value();
+    if (const auto text = attribute(*e, "quat_xyzw"); text && !has_quaternions_) {
+      warn(*e, "quat_xyzw needs version 1.1 of <robot>; left out");
+    } else if (text) {
+      Eigen::Quaterniond q;
+      std::array<double, 4> values{};
+      vector<4>(*e, "quat_xyzw", *text, values);
+      q.coeffs() << values[0], values[1], values[2], values[3];
+      if (turned || !(q.norm() > 0) || !std::isfinite(q.norm()))
+        refuse(*e, "expected either rpy or quat_xyzw with a length above 0, found " + quoted(*text));
+      const Eigen::Vector3d ypr = q.normalized().toRotationMatrix().eulerAngles(2, 1, 0);
+      put("rpy", (rdf::lexical::format(ypr[2]) + ' ' + rdf::lexical::format(ypr[1]) + ' ' + rdf::lexical::format(ypr[0])).c_str());
+    }
+    close();
   }
   const XMLElement& child(const XMLElement& of, const char* name) const {
     const XMLElement* e = of.FirstChildElement(name);
@@ -258,66 +331,72 @@ class Checker {
     return *e;
   }
 
-  /// Colour and texture; whether there is one of them.
-  bool look(const XMLElement& material, bool write) {
-    const XMLElement* colour = material.FirstChildElement("color");
-    const XMLElement* texture = material.FirstChildElement("texture");
-    std::string rgba, file;
-    if (colour) {
-      std::array<double, 4> values{0, 0, 0, 1};
-      rgba = vector<3>(*colour, "rgba", required(*colour, "rgba"), values);
-      for (const double v : values)
-        if (v < 0 || v > 1) refuse(*colour, "expected an rgba of numbers from 0 to 1, found " + rdf::lexical::format(v));
-      if (std::count(rgba.begin(), rgba.end(), ' ') == 2) rgba += " 1";
-    }
-    if (texture) file = required(*texture, "filename");
-    if (write && colour) {
-      out_.OpenElement("color", true);
-      out_.PushAttribute("rgba", rgba.c_str());
-      out_.CloseElement(true);
-    }
-    if (write && !file.empty()) {
-      out_.OpenElement("texture", true);
-      out_.PushAttribute("filename", file.c_str());
-      out_.CloseElement(true);
-    }
-    return colour || !file.empty();
+  static const XMLElement* texture(const XMLElement& material) {
+    const XMLElement* e = material.FirstChildElement("texture");
+    return e && e->Attribute("filename") && *e->Attribute("filename") ? e : nullptr;
   }
-  void define(const XMLElement& material, const std::string& name) {
-    out_.OpenElement("material", true);
-    out_.PushAttribute("name", name.c_str());
-    look(material, true);
-    out_.CloseElement(true);
+  static bool has_look(const XMLElement& material) { return material.FirstChildElement("color") || texture(material); }
+  /// Red, green, blue and alpha, where it has such as can be taken.
+  std::optional<std::string> colour(const XMLElement& material) {
+    const XMLElement* e = material.FirstChildElement("color");
+    try {
+      if (e) {
+        std::array<double, 4> values{0, 0, 0, 1};
+        const std::string rgba = vector<3>(*e, "rgba", required(*e, "rgba"), values);
+        for (const double v : values)
+          if (v < 0 || v > 1) refuse(*e, "expected an rgba of numbers from 0 to 1, found " + rdf::lexical::format(v));
+        return std::count(rgba.begin(), rgba.end(), ' ') == 2 ? rgba + " 1" : rgba;
+      }
+    } catch (const Refusal& refusal) { document_.warnings.push_back(refusal.error.message + "; the color is left out"); }
+    return std::nullopt;
+  }
+  /// liburdfdom insists on a look; whether the colour is the document's.
+  bool define(const XMLElement& material, const std::string& name) {
+    open("material");
+    put("name", name.c_str());
+    const auto rgba = colour(material);
+    open("color");
+    put("rgba", rgba ? rgba->c_str() : "0 0 0 1");
+    close();
+    if (const XMLElement* e = texture(material)) {
+      open("texture");
+      put("filename", required(*e, "filename").c_str());
+      close();
+    }
+    close();
+    return rgba.has_value();
   }
   /// All materials are written before the links, so that a link may refer to what a later one defines.
   void collect_materials(const XMLElement& robot) {
     for (const XMLElement* e = robot.FirstChildElement("material"); e; e = e->NextSiblingElement("material")) {
       const std::string name = name_of(*e);
-      const auto [first, added] = materials_.emplace(name, e->GetLineNum());
-      if (!added) refuse(*e, "expected another name: there is such a material in line " + std::to_string(first->second));
-      if (!look(*e, false)) refuse(*e, "expected an element <color> or <texture>");
-      define(*e, name);
+      if (!has_look(*e)) continue;  // who refers to it is warned
+      if (const auto first = materials_.find(name); first != materials_.end())
+        refuse(*e, "expected another name: there is such a material in line " + std::to_string(first->second.line));
+      materials_.emplace(name, Defined{e->GetLineNum(), define(*e, name)});
     }
     for (const XMLElement* l = robot.FirstChildElement("link"); l; l = l->NextSiblingElement("link"))
       for (const XMLElement* v = l->FirstChildElement("visual"); v; v = v->NextSiblingElement("visual"))
         if (const XMLElement* e = v->FirstChildElement("material")) {
-          const std::string name = name_of(*e, true);
-          if (!name.empty() && look(*e, false) && materials_.emplace(name, e->GetLineNum()).second) define(*e, name);
+          const std::string name = attribute(*e, "name").value_or("");
+          if (!name.empty() && has_look(*e) && materials_.count(name) == 0)
+            materials_.emplace(name, Defined{e->GetLineNum(), define(*e, name)});
         }
   }
 
   void geometry(const XMLElement& of) {
     const XMLElement& e = child(of, "geometry");
     const XMLElement* shape = e.FirstChildElement();
-    if (!shape) refuse(e, "expected an element out of box, cylinder, sphere, mesh");
+    if (!shape) refuse(e, "expected an element out of box, cylinder, sphere, capsule, mesh");
     const std::string_view kind = shape->Name();
-    out_.OpenElement("geometry", true);
-    out_.OpenElement(shape->Name(), true);
+    const bool is_capsule = kind == "capsule";
+    open("geometry");
+    open(is_capsule ? "cylinder" : shape->Name());
     if (kind == "box") {
       const auto size = *vector3(*shape, "size", true);
       for (const double side : size)
         if (side < 0) refuse(*shape, "expected a size of at least 0, found " + rdf::lexical::format(side));
-    } else if (kind == "cylinder") {
+    } else if (kind == "cylinder" || is_capsule) {
       not_negative(*shape, "radius");
       not_negative(*shape, "length");
     } else if (kind == "sphere") {
@@ -325,46 +404,56 @@ class Checker {
     } else if (kind == "mesh") {
       const std::string file = required(*shape, "filename");
       if (file.empty()) refuse(*shape, "expected a filename, found an empty one");
-      out_.PushAttribute("filename", file.c_str());
+      put("filename", file.c_str());
       vector3(*shape, "scale");
     } else {
-      refuse(e, "expected an element out of box, cylinder, sphere, mesh; found " + quoted(kind));
+      refuse(e, "expected an element out of box, cylinder, sphere, capsule, mesh; found " + quoted(kind));
     }
-    out_.CloseElement(true);
-    out_.CloseElement(true);
+    close();
+    close();
+    document_.shapes.back().is_capsule = is_capsule;
   }
   void shape(const XMLElement& e) {
-    out_.OpenElement(e.Name(), true);
-    if (const auto name = attribute(e, "name")) out_.PushAttribute("name", name->c_str());
+    document_.shapes.emplace_back();
+    open(e.Name());
+    if (const auto name = attribute(e, "name")) put("name", name->c_str());
     origin(e);
     geometry(e);
     if (const XMLElement* material = std::string_view(e.Name()) == "visual" ? e.FirstChildElement("material") : nullptr) {
-      const std::string name = name_of(*material, true);
-      if (!name.empty() && materials_.count(name) == 0)
-        refuse(*material,
-               "expected a material of the document, found " + quoted(name) + ", which has neither <color> nor <texture> anywhere");
-      if (!name.empty() || look(*material, false)) {
-        out_.OpenElement("material", true);
-        out_.PushAttribute("name", name.c_str());
-        if (name.empty()) look(*material, true);
-        out_.CloseElement(true);
+      const std::string name = attribute(*material, "name").value_or("");
+      const auto known = materials_.find(name);
+      if (known != materials_.end()) {
+        open("material");
+        put("name", name.c_str());
+        close();
+        document_.shapes.back().has_colour = known->second.has_colour;
+      } else if (!name.empty()) {
+        warn(*material, quoted(name) + " has neither <color> nor <texture> anywhere in the document");
+        materials_.emplace(name, Defined{material->GetLineNum(), document_.shapes.back().has_colour = define(*material, name)});
+      } else if (has_look(*material)) {
+        document_.shapes.back().has_colour = define(*material, name);
       }
     }
-    out_.CloseElement(true);
+    close();
   }
 
   void inertial(const XMLElement& e) {
-    out_.OpenElement("inertial", true);
+    const XMLElement *mass = e.FirstChildElement("mass"), *inertia = e.FirstChildElement("inertia");
+    if (!mass || !inertia) return warn(e, std::string("has no element <") + (mass ? "inertia" : "mass") + "> and is left out");
+    open("inertial");
     origin(e);
-    out_.OpenElement("mass", true);
-    not_negative(child(e, "mass"), "value");
-    out_.CloseElement(true);
-    const XMLElement& inertia = child(e, "inertia");
-    out_.OpenElement("inertia", true);
-    for (const char* moment : {"ixx", "iyy", "izz"}) not_negative(inertia, moment);
-    for (const char* product : {"ixy", "ixz", "iyz"}) number(inertia, product, true);
-    out_.CloseElement(true);
-    out_.CloseElement(true);
+    open("mass");
+    not_negative(*mass, "value");
+    close();
+    open("inertia");
+    for (const char* moment : {"ixx", "iyy", "izz"}) not_negative(*inertia, moment);
+    for (const char* product : {"ixy", "ixz", "iyz"}) {
+      if (number(*inertia, product, false)) continue;
+      put(product, "0");
+      warn(*inertia, "has no " + std::string(product) + "; taken as 0");
+    }
+    close();
+    close();
   }
 
   void link(const XMLElement& e) {
@@ -373,12 +462,12 @@ class Checker {
     if (!added) refuse(e, "expected another name: there is such a link in line " + std::to_string(document_.links[first->second].line));
     document_.links.push_back({name, static_cast<std::uint32_t>(e.GetLineNum())});
     link_elements_.push_back(&e);
-    out_.OpenElement("link", true);
-    out_.PushAttribute("name", name.c_str());
+    open("link");
+    put("name", name.c_str());
     if (const XMLElement* i = e.FirstChildElement("inertial")) inertial(*i);
     for (const char* kind : {"visual", "collision"})
-      for (const XMLElement* s = e.FirstChildElement(kind); s; s = s->NextSiblingElement(kind)) shape(*s);
-    out_.CloseElement(true);
+      for (const XMLElement* s = e.FirstChildElement(kind); s; s = s->NextSiblingElement(kind)) shape_if_right(*s);
+    close();
   }
 
   void joint(const XMLElement& e) {
@@ -389,70 +478,109 @@ class Checker {
     const auto types = {"revolute", "continuous", "prismatic", "fixed", "floating", "planar"};
     if (std::find(types.begin(), types.end(), type) == types.end())
       refuse(e, "expected a type out of revolute, continuous, prismatic, fixed, floating, planar; found " + quoted(type));
-    out_.OpenElement("joint", true);
-    out_.PushAttribute("name", name.c_str());
-    out_.PushAttribute("type", type.c_str());
+    open("joint");
+    put("name", name.c_str());
+    put("type", type.c_str());
     origin(e);
-    Ends ends{&e, type, {}, {}};
+    Ends ends{&e, {}, {}};
     for (const auto& [end, link] : {std::pair<const char*, std::string*>{"parent", &ends.parent}, {"child", &ends.child}}) {
       const XMLElement& at = child(e, end);
       *link = required(at, "link");
       if (links_.count(*link) == 0) refuse(at, "expected a link of the document, found " + quoted(*link));
-      out_.OpenElement(end, true);
-      out_.PushAttribute("link", link->c_str());
-      out_.CloseElement(true);
+      open(end);
+      put("link", link->c_str());
+      close();
     }
     axis(e, type);
-    const XMLElement* limit = e.FirstChildElement("limit");
-    if (!limit && (type == "revolute" || type == "prismatic")) refuse(e, "expected an element <limit>, which " + type + " joints need");
-    if (limit) limits(*limit);
+    const std::optional<Limits> limits = this->limits(e, type);
     if (const XMLElement* d = e.FirstChildElement("dynamics")) dynamics(*d);
     if (const XMLElement* s = e.FirstChildElement("safety_controller")) {
-      out_.OpenElement("safety_controller", true);
+      open("safety_controller");
       for (const char* part : {"soft_lower_limit", "soft_upper_limit", "k_position"}) number(*s, part, false);
       number(*s, "k_velocity", true);
-      out_.CloseElement(true);
+      close();
     }
     if (const XMLElement* m = e.FirstChildElement("mimic")) mimic(*m, type);
-    out_.CloseElement(true);
-    document_.joints.push_back({name, static_cast<std::uint32_t>(e.GetLineNum())});
+    close();
+    document_.joints.push_back({{name, static_cast<std::uint32_t>(e.GetLineNum())}, limits});
     ends_.push_back(std::move(ends));
   }
   void axis(const XMLElement& joint, const std::string& type) {
     const XMLElement* e = joint.FirstChildElement("axis");
     if (!e || type == "fixed" || type == "floating") return;
     if (!e->Attribute("xyz")) return;
-    out_.OpenElement("axis", true);
+    open("axis");
     const auto xyz = *vector3(*e, "xyz");
     const double length = std::hypot(xyz[0], xyz[1], xyz[2]);
     if (!(length > 0) || !std::isfinite(length)) refuse(*e, "expected an axis with a direction, found " + quoted(e->Attribute("xyz")));
-    out_.CloseElement(true);
+    close();
   }
-  void limits(const XMLElement& e) {
-    out_.OpenElement("limit", true);
-    const double lower = number(e, "lower", false).value_or(0), upper = number(e, "upper", false).value_or(0);
-    number(e, "effort", true);
-    number(e, "velocity", true);
-    out_.CloseElement(true);
-    if (lower > upper)
-      warn(e, "the lower limit " + rdf::lexical::format(lower) + " is above the upper one " + rdf::lexical::format(upper) +
-                  "; both are left out");
+  /// A limit. Without the attribute, or with one that is no bound: nothing.
+  std::optional<double> limit(const XMLElement& e, const char* name) const {
+    const auto text = attribute(e, name);
+    if (!text) return std::nullopt;
+    std::string word = trimmed(*text);
+    if (!word.empty() && (word[0] == '-' || word[0] == '+')) word.erase(0, 1);
+    for (const char* endless : {"inf", "Inf", "INF", "infinity", "Infinity"})
+      if (word == endless) return std::nullopt;
+    return parsed(e, name, trimmed(*text));
+  }
+  /// liburdfdom insists on numbers that many descriptions do not have; it gets others, and those of the document stay here.
+  std::optional<Limits> limits(const XMLElement& joint, const std::string& type) {
+    const bool bounded = type == "revolute" || type == "prismatic";
+    if (bounded) {
+      open("limit");
+      put("effort", "0");
+      put("velocity", "0");
+      close();
+    }
+    const XMLElement* e = joint.FirstChildElement("limit");
+    if (!e) {
+      if (bounded) warn(joint, "expected an element <limit>, which " + type + " joints need; taken as without limits");
+      return std::nullopt;
+    }
+    Limits limits{limit(*e, "lower"), limit(*e, "upper"), limit(*e, "velocity"), limit(*e, "effort")};
+    const bool has_lower = e->Attribute("lower"), has_upper = e->Attribute("upper");
+    if (!bounded) {
+      limits.lower = limits.upper = std::nullopt;
+    } else if (!has_lower && !has_upper) {
+      warn(*e, "has neither lower nor upper; taken as without limits of the position");
+    } else {
+      if (!has_lower) limits.lower = 0;  // says URDF
+      if (!has_upper) limits.upper = 0;
+      if (limits.lower && limits.lower == limits.upper)
+        warn(*e, "lower and upper are both " + rdf::lexical::format(*limits.lower) + ": the joint cannot move");
+      if (limits.lower && limits.upper && *limits.lower > *limits.upper) {
+        warn(*e, "the lower limit " + rdf::lexical::format(*limits.lower) + " is above the upper one " +
+                     rdf::lexical::format(*limits.upper) + "; both are left out");
+        limits.lower = limits.upper = std::nullopt;
+      }
+    }
+    for (const char* name : {"effort", "velocity"})
+      if (type != "fixed" && !e->Attribute(name)) warn(*e, "has no " + std::string(name) + "; taken as without a limit of it");
+    if (!limits.lower && !limits.upper && !limits.velocity && !limits.effort) return std::nullopt;
+    return limits;
   }
   void dynamics(const XMLElement& e) {
     if (!e.Attribute("damping") && !e.Attribute("friction")) return warn(e, "has neither damping nor friction and is left out");
-    out_.OpenElement("dynamics", true);
+    open("dynamics");
     number(e, "damping", false);
     number(e, "friction", false);
-    out_.CloseElement(true);
+    close();
   }
   void mimic(const XMLElement& e, const std::string& type) {
     if (type != "revolute" && type != "continuous" && type != "prismatic") return warn(e, "a " + type + " joint can mimic none; left out");
+    const std::string name = required(e, "joint");
+    const auto found = types_.find(name);
+    if (found == types_.end()) return warn(e, "there is no joint " + quoted(name) + " in the document; left out");
+    if (found->second != "revolute" && found->second != "continuous" && found->second != "prismatic")
+      return warn(e, "joint " + quoted(name) + " is " + found->second + " and has no position; left out");
     mimics_.emplace_back(&e, document_.joints.size());
-    out_.OpenElement("mimic", true);
-    out_.PushAttribute("joint", required(e, "joint").c_str());
-    if (!number(e, "multiplier", false)) out_.PushAttribute("multiplier", "1");
-    if (!number(e, "offset", false)) out_.PushAttribute("offset", "0");
-    out_.CloseElement(true);
+    open("mimic");
+    put("joint", name.c_str());
+    if (!number(e, "multiplier", false)) put("multiplier", "1");
+    if (!number(e, "offset", false)) put("offset", "0");
+    close();
   }
 
   // --- the whole
@@ -496,15 +624,7 @@ class Checker {
   }
   void check_mimics() const {
     std::unordered_map<std::size_t, std::size_t> of;
-    for (const auto& [e, joint] : mimics_) {
-      const std::string name = required(*e, "joint");
-      const auto found = joints_.find(name);
-      if (found == joints_.end()) refuse(*e, "expected a joint of the document, found " + quoted(name));
-      const std::string& type = ends_[found->second].type;
-      if (type != "revolute" && type != "continuous" && type != "prismatic")
-        refuse(*e, "expected a revolute, continuous or prismatic joint; " + quoted(name) + " is " + type);
-      of.emplace(joint, found->second);
-    }
+    for (const auto& [e, joint] : mimics_) of.emplace(joint, joints_.at(required(*e, "joint")));
     for (const auto& [e, joint] : mimics_) {
       std::size_t steps = 0;
       for (auto at = of.find(joint); at != of.end(); at = of.find(at->second))
@@ -516,8 +636,11 @@ class Checker {
 
   const Options& options_;
   Document& document_;
-  tinyxml2::XMLPrinter out_;
-  std::unordered_map<std::string, int> materials_;               // name, line
+  tinyxml2::XMLDocument out_;
+  tinyxml2::XMLNode* at_ = &out_;  // where the next element is written
+  bool has_quaternions_ = false;
+  std::unordered_map<std::string, std::string> types_;           // of joints, by name
+  std::unordered_map<std::string, Defined> materials_;           // by name
   std::unordered_map<std::string, std::size_t> links_, joints_;  // name, index
   std::vector<const XMLElement*> link_elements_;
   std::vector<Ends> ends_;
@@ -552,9 +675,11 @@ Error no_xml(const tinyxml2::XMLDocument& xml) {
 
 Result<Document> check(std::string_view text, const Options& options) {
   try {
-    const std::size_t ends = check_size(text, options);
+    Document document;
+    std::string utf8 = as_utf8(text, options, document.warnings);
+    const std::size_t ends = check_size(utf8, options);
     tinyxml2::XMLDocument xml;
-    if (xml.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) return unexpected(no_xml(xml));
+    if (xml.Parse(utf8.data(), utf8.size()) != tinyxml2::XML_SUCCESS) return unexpected(no_xml(xml));
     const XMLElement* robot = xml.RootElement();
     if (!robot) return unexpected(Errc::expected_value, "expected <robot>, found no element");
     if (const XMLElement* second = robot->NextSiblingElement()) {
@@ -568,7 +693,6 @@ Result<Document> check(std::string_view text, const Options& options) {
     xml.Accept(&has);
     if (has.count != ends)  // the reader stops at one that is too many
       return unexpected(Errc::expected_value, "expected XML, found an end tag without an element after <" + shortened(robot->Name()) + '>');
-    Document document;
     Checker(options, document).check(*robot);
     return document;
   } catch (Refusal& refusal) { return unexpected(std::move(refusal.error)); }

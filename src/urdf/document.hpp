@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,7 +19,17 @@ struct Document {
   };
   std::string
       text;  ///< written anew: links, joints and materials, with what URDF says of them and nothing else, in the syntax of all XML readers
-  std::vector<Element> links, joints;  ///< in the document's order
+  struct Joint : Element {
+    std::optional<Limits> limits;
+  };
+  std::vector<Element> links;  ///< in the document's order
+  std::vector<Joint> joints;
+  /// Of a visual or collision, what liburdfdom does not keep.
+  struct Shape {
+    bool is_capsule = false;  ///< written as a cylinder
+    bool has_colour = true;   ///< or a colour is written that the document does not have
+  };
+  std::vector<Shape> shapes;  ///< of all links, of each the visuals before the collisions
   std::vector<std::string> warnings;
 };
 

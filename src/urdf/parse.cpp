@@ -108,7 +108,6 @@ Shape visual(const ::urdf::Visual& from) {
     const auto exact = [](float part) { return std::round(static_cast<double>(part) * 1e6) / 1e6; };  // liburdfdom keeps floats
     const std::array<double, 4> colour{exact(c.r), exact(c.g), exact(c.b), exact(c.a)};
     to.material = Material{from.material->name, colour, from.material->texture_filename};
-    if (!to.material->texture.empty() && colour == std::array<double, 4>{0, 0, 0, 1}) to.material->colour.reset();  // none was said
   }
   return to;
 }
@@ -127,13 +126,6 @@ Joint joint(const ::urdf::Joint& from) {
   to.origin = pose(from.parent_to_joint_origin_transform);
   const double length = std::hypot(from.axis.x, from.axis.y, from.axis.z);
   if (length > 0) to.axis = {from.axis.x / length, from.axis.y / length, from.axis.z / length};
-  if (from.limits) {
-    to.limits = Limits{{}, {}, from.limits->velocity, from.limits->effort};
-    if ((to.type == JointType::revolute || to.type == JointType::prismatic) && from.limits->lower <= from.limits->upper) {
-      to.limits->lower = from.limits->lower;
-      to.limits->upper = from.limits->upper;
-    }
-  }
   if (from.dynamics) to.dynamics = Dynamics{from.dynamics->damping, from.dynamics->friction};
   if (from.safety)
     to.safety = Safety{from.safety->soft_lower_limit, from.safety->soft_upper_limit, from.safety->k_position, from.safety->k_velocity};
@@ -170,6 +162,7 @@ Result<Model> parse(std::string_view text, const Options& options) {
   model.name = built->getName();
   model.warnings = std::move(document->warnings);
   std::unordered_map<std::string_view, std::size_t> links, joints;
+  std::size_t number = 0;  // of the shape
   for (const Document::Element& element : document->links) {
     const ::urdf::LinkConstSharedPtr from = built->getLink(element.name);
     if (!from) return unexpected(Errc::expected_value, "liburdfdom has lost link \"" + element.name + '"');
@@ -179,18 +172,26 @@ Result<Model> parse(std::string_view text, const Options& options) {
     to.line = element.line;
     for (const auto& v : from->visual_array) to.visuals.push_back(visual(*v));
     for (const auto& c : from->collision_array) to.collisions.push_back(shape(*c));
+    for (std::vector<Shape>* shapes : {&to.visuals, &to.collisions})
+      for (Shape& one : *shapes) {
+        const Document::Shape& written = document->shapes[number++];
+        if (written.is_capsule) one.kind = Shape::Kind::capsule;
+        if (one.material && !written.has_colour) one.material->colour.reset();
+      }
     if (!from->inertial) continue;
     const ::urdf::Inertial& i = *from->inertial;
     to.inertial = Inertial{pose(i.origin), i.mass, {i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz}};
     if (!is_of_a_body(*to.inertial))
       model.warnings.push_back("link \"" + to.name + "\" (line " + std::to_string(to.line) + "): no body has such an inertia");
   }
-  for (const Document::Element& element : document->joints) joints.emplace(element.name, joints.size());
-  for (const Document::Element& element : document->joints) {
+  if (number != document->shapes.size()) return unexpected(Errc::expected_value, "liburdfdom has lost a visual or collision");
+  for (const Document::Joint& element : document->joints) joints.emplace(element.name, joints.size());
+  for (const Document::Joint& element : document->joints) {
     const ::urdf::JointConstSharedPtr from = built->getJoint(element.name);
     if (!from) return unexpected(Errc::expected_value, "liburdfdom has lost joint \"" + element.name + '"');
     Joint& to = model.joints.emplace_back(joint(*from));
     to.line = element.line;
+    to.limits = element.limits;
     to.parent = links.at(from->parent_link_name);
     to.child = links.at(from->child_link_name);
     model.links[to.child].joint = model.joints.size() - 1;

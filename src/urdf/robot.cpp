@@ -71,8 +71,8 @@ struct traits<urdf::LimitsOf<angular>> : Record<urdf::LimitsOf<angular>> {
   static void describe(Record<T>& r) {
     r.template field<std::optional<double>>("lower", &T::lower).unit(Units::position);
     r.template field<std::optional<double>>("upper", &T::upper).unit(Units::position);
-    r.template field<double>("velocity", &T::velocity).unit(Units::velocity);
-    r.template field<double>("effort", &T::effort).unit(Units::effort);
+    r.template field<std::optional<double>>("velocity", &T::velocity).unit(Units::velocity);
+    r.template field<std::optional<double>>("effort", &T::effort).unit(Units::effort);
   }
 };
 template <bool angular>
@@ -123,7 +123,8 @@ template <>
 struct traits<urdf::Shape::Kind> : Enumeration<urdf::Shape::Kind> {
   using Kind = urdf::Shape::Kind;
   static void describe(Enumeration<Kind>& e) {
-    e.name(Kind::box, "box").name(Kind::cylinder, "cylinder").name(Kind::sphere, "sphere").name(Kind::mesh, "mesh");
+    e.name(Kind::box, "box").name(Kind::cylinder, "cylinder").name(Kind::sphere, "sphere");
+    e.name(Kind::capsule, "capsule").name(Kind::mesh, "mesh");
   }
 };
 
@@ -332,7 +333,7 @@ class Robot::Impl {
       }
     for (const std::size_t j : model_.variables) {
       const std::optional<Limits>& limits = model_.joints[j].limits;
-      if (limits && limits->lower && limits->upper) values_[j] = std::clamp(0.0, *limits->lower, *limits->upper);
+      if (limits) values_[j] = limits->clamp(0);
     }
   }
 
@@ -401,8 +402,10 @@ class Robot::Impl {
     of_joint_.back() = moving_.size();
     auto position = thing.property<double>("position", UnitsOf<angular>::position);
     position.predicate(vocab::ros::position);
-    if (!joint.mimic && joint.limits && joint.limits->lower && joint.limits->upper)
-      position.between(*joint.limits->lower, *joint.limits->upper);
+    if (!joint.mimic && joint.limits) {
+      if (joint.limits->lower) position.at_least(*joint.limits->lower);
+      if (joint.limits->upper) position.at_most(*joint.limits->upper);
+    }
     auto velocity = thing.property<double>("velocity", UnitsOf<angular>::velocity);
     velocity.predicate(vocab::ros::velocity);
     auto effort = thing.property<double>("effort", UnitsOf<angular>::effort);
@@ -451,8 +454,9 @@ class Robot::Impl {
     look.origin = isometry(shape.origin);
     look.geometry = shape.kind;
     if (shape.kind == Shape::Kind::box) look.size = vector(shape.size);
-    if (shape.kind == Shape::Kind::cylinder || shape.kind == Shape::Kind::sphere) look.radius = shape.radius;
-    if (shape.kind == Shape::Kind::cylinder) look.length = shape.length;
+    const bool is_long = shape.kind == Shape::Kind::cylinder || shape.kind == Shape::Kind::capsule;
+    if (is_long || shape.kind == Shape::Kind::sphere) look.radius = shape.radius;
+    if (is_long) look.length = shape.length;
     if (shape.kind == Shape::Kind::mesh) look.scale = vector(shape.scale);
     if (shape.material) {
       if (!shape.material->name.empty()) look.material = shape.material->name;

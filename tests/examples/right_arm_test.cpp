@@ -71,9 +71,11 @@ TEST_CASE("a description of another robot is refused", "[examples]") {
   CHECK(refusal([](auto&) {}).empty());
   CHECK(refusal([](auto& m) { m.variables.pop_back(); }) == "expected 7 joints that move, found 6");
   CHECK(refusal([](auto& m) { m.joints[1].name = "left_s1"; }) == "expected joint right_s1, found left_s1");
-  CHECK(refusal([](auto& m) { m.joints[2].limits.reset(); }) == "expected limits with 0 rad between them and a velocity, in joint right_e0");
+  CHECK(refusal([](auto& m) { m.joints[2].limits.reset(); }) ==
+        "expected limits with 0 rad between them, a velocity and an effort, in joint right_e0");
   CHECK(refusal([](auto& m) { m.joints[2].limits->lower = 0.1; }) != "");
   CHECK(refusal([](auto& m) { m.joints[2].limits->velocity = 0; }) != "");
+  CHECK(refusal([](auto& m) { m.joints[2].limits->effort.reset(); }) != "");
 }
 
 TEST_CASE("a new arm rests at zero", "[examples]") {

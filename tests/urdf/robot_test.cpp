@@ -274,6 +274,21 @@ TEST_CASE("joints rest at 0, or at the limit next to it, and what is not finite 
   for (std::size_t l = 0; l < robot.model().links.size(); ++l) CHECK(std::isfinite(robot.pose(l).position[0]));
 }
 
+TEST_CASE("a limit on one side holds there", "[urdf][R1.11]") {
+  urdf::Robot robot(urdf::parse(two_links("revolute", "<limit lower='0.5' upper='inf' velocity='1' effort='1'/>")).value());
+  const urdf::Limits limits = *robot.model().joints[0].limits;
+  CHECK(limits.clamp(0) == 0.5);
+  CHECK(limits.clamp(1e9) == 1e9);
+  robot.position(0).on_write([](double) {});
+  Bench bench;
+  robot.add_to(bench.engine).value();
+  robot.publish({});
+  bench.look();
+  CHECK(number_at(bench, "/r/j/position") == 0.5);
+  CHECK(bench.turtle("PUT", "/r/j/position", number_body("0.4", "maths:Radian")).status == 422);
+  CHECK(bench.turtle("PUT", "/r/j/position", number_body("1e9", "maths:Radian")).status == 204);
+}
+
 TEST_CASE("floating and planar joints are moved by a pose", "[urdf]") {
   for (const std::string type : {"floating", "planar"}) {
     urdf::Robot robot(urdf::parse(two_links(type, "<origin xyz='1 0 0' rpy='0 0 1.5707963267948966'/>")).value());
@@ -393,4 +408,85 @@ TEST_CASE("publishing allocates nothing", "[urdf]") {
     for (const std::vector<double>& q : all) robot.publish(q, q, q);
     CHECK(allocations == before);
   }
+}
+
+TEST_CASE("descriptions as many tools write them become Things that conform, with all their resources", "[urdf][R1.11]") {
+  const std::string prismatic = "<limit lower='-1' upper='1'/>", free = "<limit effort='1' velocity='1'/>";
+  const std::string sphere = "<geometry><sphere radius='1'/></geometry>";
+  const std::string documents[] = {
+      two_links("prismatic", prismatic),
+      two_links("revolute", free),
+      two_links("revolute", "<limit lower='0' upper='0' effort='0' velocity='0'/>"),
+      two_links("revolute", "<limit lower='-inf' upper='2' velocity='1e308'/>"),
+      two_links("revolute"),
+      two_links("fixed", "<limit/>"),
+      two_links("planar", "<axis xyz='0 0 1'/>" + prismatic),
+      two_links("floating", "<axis xyz='0 0 0'/>" + free),
+      two_links("continuous", "<mimic joint='none'/><dynamics friction='1'/><safety_controller k_velocity='0'/>"),
+      "<robot name='a/b'><link name='..'><inertial><mass value='0'/><inertia ixx='9' iyy='0' izz='1'/></inertial>"
+      "<visual name='v'>" +
+          sphere + "<material name='grey'/></visual><visual name='v'>" + sphere +
+          "<material><color rgba='9 9 9 9'/></material></visual>"
+          "<visual/><collision><geometry><capsule radius='1' "
+          "length='2'/></geometry></collision><collision><geometry><plane/></geometry></collision>"
+          "<visual><geometry><mesh filename='C:\\m\\a b.stl' scale='0 0 0'/></geometry></visual>"
+          "<visual><geometry><mesh filename='$(find p)/m.dae'/></geometry></visual><visual><geometry><mesh "
+          "filename='package://'/></geometry></visual>"
+          "<visual><geometry><mesh filename='model://m/[1].obj#a'/></geometry></visual><visual><geometry><mesh "
+          "filename='?a:b'/></geometry></visual>"
+          "</link></robot>"};
+  std::mt19937 random(3);
+  std::size_t resources = 0;
+  for (const std::string& document : documents) {
+    CAPTURE(document);
+    auto model = urdf::parse(document);
+    REQUIRE(model);
+    urdf::Robot robot(*std::move(model));
+    Bench bench;
+    REQUIRE(robot.add_to(bench.engine));
+    std::vector<std::string> paths = {robot.path()};
+    for (std::size_t j = 0; j < robot.model().joints.size(); ++j) paths.push_back(robot.joint_path(j));
+    for (std::size_t l = 0; l < robot.model().links.size(); ++l) paths.push_back(robot.link_path(l));
+    for (int round = 0; round < 3; ++round) {
+      for (const std::string& path : paths) {
+        CAPTURE(path, round);
+        const auto shapes = shacl::Shapes::compile(bench.get("/" + path + "/blueprint").graph());
+        REQUIRE(shapes);
+        const auto report = shacl::validate(*shapes, bench.get("/" + path + "/state").graph());
+        REQUIRE(report);
+        INFO(report->to_text());
+        CHECK(report->conforms());
+        const rdf::Graph thing = bench.get("/" + path).graph();
+        for (const rdf::TermView& property : thing.objects(rdf::iri("http://localhost/" + path), vocab::hybrit::property)) {
+          const Answer answer = bench.get(std::string(property.text.substr(16)));
+          CHECK(answer.status == 200);
+          CHECK_FALSE(answer.graph().empty());
+          ++resources;
+        }
+      }
+      const std::vector<double> positions = some_positions(robot.model(), random);
+      robot.publish(positions, positions, positions);
+      bench.look();
+    }
+  }
+  CHECK(resources > 200);
+  // A limit that the document does not have is not one of 0.
+  urdf::Robot robot(urdf::parse(two_links("prismatic", prismatic)).value());
+  Bench bench;
+  robot.add_to(bench.engine).value();
+  CHECK(bench.get("/r/j/limits").says("#upper"));
+  CHECK_FALSE(bench.get("/r/j/limits").says("#velocity"));
+  CHECK_FALSE(bench.get("/r/j/limits").says("#effort"));
+}
+
+TEST_CASE("a capsule is shown as one", "[urdf]") {
+  urdf::Robot robot(
+      urdf::parse(
+          "<robot name='r'><link name='a'><collision><geometry><capsule radius='1' length='2'/></geometry></collision></link></robot>")
+          .value());
+  Bench bench;
+  robot.add_to(bench.engine).value();
+  const Answer shape = bench.get("/r/a/collision/1");
+  CHECK(shape.says("\"capsule\""));
+  CHECK(shape.says("#length"));
 }
