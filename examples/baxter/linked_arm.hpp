@@ -18,6 +18,8 @@ class LinkedArm {
  public:
   /// @param description  the robot of this arm
   LinkedArm(RightArm& arm, lrt::urdf::Robot description);
+  LinkedArm(const LinkedArm&) = delete;  // its Things hold its address
+  LinkedArm& operator=(const LinkedArm&) = delete;
 
   /// What a description says of the arm's joints.
   /// @par Errors  expected_value: it has not the arm's seven joints in their order, each with limits and 0 rad between them

@@ -47,6 +47,8 @@ const Part parts[] = {{"position", &JointState::position, lrt::unit::radian, lrt
                       {"velocity", &JointState::velocity, lrt::unit::radian_per_second, lrt::unit::metre_per_second},
                       {"effort", &JointState::effort, lrt::unit::newton_metre, lrt::unit::newton}};
 
+constexpr std::size_t most_joints = 1000;  // whoever publishes on the topic makes Things
+
 class LinkedJoints {
  public:
   LinkedJoints(lrt::Server& server, const Description& description)
@@ -62,6 +64,10 @@ class LinkedJoints {
   void take(const JointState& state) {
     for (std::size_t i = 0; i < state.name.size(); ++i) {
       auto found = joints_.find(state.name[i]);
+      if (found == joints_.end() && joints_.size() == most_joints) {
+        ROS_WARN_ONCE("only the first %zu joints are there", most_joints);
+        continue;
+      }
       if (found == joints_.end()) found = joints_.emplace(state.name[i], meet(state, i)).first;
       for (auto& [part, property] : found->second)
         if (const auto& values = state.*part->values; i < values.size()) property.publish(values[i]);

@@ -16,7 +16,7 @@ MovingRobot::MovingRobot(lrt::urdf::Robot robot, std::optional<Trajectory> traje
   for (std::size_t v = 0; v < variables_.size(); ++v) {
     const auto& limits = robot_.model().joints[robot_.model().variables[v]].limits;
     if (limits) positions_[v] = limits->clamp(0);
-    if (limits && limits->velocity.value_or(0) > 0) variables_[v].velocity = *limits->velocity;
+    if (limits && limits->velocity.value_or(0) > 0) variables_[v].velocity = *limits->velocity;  // 0: in many a file that nobody knew it
     variables_[v].target = positions_[v];
     if (!trajectory_) command(v);
   }

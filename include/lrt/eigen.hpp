@@ -341,7 +341,7 @@ template <class S, int Options>
 struct traits<Eigen::Transform<S, 3, Eigen::Isometry, Options>> {
   using T = Eigen::Transform<S, 3, Eigen::Isometry, Options>;
   using Shift = Eigen::Translation<S, 3>;
-  using Turn = Eigen::Quaternion<S>;
+  using Turn = Eigen::Quaternion<S, Options & int(Eigen::DontAlign)>;  // nothing in here is aligned to more than the transform itself
   using Linear = Eigen::Matrix<S, 3, 3>;
   static const Type& type() {
     static const Type t = detail::eigen::record({vocab::spatial::SpatialRelationship},

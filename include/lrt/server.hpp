@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
@@ -63,6 +64,8 @@ class Server {
   /// @par Errors      the thing's first error, duplicate_path, expected_rdf, closed; then nothing is registered
   /// @par Implements  R0.3
   Result<void> add(Thing thing);
+  /// The same of several: all of them at once, or none.
+  Result<void> add(std::vector<Thing> things);
   /// Removes a thing and all below it. Handles to its properties go inert.
   /// @par Errors  unknown_path
   Result<void> remove(std::string_view path);

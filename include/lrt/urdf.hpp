@@ -15,6 +15,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -121,29 +122,42 @@ struct Model {
 struct Options {
   /// Where the robot's Thing is; empty: its name.
   std::string path;
-  /// Values for `${name}`. With a value for a name, the xacro:arg and xacro:property of that name are passed over; other xacro is refused.
+  /// Values for `${name}` and `$(arg name)`. With a value for a name, the xacro:arg and xacro:property of that name are passed over. Other elements
+  /// of xacro and other `${...}` are refused; other `$(...)` are words.
   std::map<std::string, std::string> arguments;
   std::size_t max_bytes = 16 * 1024 * 1024;
   std::size_t max_elements = 100'000;
 };
 
-/// Reads a description, of URDF 1.0 to 1.2. Elements that URDF does not have (gazebo, transmission, ...) are passed over.
+/// Reads a description, of URDF 1.0 to 1.2. Elements that URDF does not have (gazebo, transmission, ...) are passed over, and of 1.2 the limits
+/// of acceleration, deceleration and jerk.
 ///
-/// Where joints and links are and how they move must be right, and no mass or moment of inertia negative. What else may be missing or odd, as
-/// it is in many a file (limits, mimic relations, parts of the inertia, shapes, materials) is left out, and Model::warnings says so.
+/// What there is of joints, links and masses must be right: names, references, numbers; no mass and none of ixx, iyy, izz below 0. What may be
+/// missing or odd, as it is in many a file (limits, mimics of nobody, products of inertia, all of shapes and their materials) is left out, and
+/// Model::warnings says so. Of an element that stands twice where one may be, the first counts, with a warning.
 ///
-/// @par Errors   expected_value: what is no XML, no tree, or no number; what is missing, repeated, or of an unknown kind; xacro that was
-///               not expanded: with the element and its line. limit_exceeded. One error, the first.
+/// @par Errors   expected_value: what is no XML, no tree, or no number; what is missing, of a name that is taken, or of an unknown kind; xacro
+///               that was not expanded: with the element and its line. limit_exceeded. One error, the first.
 /// @par Threads  Any. liburdfdom logs by a handler of the whole process: during the call what it says on this thread is taken away from
 ///               that handler, which is put back.
 Result<Model> parse(std::string_view text, const Options& options = {});
 
-/// Numbers of anybody's: a std::vector, std::array or Eigen::VectorXd of double. For the time of a call.
+namespace detail {
+/// Whether members lie one after the other: everybody's but some of Eigen's.
+template <class Container, class = void>
+struct IsDense : std::true_type {};
+template <class Container>
+struct IsDense<Container, std::void_t<decltype(Container::InnerStrideAtCompileTime)>>
+    : std::bool_constant<int(Container::InnerStrideAtCompileTime) == 1> {};
+}  // namespace detail
+
+/// Numbers of anybody's, one after the other: a std::vector, std::array or Eigen::VectorXd of double, not a row of a matrix of Eigen, which lies
+/// apart. For the time of a call.
 class Numbers {
  public:
   Numbers() = default;
   Numbers(const double* data, std::size_t size) : data_(data), size_(size) {}
-  template <class Container, class = decltype(std::declval<const Container&>().data())>
+  template <class Container, class = decltype(std::declval<const Container&>().data()), class = std::enable_if_t<detail::IsDense<Container>::value>>
   Numbers(const Container& numbers) : data_(numbers.data()), size_(static_cast<std::size_t>(numbers.size())) {}  // NOLINT: a view
   std::size_t size() const noexcept { return size_; }
   double operator[](std::size_t i) const noexcept { return data_[i]; }
@@ -201,21 +215,15 @@ class Robot {
   /// @par Errors  duplicate_path, expected_iri, and those of Server::add
   template <class Host>
   Result<void> add_to(Host& host) {
-    bool some = false;
-    for (Thing& thing : things()) {
-      Result<void> added = host.add(std::move(thing));
-      if (!added && some) static_cast<void>(host.remove(path()));
-      if (!added) return added;
-      some = true;
-    }
-    return {};
+    return host.add(things());
   }
 
   /// Hands over where the joints are: one number for each of model().variables, in that order. Mimic joints follow, and the poses of all
   /// links. What is missing or not finite leaves its joint as it was; velocities and efforts that are not given are not published.
   /// @par Time  No lock, no allocation: some 10 us for 50 links (tests/bench/urdf_bench.cpp).
   void publish(Numbers positions, Numbers velocities = {}, Numbers efforts = {}) noexcept;
-  /// Where the child of a floating or planar joint is in the joint's frame, from the next publish() on. Other joints: nothing.
+  /// Where the child of a floating or planar joint is in the joint's frame, from the next publish() on. Nothing of other joints, and of a
+  /// pose that is not finite or whose quaternion has not the length 1 (within 1e-6).
   void move(std::size_t joint, const Pose& to) noexcept;
   /// Where a link is in the frame of the root link, as of the last publish().
   Pose pose(std::size_t link) const noexcept;

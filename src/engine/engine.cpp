@@ -14,7 +14,12 @@ namespace lrt::engine {
 
 Engine::Engine(Options options) : impl_(std::make_unique<Impl>(std::move(options))) {}
 Engine::~Engine() = default;
-Result<void> Engine::add(Thing thing) { return impl_->add(std::move(thing)); }
+Result<void> Engine::add(Thing thing) {
+  std::vector<Thing> things;
+  things.push_back(std::move(thing));
+  return impl_->add(std::move(things));
+}
+Result<void> Engine::add(std::vector<Thing> things) { return impl_->add(std::move(things)); }
 Result<void> Engine::remove(std::string_view path) { return impl_->remove(path); }
 void Engine::listens_on(std::string_view address, std::uint16_t port, bool secure) { impl_->listens_on(address, port, secure); }
 void Engine::set_waker(std::shared_ptr<Waker> waker) { impl_->set_waker(std::move(waker)); }

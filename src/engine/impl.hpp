@@ -116,7 +116,9 @@ class Engine::Impl {
   ~Impl();
 
   // registry.cpp
-  Result<void> add(Thing thing);
+  Result<void> add(std::vector<Thing> things);
+  Result<void> insert(Thing thing, std::vector<ThingNode*>& added);
+  void withdraw(ThingNode& thing);
   Result<void> remove(std::string_view path);
   void listens_on(std::string_view address, std::uint16_t port, bool secure);
 

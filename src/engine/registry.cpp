@@ -139,7 +139,8 @@ Resource* Engine::Impl::find(std::string_view path) const {
   return found == by_path_.end() ? nullptr : found->second;
 }
 
-Result<void> Engine::Impl::add(Thing thing) {
+/// Takes a thing in, or nothing of it.
+Result<void> Engine::Impl::insert(Thing thing, std::vector<ThingNode*>& added) {
   std::unique_ptr<model::ThingSpec> spec = std::move(thing).release();
   if (!spec) return unexpected(Errc::closed, "the thing was given away already");
   if (spec->first_error) return Unexpected{*spec->first_error};
@@ -252,10 +253,35 @@ Result<void> Engine::Impl::add(Thing thing) {
   things_.emplace(t.self.path, std::move(node));
   adopt(t);
   (void)sync(t.state);  // takes what was published before
+  added.push_back(&t);
+  return {};
+}
+
+/// Undoes insert(). Things that were there before and are below it stay.
+void Engine::Impl::withdraw(ThingNode& thing) {
+  std::vector<ThingNode*>& siblings = thing.parent ? thing.parent->children : roots_;
+  siblings.erase(std::remove(siblings.begin(), siblings.end(), &thing), siblings.end());
+  for (ThingNode* child : thing.children) {
+    child->parent = thing.parent;
+    siblings.push_back(child);
+  }
+  thing.children.clear();
+  drop_thing(thing);
+}
+
+Result<void> Engine::Impl::add(std::vector<Thing> things) {
+  std::vector<ThingNode*> added;
+  for (Thing& thing : things) {
+    Result<void> inserted = insert(std::move(thing), added);
+    if (inserted) continue;
+    for (ThingNode* before : added) withdraw(*before);
+    return inserted;
+  }
   structure_changed();
   adopt_parked();
   return {};
 }
+
 
 /// Finds the parent of a new thing, and among its siblings the things that are below it.
 void Engine::Impl::adopt(ThingNode& thing) {

@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <initializer_list>
 #include <optional>
+#include <string>
 #include <unordered_map>
 #include <utility>
 
@@ -23,6 +25,7 @@ using tinyxml2::XMLElement;
 
 constexpr std::size_t most_attributes = 256;  // of one element; a reader compares each with each
 constexpr std::size_t most_mimics = 100;      // one after the other
+constexpr std::size_t most_name = 1000;       // bytes; an IRI holds two, encoded
 
 /// Ends the reading of a document; check() makes a Result of it.
 struct Refusal {
@@ -66,9 +69,21 @@ std::string as_utf8(std::string_view text, const Options& options, std::vector<s
   }
 }
 
-/// Bounds what an XML reader will make of the text, before there is one. How many end tags it has. Processing instructions become blanks:
-/// XML has them anywhere, the reader only at the beginning.
-std::size_t check_size(std::string& text, const Options& options) {
+/// XML 1.0 4.1: an entity that XML itself defines, or a character by number.
+bool is_reference(std::string_view name) {
+  for (const std::string_view known : {"lt", "gt", "amp", "apos", "quot"})
+    if (name == known) return true;
+  if (name.substr(0, 1) != "#") return false;
+  const bool hex = name.substr(1, 1) == "x";
+  name.remove_prefix(hex ? 2 : 1);
+  std::uint32_t code = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), code, hex ? 16 : 10);
+  return error == std::errc() && end == name.data() + name.size() && code != 0 && code <= 0x10FFFF && (code < 0xD800 || code > 0xDFFF);
+}
+
+/// What the reader does not see: bounds of what it will make of the text, end tags after the end, references to entities, of which it leaves
+/// those that it does not know. Processing instructions become blanks: XML has them anywhere, the reader only at the beginning.
+void check_text(std::string& text, const Options& options) {
   const auto refuse = [&](Errc code, std::size_t at, std::string message) {
     const std::uint32_t line = line_of(text, at);
     throw Refusal{{code, "line " + std::to_string(line) + ": " + std::move(message), at, line}};
@@ -76,18 +91,28 @@ std::size_t check_size(std::string& text, const Options& options) {
   if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos)
     refuse(Errc::expected_value, nul, "expected XML, found U+0000");
 
-  std::size_t elements = 0, ends = 0;
+  const auto check_references = [&](std::size_t at, std::size_t end) {
+    while ((at = text.find('&', at)) < end) {
+      const std::size_t close = text.find_first_of(";<>&\"' ", at + 1);
+      const std::string_view name = std::string_view(text).substr(at + 1, std::min(close, text.size()) - at - 1);
+      if (close == std::string::npos || text[close] != ';' || !is_reference(name))
+        refuse(Errc::expected_value, at, "expected an entity of XML (lt, gt, amp, apos, quot) or a character by number, found " + quoted('&' + std::string(name)));
+      at = close;
+    }
+  };
+  std::size_t elements = 0, depth = 0, last = 0;
   for (std::size_t at = 0; (at = text.find('<', at)) != std::string_view::npos;) {
+    check_references(last, at);
     bool skipped = false;
     for (const auto& [begin, end] : {std::pair<std::string_view, std::string_view>{"<!--", "-->"}, {"<![CDATA[", "]]>"}, {"<?", "?>"}}) {
       if (text.compare(at, begin.size(), begin) != 0) continue;
       const std::size_t close = text.find(end, at + begin.size());
-      if (close == std::string_view::npos) return ends;  // the reader says what is wrong
+      if (close == std::string_view::npos) return;  // the reader says what is wrong
       if (begin == "<?")
         std::replace_if(
             text.begin() + static_cast<std::ptrdiff_t>(at), text.begin() + static_cast<std::ptrdiff_t>(close + end.size()),
             [](char c) { return c != '\n'; }, ' ');
-      at = close + end.size();
+      at = last = close + end.size();
       skipped = true;
       break;
     }
@@ -99,23 +124,21 @@ std::size_t check_size(std::string& text, const Options& options) {
       if (text[at] == '=') ++attributes;
       if (is_element && (text[at] == '"' || text[at] == '\'')) at = std::min(text.find(text[at], at + 1), text.size() - 1);
     }
-    if (text.compare(tag, 2, "</") == 0) ++ends;
-    else if (++elements > options.max_elements)
+    last = at;
+    if (is_element) check_references(tag, at);
+    if (text.compare(tag, 2, "</") == 0) {
+      if (depth == 0) refuse(Errc::expected_value, tag, "expected no end tag without an element, found " + quoted(text.substr(tag, at + 1 - tag)));
+      --depth;
+    } else if (++elements > options.max_elements) {
       refuse(Errc::limit_exceeded, tag, "expected at most " + std::to_string(options.max_elements) + " elements");
+    } else if (is_element && !(at < text.size() && text[at] == '>' && text[at - 1] == '/')) {
+      ++depth;
+    }
     if (attributes > most_attributes)
       refuse(Errc::limit_exceeded, tag, "expected at most " + std::to_string(most_attributes) + " attributes of one element");
   }
-  return ends;
+  check_references(last, text.size());
 }
-
-/// Counts the elements that have an end tag.
-struct EndTags final : tinyxml2::XMLVisitor {
-  bool VisitEnter(const XMLElement& e, const tinyxml2::XMLAttribute*) override {
-    if (e.ClosingType() == XMLElement::OPEN) ++count;
-    return true;
-  }
-  std::size_t count = 0;
-};
 
 class Checker {
  public:
@@ -149,9 +172,10 @@ class Checker {
     const XMLElement* element;
     std::string parent, child;
   };
+  using Colour = std::array<double, 4>;
   struct Defined {
     int line;
-    bool has_colour;
+    std::optional<Colour> colour;
   };
 
   // --- words
@@ -197,15 +221,16 @@ class Checker {
 
   // --- xacro
 
-  /// Replaces each `${name}` by the value that the options give.
+  /// Replaces each `${name}` and `$(arg name)` by the value that the options give.
   std::string expanded(const XMLElement& e, std::string_view text) const {
     std::string out;
     while (true) {
-      const std::size_t open = text.find("${");
+      const std::size_t open = std::min(text.find("${"), text.find("$(arg "));
       out += text.substr(0, open);
       if (open == std::string_view::npos) return out;
-      const std::size_t close = std::min(text.find('}', open), text.size());
-      const std::string name(text.substr(open + 2, close - open - 2));
+      const bool is_arg = text[open + 1] == '(';
+      const std::size_t begin = open + (is_arg ? 6 : 2), close = std::min(text.find(is_arg ? ')' : '}', open), text.size());
+      const std::string name(text.substr(begin, close - begin));
       const auto value = options_.arguments.find(name);
       if (value == options_.arguments.end() || close == text.size()) {
         const bool plain =
@@ -256,6 +281,7 @@ class Checker {
   std::string name_of(const XMLElement& e, bool may_be_empty = false) const {
     std::string name = required(e, "name");
     if (name.empty() && !may_be_empty) refuse(e, "expected a name, found an empty one");
+    if (name.size() > most_name) refuse(e, "expected a name of at most " + std::to_string(most_name) + " bytes, found " + std::to_string(name.size()));
     return name;
   }
   double parsed(const XMLElement& e, const char* name, std::string_view text) const {
@@ -264,18 +290,21 @@ class Checker {
     return *value;
   }
   template <std::size_t least, std::size_t most>
-  std::string vector(const XMLElement& e, const char* name, std::string_view text, std::array<double, most>& values) const {
-    std::string out;
+  void vector(const XMLElement& e, const char* name, std::string_view text, std::array<double, most>& values) const {
     std::size_t count = 0;
     for (std::size_t at = 0; (at = text.find_first_not_of(' ', at)) != std::string_view::npos;) {
       const std::size_t end = std::min(text.find(' ', at), text.size());
       const double value = parsed(e, name, text.substr(at, end - at));
       if (count < most) values[count] = value;
       ++count;
-      out += (out.empty() ? "" : " ") + rdf::lexical::format(value);
       at = end;
     }
     if (count < least || count > most) refuse(e, "expected " + std::to_string(most) + " numbers as " + name + ", found " + quoted(text));
+  }
+  template <std::size_t count>
+  static std::string words(const std::array<double, count>& numbers) {
+    std::string out;
+    for (const double n : numbers) out += (out.empty() ? "" : " ") + rdf::lexical::format(n);
     return out;
   }
   static std::string trimmed(const std::string& text) {
@@ -294,7 +323,8 @@ class Checker {
     const auto text = needed ? required(e, name) : attribute(e, name);
     if (!text) return std::nullopt;
     std::array<double, 3> values{};
-    put(name, vector<3>(e, name, *text, values).c_str());
+    vector<3>(e, name, *text, values);
+    put(name, words(values).c_str());
     return values;
   }
   double not_negative(const XMLElement& e, const char* name) {
@@ -314,16 +344,21 @@ class Checker {
     if (const auto text = attribute(*e, "quat_xyzw"); text && !has_quaternions_) {
       warn(*e, "quat_xyzw needs version 1.1 of <robot>; left out");
     } else if (text) {
-      Eigen::Quaterniond q;
+      Eigen::Quaternion<double, Eigen::DontAlign> q;
       std::array<double, 4> values{};
       vector<4>(*e, "quat_xyzw", *text, values);
       q.coeffs() << values[0], values[1], values[2], values[3];
       if (turned || !(q.norm() > 0) || !std::isfinite(q.norm()))
         refuse(*e, "expected either rpy or quat_xyzw with a length above 0, found " + quoted(*text));
       const Eigen::Vector3d ypr = q.normalized().toRotationMatrix().eulerAngles(2, 1, 0);
-      put("rpy", (rdf::lexical::format(ypr[2]) + ' ' + rdf::lexical::format(ypr[1]) + ' ' + rdf::lexical::format(ypr[0])).c_str());
+      put("rpy", words(std::array<double, 3>{ypr[2], ypr[1], ypr[0]}).c_str());
     }
     close();
+  }
+  void expect_once(const XMLElement& of, std::initializer_list<const char*> names) {
+    for (const char* name : names)
+      if (const XMLElement* first = of.FirstChildElement(name))
+        if (const XMLElement* second = first->NextSiblingElement(name)) warn(*second, "stands there twice; the first counts");
   }
   const XMLElement& child(const XMLElement& of, const char* name) const {
     const XMLElement* e = of.FirstChildElement(name);
@@ -337,26 +372,26 @@ class Checker {
   }
   static bool has_look(const XMLElement& material) { return material.FirstChildElement("color") || texture(material); }
   /// Red, green, blue and alpha, where it has such as can be taken.
-  std::optional<std::string> colour(const XMLElement& material) {
+  std::optional<Colour> colour(const XMLElement& material) {
     const XMLElement* e = material.FirstChildElement("color");
     try {
       if (e) {
-        std::array<double, 4> values{0, 0, 0, 1};
-        const std::string rgba = vector<3>(*e, "rgba", required(*e, "rgba"), values);
+        Colour values{0, 0, 0, 1};
+        vector<3>(*e, "rgba", required(*e, "rgba"), values);
         for (const double v : values)
           if (v < 0 || v > 1) refuse(*e, "expected an rgba of numbers from 0 to 1, found " + rdf::lexical::format(v));
-        return std::count(rgba.begin(), rgba.end(), ' ') == 2 ? rgba + " 1" : rgba;
+        return values;
       }
     } catch (const Refusal& refusal) { document_.warnings.push_back(refusal.error.message + "; the color is left out"); }
     return std::nullopt;
   }
-  /// liburdfdom insists on a look; whether the colour is the document's.
-  bool define(const XMLElement& material, const std::string& name) {
+  /// The colour of the document; liburdfdom insists on one.
+  std::optional<Colour> define(const XMLElement& material, const std::string& name) {
     open("material");
     put("name", name.c_str());
     const auto rgba = colour(material);
     open("color");
-    put("rgba", rgba ? rgba->c_str() : "0 0 0 1");
+    put("rgba", words(rgba.value_or(Colour{0, 0, 0, 1})).c_str());
     close();
     if (const XMLElement* e = texture(material)) {
       open("texture");
@@ -364,7 +399,7 @@ class Checker {
       close();
     }
     close();
-    return rgba.has_value();
+    return rgba;
   }
   /// All materials are written before the links, so that a link may refer to what a later one defines.
   void collect_materials(const XMLElement& robot) {
@@ -426,12 +461,12 @@ class Checker {
         open("material");
         put("name", name.c_str());
         close();
-        document_.shapes.back().has_colour = known->second.has_colour;
+        document_.shapes.back().colour = known->second.colour;
       } else if (!name.empty()) {
         warn(*material, quoted(name) + " has neither <color> nor <texture> anywhere in the document");
-        materials_.emplace(name, Defined{material->GetLineNum(), document_.shapes.back().has_colour = define(*material, name)});
+        materials_.emplace(name, Defined{material->GetLineNum(), document_.shapes.back().colour = define(*material, name)});
       } else if (has_look(*material)) {
-        document_.shapes.back().has_colour = define(*material, name);
+        document_.shapes.back().colour = define(*material, name);
       }
     }
     close();
@@ -462,6 +497,7 @@ class Checker {
     if (!added) refuse(e, "expected another name: there is such a link in line " + std::to_string(document_.links[first->second].line));
     document_.links.push_back({name, static_cast<std::uint32_t>(e.GetLineNum())});
     link_elements_.push_back(&e);
+    expect_once(e, {"inertial"});
     open("link");
     put("name", name.c_str());
     if (const XMLElement* i = e.FirstChildElement("inertial")) inertial(*i);
@@ -478,6 +514,7 @@ class Checker {
     const auto types = {"revolute", "continuous", "prismatic", "fixed", "floating", "planar"};
     if (std::find(types.begin(), types.end(), type) == types.end())
       refuse(e, "expected a type out of revolute, continuous, prismatic, fixed, floating, planar; found " + quoted(type));
+    expect_once(e, {"origin", "parent", "child", "axis", "limit", "dynamics", "safety_controller", "mimic"});
     open("joint");
     put("name", name.c_str());
     put("type", type.c_str());
@@ -502,7 +539,7 @@ class Checker {
     }
     if (const XMLElement* m = e.FirstChildElement("mimic")) mimic(*m, type);
     close();
-    document_.joints.push_back({{name, static_cast<std::uint32_t>(e.GetLineNum())}, limits});
+    document_.joints.push_back({name, static_cast<std::uint32_t>(e.GetLineNum()), limits});
     ends_.push_back(std::move(ends));
   }
   void axis(const XMLElement& joint, const std::string& type) {
@@ -556,8 +593,12 @@ class Checker {
         limits.lower = limits.upper = std::nullopt;
       }
     }
-    for (const char* name : {"effort", "velocity"})
+    for (const auto& [name, value] : {std::pair<const char*, std::optional<double>*>{"effort", &limits.effort}, {"velocity", &limits.velocity}}) {
       if (type != "fixed" && !e->Attribute(name)) warn(*e, "has no " + std::string(name) + "; taken as without a limit of it");
+      if (value->value_or(0) >= 0) continue;
+      warn(*e, "expected " + std::string(name) + " of at least 0, found " + rdf::lexical::format(**value) + "; taken as without a limit of it");
+      value->reset();
+    }
     if (!limits.lower && !limits.upper && !limits.velocity && !limits.effort) return std::nullopt;
     return limits;
   }
@@ -677,7 +718,7 @@ Result<Document> check(std::string_view text, const Options& options) {
   try {
     Document document;
     std::string utf8 = as_utf8(text, options, document.warnings);
-    const std::size_t ends = check_size(utf8, options);
+    check_text(utf8, options);
     tinyxml2::XMLDocument xml;
     if (xml.Parse(utf8.data(), utf8.size()) != tinyxml2::XML_SUCCESS) return unexpected(no_xml(xml));
     const XMLElement* robot = xml.RootElement();
@@ -689,10 +730,6 @@ Result<Document> check(std::string_view text, const Options& options) {
                 "line " + std::to_string(line) + ": expected one outermost element, found <" + shortened(second->Name()) + "> after it",
                 std::nullopt, line});
     }
-    EndTags has;
-    xml.Accept(&has);
-    if (has.count != ends)  // the reader stops at one that is too many
-      return unexpected(Errc::expected_value, "expected XML, found an end tag without an element after <" + shortened(robot->Name()) + '>');
     Checker(options, document).check(*robot);
     return document;
   } catch (Refusal& refusal) { return unexpected(std::move(refusal.error)); }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -13,22 +14,25 @@ namespace lrt::urdf {
 
 /// A URDF that has been judged: what liburdfdom gets to see, and what it does not keep.
 struct Document {
-  struct Element {
+  struct Link {
     std::string name;
     std::uint32_t line = 0;
   };
-  std::string
-      text;  ///< written anew: links, joints and materials, with what URDF says of them and nothing else, in the syntax of all XML readers
-  struct Joint : Element {
+  struct Joint {
+    std::string name;
+    std::uint32_t line = 0;
     std::optional<Limits> limits;
   };
-  std::vector<Element> links;  ///< in the document's order
-  std::vector<Joint> joints;
-  /// Of a visual or collision, what liburdfdom does not keep.
+  /// A visual or collision: what liburdfdom does not keep, or as floats.
   struct Shape {
     bool is_capsule = false;  ///< written as a cylinder
-    bool has_colour = true;   ///< or a colour is written that the document does not have
+    std::optional<std::array<double, 4>> colour;
   };
+
+  /// Written anew: links, joints and materials, with what URDF says of them and nothing else, in the syntax of all XML readers.
+  std::string text;
+  std::vector<Link> links;  ///< in the document's order
+  std::vector<Joint> joints;
   std::vector<Shape> shapes;  ///< of all links, of each the visuals before the collisions
   std::vector<std::string> warnings;
 };

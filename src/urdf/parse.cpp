@@ -103,12 +103,7 @@ Shape shape(const VisualOrCollision& from) {
 
 Shape visual(const ::urdf::Visual& from) {
   Shape to = shape(from);
-  if (from.material) {
-    const ::urdf::Color& c = from.material->color;
-    const auto exact = [](float part) { return std::round(static_cast<double>(part) * 1e6) / 1e6; };  // liburdfdom keeps floats
-    const std::array<double, 4> colour{exact(c.r), exact(c.g), exact(c.b), exact(c.a)};
-    to.material = Material{from.material->name, colour, from.material->texture_filename};
-  }
+  if (from.material) to.material = Material{from.material->name, {}, from.material->texture_filename};
   return to;
 }
 
@@ -163,7 +158,7 @@ Result<Model> parse(std::string_view text, const Options& options) {
   model.warnings = std::move(document->warnings);
   std::unordered_map<std::string_view, std::size_t> links, joints;
   std::size_t number = 0;  // of the shape
-  for (const Document::Element& element : document->links) {
+  for (const Document::Link& element : document->links) {
     const ::urdf::LinkConstSharedPtr from = built->getLink(element.name);
     if (!from) return unexpected(Errc::expected_value, "liburdfdom has lost link \"" + element.name + '"');
     links.emplace(element.name, model.links.size());
@@ -176,7 +171,7 @@ Result<Model> parse(std::string_view text, const Options& options) {
       for (Shape& one : *shapes) {
         const Document::Shape& written = document->shapes[number++];
         if (written.is_capsule) one.kind = Shape::Kind::capsule;
-        if (one.material && !written.has_colour) one.material->colour.reset();
+        if (one.material) one.material->colour = written.colour;
       }
     if (!from->inertial) continue;
     const ::urdf::Inertial& i = *from->inertial;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <unordered_map>
 #include <unordered_set>
 
 #include <lrt/base/iri.hpp>
@@ -20,6 +21,10 @@ constexpr Unit newton_metre_second_per_radian{Iri{"http://qudt.org/vocab/unit/N-
 constexpr Unit newton_second_per_metre{Iri{"http://qudt.org/vocab/unit/N-SEC-PER-M"}, {}, "N.s/m"};
 constexpr Unit per_second{Iri{"http://qudt.org/vocab/unit/PER-SEC"}, {}, "/s"};
 constexpr Unit kilogram_square_metre{Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, {}, "kg.m2"};
+
+// Not Isometry3d and Quaterniond, which are aligned as compiler flags say: the templates of this library and of its host meet in one program.
+using Isometry = Eigen::Transform<double, 3, Eigen::Isometry, Eigen::DontAlign>;
+using Quaternion = Eigen::Quaternion<double, Eigen::DontAlign>;
 
 bool is_angular(JointType type) noexcept { return type == JointType::revolute || type == JointType::continuous; }
 
@@ -44,13 +49,13 @@ struct MimicOf : Mimic {};
 
 struct Mass {
   double mass = 0;
-  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();
+  Isometry origin = Isometry::Identity();
   double ixx = 0, ixy = 0, ixz = 0, iyy = 0, iyz = 0, izz = 0;
 };
 
 struct Look {
   std::optional<std::string> name;
-  Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();
+  Isometry origin = Isometry::Identity();
   Shape::Kind geometry = Shape::Kind::box;
   std::optional<Eigen::Vector3d> size;
   std::optional<double> radius, length;
@@ -149,9 +154,9 @@ struct traits<urdf::Look> : Record<urdf::Look> {
 namespace lrt::urdf {
 namespace {
 
-Eigen::Isometry3d isometry(const Pose& pose) {
-  Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
-  out.linear() = Eigen::Map<const Eigen::Quaterniond>(pose.orientation.data()).toRotationMatrix();
+Isometry isometry(const Pose& pose) {
+  Isometry out = Isometry::Identity();
+  out.linear() = Quaternion(pose.orientation.data()).toRotationMatrix();
   out.translation() = Eigen::Map<const Eigen::Vector3d>(pose.position.data());
   return out;
 }
@@ -226,20 +231,27 @@ class Robot::Impl {
       if (m.rotation)
         m.rotation->publish({static_cast<float>(values_[m.joint]), vector(model_.joints[m.joint].axis).cast<float>()});
       if (finite(velocities, m.variable)) m.velocity.publish(m.multiplier * velocities[m.variable]);
-      if (all_) list_[m.index] = values_[m.joint];
     }
-    if (all_) all_->publish(list_);
+    if (all_) {
+      for (std::size_t i = 0; i < moving_.size(); ++i) list_[static_cast<Eigen::Index>(i)] = values_[moving_[i].joint];
+      all_->publish(list_);
+    }
     turn();
     for (std::size_t l = 0; l < poses_.size(); ++l)
-      if (moves_[l] || !published_) links_[l].pose.publish(poses_[l]);
+      if (moves_[l] || !published_) link_poses_[l].publish(poses_[l]);
     published_ = true;
   }
   void move(std::size_t joint, const Pose& to) noexcept {
     const JointType type = model_.joints[joint].type;
-    if (type == JointType::floating || type == JointType::planar) free_[joint] = isometry(to);
+    if (type != JointType::floating && type != JointType::planar) return;
+    const Quaternion turned(to.orientation.data());
+    const double length = turned.norm();
+    if (!Eigen::Map<const Eigen::Vector3d>(to.position.data()).allFinite() || !(std::abs(length - 1) <= 1e-6)) return;
+    free_[joint] = isometry(to);
+    free_[joint].linear() = turned.normalized().toRotationMatrix();
   }
   Pose pose(std::size_t link) const noexcept {
-    const Eigen::Quaterniond turned(poses_[link].linear());
+    const Quaternion turned(poses_[link].linear());
     const Eigen::Vector3d at = poses_[link].translation();
     return {{at.x(), at.y(), at.z()}, {turned.x(), turned.y(), turned.z(), turned.w()}};
   }
@@ -255,14 +267,13 @@ class Robot::Impl {
  private:
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
   static constexpr int most_in_list = 512;
-  using List = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_in_list, 1>;  // published without an allocation
+  using List = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::DontAlign, most_in_list, 1>;  // published without an allocation
 
   /// A joint that has a position.
   struct Moving {
     std::size_t joint, source;  ///< the one that it mimics in the end; itself
     double multiplier, offset;
     std::size_t variable;  ///< where the source is in Model::variables
-    Eigen::Index index;    ///< in the list of all positions
     Property<double> position, velocity, effort;
     std::optional<Property<Eigen::AngleAxisf>> rotation;
   };
@@ -270,17 +281,14 @@ class Robot::Impl {
   struct Step {
     std::size_t joint, parent, child;
     JointType type;
-    Eigen::Isometry3d origin;
+    Isometry origin;
     Eigen::Vector3d axis;
-  };
-  struct LinkHandles {
-    Property<Eigen::Isometry3d> pose;
   };
 
   /// The poses of all links.
   void turn() noexcept {
     for (const Step& s : steps_) {
-      Eigen::Isometry3d& pose = poses_[s.child];
+      Isometry& pose = poses_[s.child];
       pose = poses_[s.parent] * s.origin;
       switch (s.type) {
         case JointType::revolute:
@@ -303,9 +311,14 @@ class Robot::Impl {
   }
   void name_all() {
     std::unordered_set<std::string> taken = {"actions", "blueprint", "positions", "state", "subscriptions"};  // the robot's own
+    std::unordered_map<std::string, std::size_t> counts;  // of those whose path was taken
     const auto take = [&](const std::string& name, const char* suffix) {
-      std::string path = segment(name);
-      while (!taken.insert(path).second) path += suffix;
+      const std::string wanted = segment(name);
+      std::string path = wanted;
+      while (!taken.insert(path).second) {
+        const std::size_t count = ++counts[wanted + suffix];
+        path = wanted + suffix + (count > 1 ? std::to_string(count) : "");
+      }
       return path_ + '/' + path;
     };
     for (const Joint& j : model_.joints) joint_paths_.push_back(take(j.name, "_joint"));
@@ -316,13 +329,12 @@ class Robot::Impl {
 
   void order_joints() {
     const std::size_t count = model_.joints.size();
-    std::vector<std::vector<std::size_t>> after(model_.links.size());
-    for (std::size_t j = 0; j < count; ++j) after[model_.joints[j].parent].push_back(j);
+    after_.resize(model_.links.size());
+    for (std::size_t j = 0; j < count; ++j) after_[model_.joints[j].parent].push_back(j);
     values_.assign(count, 0);
-    free_.assign(count, Eigen::Isometry3d::Identity());
-    poses_.assign(model_.links.size(), Eigen::Isometry3d::Identity());
+    free_.assign(count, Isometry::Identity());
+    poses_.assign(model_.links.size(), Isometry::Identity());
     moves_.assign(model_.links.size(), false);
-    after_ = std::move(after);
     std::vector<std::size_t> way{model_.root};
     for (std::size_t i = 0; i < way.size(); ++i)
       for (const std::size_t j : after_[way[i]]) {
@@ -421,8 +433,7 @@ class Robot::Impl {
     }
     const auto variable = std::find(model_.variables.begin(), model_.variables.end(), source) - model_.variables.begin();
     if (source != index) values_[index] = multiplier * values_[source] + offset;
-    moving_.push_back({index, source, multiplier, offset, static_cast<std::size_t>(variable), static_cast<Eigen::Index>(moving_.size()),
-                       position, velocity, effort, {}});
+    moving_.push_back({index, source, multiplier, offset, static_cast<std::size_t>(variable), position, velocity, effort, {}});
     if constexpr (angular) {
       auto rotation = thing.property<Eigen::AngleAxisf>("rotation");
       rotation.predicate(vocab::ros::rotation).frame(Object::resource(link_paths_[joint.child]));
@@ -437,9 +448,9 @@ class Robot::Impl {
     thing.title(link.name).type(vocab::ros::Link).add(vocab::rdfs::seeAlso, Object::resource(path_));
     if (link.joint) thing.add(vocab::xhv::prev, Object::resource(joint_paths_[*link.joint]));
     for (const std::size_t j : after_[index]) thing.add(vocab::xhv::next, Object::resource(joint_paths_[j]));
-    auto pose = thing.property<Eigen::Isometry3d>("pose", unit::metre);
+    auto pose = thing.property<Isometry>("pose", unit::metre);
     pose.predicate(vocab::lrt::pose).frame(Object::resource(link_paths_[model_.root]));
-    links_.push_back({pose});
+    link_poses_.push_back(pose);
     if (const auto& i = link.inertial)
       constant(thing, "inertial",
                Mass{i->mass, isometry(i->origin), i->inertia[0], i->inertia[1], i->inertia[2], i->inertia[3], i->inertia[4], i->inertia[5]})
@@ -471,12 +482,12 @@ class Robot::Impl {
   std::vector<std::vector<std::size_t>> after_;  // of a link: the joints
   std::vector<Step> steps_;                      // parents first
   std::vector<double> values_;                   // of each joint
-  std::vector<Eigen::Isometry3d> free_;          // of each joint, where it is floating or planar
-  std::vector<Eigen::Isometry3d> poses_;         // of each link
+  std::vector<Isometry> free_;          // of each joint, where it is floating or planar
+  std::vector<Isometry> poses_;         // of each link
   std::vector<bool> moves_;                      // of each link
   std::vector<Moving> moving_;
   std::vector<std::size_t> of_joint_;  // where each joint is in moving_
-  std::vector<LinkHandles> links_;
+  std::vector<Property<Isometry>> link_poses_;
   std::optional<Property<List>> all_;
   List list_;
   bool published_ = false;

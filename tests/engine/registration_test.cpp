@@ -132,6 +132,26 @@ TEST_CASE("things nest by their paths, whatever the order of registration", "[en
   CHECK(bench.get("/a/bb").status == 200);
 }
 
+TEST_CASE("several things are added at once, or none of them", "[engine][R0.3]") {
+  Bench bench;
+  bench.add(Thing{"a/b/c"});
+  const auto batch = [](const char* last) {
+    std::vector<Thing> things;
+    for (const char* path : {"a", "a/b", "x", last}) things.emplace_back(path);
+    return things;
+  };
+  CHECK(bench.engine.add(batch("x")).error().code == Errc::duplicate_path);
+  for (const char* path : {"/a", "/a/b", "/x"}) CHECK(bench.get(path).status == 404);
+  CHECK(bench.get("/a/b/c").status == 200);  // what was there before stays, in the root as before
+  CHECK(bench.get("/").linked("related") == std::vector<std::string>{"http://localhost/a/b/c"});
+  REQUIRE(bench.engine.add(batch("y")));
+  for (const char* path : {"/a", "/a/b", "/a/b/c", "/x", "/y"}) CHECK(bench.get(path).status == 200);
+  CHECK(missing(bench.get("/a/b"), "<a/b> dcterms:hasPart <a/b/c> .") == "");
+  REQUIRE(bench.engine.remove("a"));
+  CHECK(bench.get("/a/b/c").status == 404);
+  CHECK(bench.engine.add(std::vector<Thing>()));
+}
+
 TEST_CASE("remove takes a thing and all its resources away", "[engine][R0.3]") {
   Bench bench;
   SampleRobot robot;

@@ -372,6 +372,19 @@ def a_robot_is_a_skeleton_that_moves_and_turns(browser):
         check_clean(browser, robot, provoked=["422"])
 
 
+def the_skeleton_of_a_description_ends_where_its_last_link_is(browser):
+    with Robot() as robot:
+        browser.open(robot.at("baxter"))
+        for position in (0.4, -0.9):
+            http_request("PUT", robot.at("baxter/right_s1/position"), str(position).encode(), {"Content-Type": "application/json"}).expect(204)
+            until(lambda: number(robot, "baxter/right_s1/position") == position, "the joint is there")
+            pose = json.loads(http_request("GET", robot.at("baxter/right_wrist/pose"), None, {"Accept": "application/json"}).expect(200).body)
+            browser.until("const at = document.querySelector('canvas').dataset.end?.split(',').map(Number); return at && arguments[0].every((n, i) => Math.abs(n - at[i]) < 0.002)",
+                          "the wrist", [pose["translation"][axis] for axis in "xyz"])
+        browser.until("return document.querySelectorAll('.joints input[type=range]').length === 7", "a slider for each joint")
+        check_clean(browser, robot)
+
+
 def a_property_that_fails_spoils_no_other(browser):
     with Sample() as robot:
         browser.open(robot.at("arm"))
@@ -468,7 +481,7 @@ def only_its_own_script_runs_and_it_is_small(browser):
 CASES = [shows_the_tree_and_live_values, every_address_shows_its_resource, data_can_be_read_and_copied, a_slider_and_a_field_write_a_property,
          an_action_runs_to_its_end_and_is_cancelled, a_subscription_is_cancelled, a_lost_robot_comes_back, without_websocket_it_asks,
          a_form_is_used_by_keyboard_alone, structs_lists_enums_and_booleans_are_written, a_picture_is_shown_and_follows_its_property,
-         a_robot_is_a_skeleton_that_moves_and_turns, a_property_that_fails_spoils_no_other,
+         a_robot_is_a_skeleton_that_moves_and_turns, the_skeleton_of_a_description_ends_where_its_last_link_is, a_property_that_fails_spoils_no_other,
          only_its_own_script_runs_and_it_is_small, a_robot_is_seen_by_another_name_than_its_public_one, it_fits_a_phone_and_the_dark]
 
 

@@ -43,6 +43,33 @@ const std::string limit = "<limit lower='-1' upper='2' velocity='3' effort='4'/>
 
 }  // namespace
 
+TEST_CASE("an element that stands twice counts once, with a warning", "[urdf]") {
+  const auto model = urdf::parse(two_links("revolute", limit + "\n<origin xyz='1 0 0'/><origin xyz='2 0 0'/><parent link='b'/>" + limit)).value();
+  CHECK(model.joints[0].origin.position[0] == 1);
+  CHECK(model.warnings == std::vector<std::string>{"origin of joint \"j\" (line 6): stands there twice; the first counts",
+                                                   "parent of joint \"j\" (line 6): stands there twice; the first counts",
+                                                   "limit of joint \"j\" (line 6): stands there twice; the first counts"});
+}
+
+TEST_CASE("a limit below 0 is none, with a warning", "[urdf]") {
+  const auto model = urdf::parse(two_links("revolute", "<limit lower='-1' upper='1' velocity='-3' effort='-1'/>")).value();
+  CHECK_FALSE(model.joints[0].limits->velocity);
+  CHECK_FALSE(model.joints[0].limits->effort);
+  CHECK(model.warnings.size() == 2);
+  CHECK(model.warnings[1] == "limit of joint \"j\" (line 5): expected velocity of at least 0, found -3; taken as without a limit of it");
+}
+
+TEST_CASE("arguments of xacro are replaced where they are given", "[urdf]") {
+  const std::string text = "<robot name='r' xmlns:xacro='x'><xacro:arg name='p' default=''/><link name='$(arg p)base_${p}'/></robot>";
+  urdf::Options options;
+  options.arguments["p"] = "left_";
+  CHECK(urdf::parse(text, options).value().links[0].name == "left_base_left_");
+  CHECK(refusal("<robot name='r'>\n<link name='$(arg p)base'/></robot>") ==
+        "link \"$(arg p)base\" (line 2): expected a document that xacro has expanded, found \"$(arg p)\": run xacro first, or give Options::arguments "
+        "a value for \"p\"");
+  CHECK(refusal("<robot name='r'><link name='$(find x)'/></robot>") == "");
+}
+
 TEST_CASE("a description is read with all that it says of joints", "[urdf]") {
   const urdf::Model m = urdf::parse(text_of(picker_file)).value();
   CHECK(m.name == "picker");
@@ -160,8 +187,17 @@ TEST_CASE("what is no description gets one error with the element and its line",
         "line 2: expected XML, found <link> with an attribute that is not quoted, not ended, or there twice");
   CHECK(refusal("<robot name='r'>\n<!-- </robot>") == "line 2: expected XML, found a comment that is not ended");
   CHECK(refusal("robot") == "line 1: expected XML, found text that is in no element, or not ended");
-  CHECK(refusal("<robot name='r'><link name='a'></link></robot></robot><more/>") ==
-        "expected XML, found an end tag without an element after <robot>");
+  CHECK(refusal("<robot name='r'><link name='a'></link></robot>\n</robot><more/>") ==
+        "line 2: expected no end tag without an element, found \"</robot>\"");
+  CHECK(refusal("<robot name='r'>\n<link name='&foo;'/></robot>") ==
+        "line 2: expected an entity of XML (lt, gt, amp, apos, quot) or a character by number, found \"&foo\"");
+  CHECK(refusal("<robot name='r'>\n<link name='a & b'/></robot>").find("line 2: expected an entity") == 0);
+  CHECK(refusal("<robot name='r'><link name='a&#0;b'/></robot>").find("line 1: expected an entity") == 0);
+  CHECK(refusal("<robot name='r'><link name='a'/>&#x110000;</robot>").find("line 1: expected an entity") == 0);
+  CHECK(refusal("<!DOCTYPE robot [<!ENTITY foo 'a&b;'>]><robot name='r'><!-- & --><link name='a'/><x><![CDATA[a && b]]></x></robot>") == "");
+  CHECK(refusal("<!DOCTYPE robot [<!ENTITY foo 'a'>]><robot name='r'><link name='&foo;'/></robot>").find("line 1: expected an entity") == 0);
+  CHECK(refusal("<robot name='r'>\n<link name='" + std::string(1001, 'a') + "'/></robot>").find("(line 2): expected a name of at most 1000 bytes") !=
+        std::string::npos);
   CHECK(refusal("<!-- </a> --><robot name='r'><!-- </a> --><link name='a'><![CDATA[</a>]]></link></robot>") == "");
   CHECK(refusal("<!-- nothing -->") == "expected <robot>, found no element");
   CHECK(refusal("<robot name='r'><link name='a' name='b'/></robot>").find("line 1: expected XML") == 0);
@@ -450,11 +486,8 @@ TEST_CASE("limits are kept", "[urdf]") {
   CHECK(urdf::parse(chain + "</robot>").value().joints.size() == 19'999);
 }
 
-TEST_CASE("entities of the document's own are not expanded", "[urdf]") {
-  const std::string bomb = "<!DOCTYPE robot>\n<robot name='r'><link name='&lol;'/></robot>";
-  const auto model = urdf::parse(bomb);
-  REQUIRE(model);
-  CHECK(model->links[0].name == "&lol;");
+TEST_CASE("entities of the document's own are not expanded but refused", "[urdf]") {
+  CHECK(refusal("<!DOCTYPE robot>\n<robot name='r'><link name='&lol;'/></robot>").find("line 2: expected an entity of XML") == 0);
   CHECK(urdf::parse("<robot name='r'><link name='&lt;&amp;&#228;&quot;'/></robot>").value().links[0].name == "<&\xC3\xA4\"");
 }
 

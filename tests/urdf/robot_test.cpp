@@ -5,6 +5,9 @@
 #include <fstream>
 #include <limits>
 #include <random>
+#include <type_traits>
+
+#include <Eigen/Core>
 
 #include <lrt/shacl/validator.hpp>
 
@@ -183,6 +186,55 @@ TEST_CASE("the Panda's flange is where the Denavit-Hartenberg parameters of its 
   CHECK(orientation < 1e-9);
 }
 
+TEST_CASE("what is published of every link is where it is", "[urdf][R1.9]") {
+  std::mt19937 random(7);
+  for (const std::string& file : all_files()) {
+    CAPTURE(file);
+    auto robot = urdf::load(file, options_for(file)).value();
+    const urdf::Model& model = robot.model();
+    const ReferenceKinematics reference(file, "${namespace}");
+    Bench bench;
+    robot.add_to(bench.engine).value();
+    for (int i = 0; i < 3; ++i) {
+      const std::vector<double> q = some_positions(model, random);
+      ReferenceKinematics::Positions named;
+      for (std::size_t v = 0; v < q.size(); ++v) named[model.joints[model.variables[v]].name] = q[v];
+      robot.publish(q);
+      bench.look();
+      for (std::size_t l = 0; l < model.links.size(); ++l) {
+        const std::string body = bench.ask("GET /" + robot.link_path(l) + "/pose\nAccept: application/json").body;
+        CAPTURE(body);
+        urdf::Pose said;
+        auto& p = said.position;
+        auto& o = said.orientation;
+        REQUIRE(std::sscanf(body.c_str(), R"({"translation":{"x":%lf,"y":%lf,"z":%lf},"rotation":{"x":%lf,"y":%lf,"z":%lf,"w":%lf})", &p[0], &p[1],
+                            &p[2], &o[0], &o[1], &o[2], &o[3]) == 7);
+        const auto [position, orientation] = difference(said, reference.pose(model.links[l].name, named));
+        CHECK(position < 1e-9);
+        CHECK(orientation < 1e-9);
+      }
+    }
+  }
+}
+
+TEST_CASE("a thousand names that would have one path are told apart at once", "[urdf]") {
+  std::string text = "<robot name='r'><link name='root'/>";
+  std::string name = "............";
+  for (int i = 0; i < 4096; ++i) {  // each a choice of '.' and '/'
+    for (std::size_t bit = 0; bit < name.size(); ++bit) name[bit] = (i >> bit) & 1 ? '/' : '.';
+    text += "<link name='a" + name + "'/><joint name='a" + name + "' type='fixed'><parent link='root'/><child link='a" + name + "'/></joint>";
+  }
+  const urdf::Robot robot(urdf::parse(text + "</robot>").value());
+  CHECK(robot.joint_path(0) == "r/a............");
+  CHECK(robot.joint_path(2) == "r/a............_joint2");
+  CHECK(robot.joint_path(4095) == "r/a............_joint4095");
+  CHECK(robot.link_path(4096) == "r/a............_link4096");
+}
+
+static_assert(std::is_convertible_v<std::vector<double>, urdf::Numbers> && std::is_convertible_v<Eigen::VectorXd, urdf::Numbers>);
+static_assert(std::is_convertible_v<decltype(std::declval<Eigen::MatrixXd&>().col(0)), urdf::Numbers>);
+static_assert(!std::is_convertible_v<decltype(std::declval<Eigen::MatrixXd&>().row(0)), urdf::Numbers>, "its numbers lie apart");
+
 TEST_CASE("joints and links are Things as in Figure 2b", "[urdf][R1.3][R1.9]") {
   auto robot = urdf::load(picker_file).value();
   Bench bench;
@@ -302,6 +354,12 @@ TEST_CASE("floating and planar joints are moved by a pose", "[urdf]") {
   fixed.move(0, {{2, 0, 0}, {0, 0, 0, 1}});
   fixed.publish({});
   CHECK(fixed.pose(1).position[0] == 0);
+  urdf::Robot free(urdf::parse(two_links("floating")).value());
+  free.move(0, {{1, 0, 0}, {0, 0, 0, 1}});
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const urdf::Pose& wrong : {urdf::Pose{{nan, 0, 0}, {0, 0, 0, 1}}, {{2, 0, 0}, {0, 0, 0, 2}}, {{2, 0, 0}, {nan, 0, 0, 1}}}) free.move(0, wrong);
+  free.publish({});
+  CHECK(free.pose(1).position == std::array<double, 3>{1, 0, 0});
 }
 
 TEST_CASE("a mimic of a mimic follows the first", "[urdf]") {
@@ -385,6 +443,9 @@ TEST_CASE("a robot whose place is taken is not added at all", "[urdf]") {
   REQUIRE_FALSE(added);
   CHECK(added.error().code == Errc::duplicate_path);
   CHECK(bench.get("/picker").status == 404);
+  CHECK(bench.get("/picker/rail").status == 404);
+  CHECK(bench.get("/picker/hand").status == 200);  // who was there stays, in the root
+  CHECK(bench.get("/").says("/picker/hand>"));
   urdf::Options options;
   options.path = "cell/arm";
   auto other = urdf::load(picker_file, options).value();

@@ -83,6 +83,8 @@ class Engine final : public Handler {
   /// Registers a thing with everything it has, or nothing of it.
   /// @par Errors  the thing's first error; duplicate_path; expected_rdf for its Turtle
   Result<void> add(Thing thing);
+  /// The same of several: all of them, or none.
+  Result<void> add(std::vector<Thing> things);
   /// Removes the thing at a path and all things below it.
   /// @par Errors  unknown_path
   Result<void> remove(std::string_view path);
