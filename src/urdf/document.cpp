@@ -91,12 +91,14 @@ void check_text(std::string& text, const Options& options) {
   if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos)
     refuse(Errc::expected_value, nul, "expected XML, found U+0000");
 
-  const auto check_references = [&](std::size_t at, std::size_t end) {
-    while ((at = text.find('&', at)) < end) {
-      const std::size_t close = text.find_first_of(";<>&\"' ", at + 1);
-      const std::string_view name = std::string_view(text).substr(at + 1, std::min(close, text.size()) - at - 1);
-      if (close == std::string::npos || text[close] != ';' || !is_reference(name))
-        refuse(Errc::expected_value, at, "expected an entity of XML (lt, gt, amp, apos, quot) or a character by number, found " + quoted('&' + std::string(name)));
+  const auto check_references = [&](std::size_t begin, std::size_t end) {
+    const std::string_view part = std::string_view(text).substr(begin, end - begin);
+    for (std::size_t at = 0; (at = part.find('&', at)) != std::string_view::npos;) {
+      const std::size_t close = std::min(part.find_first_of(";&\"' ", at + 1), part.size());
+      const std::string_view name = part.substr(at + 1, close - at - 1);
+      if (close == part.size() || part[close] != ';' || !is_reference(name))
+        refuse(Errc::expected_value, begin + at,
+               "expected an entity of XML (lt, gt, amp, apos, quot) or a character by number, found " + quoted('&' + std::string(name)));
       at = close;
     }
   };
