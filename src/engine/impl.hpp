@@ -119,6 +119,7 @@ class Engine::Impl {
   Result<void> add(std::vector<Thing> things);
   Result<void> insert(Thing thing, std::vector<ThingNode*>& added);
   void withdraw(ThingNode& thing);
+  std::vector<ThingNode*>& siblings_of(const ThingNode& thing) { return thing.parent ? thing.parent->children : roots_; }
   Result<void> remove(std::string_view path);
   void listens_on(std::string_view address, std::uint16_t port, bool secure);
 
@@ -204,6 +205,7 @@ class Engine::Impl {
   std::vector<PropertyResource*> pulled_of(Resource& resource);
   void read(PropertyResource& property, Continuation done);
   void start_read(PropertyResource& property);
+  auto find_rendering(const Resource& resource, std::size_t base, Form form, std::size_t page) const;
   Result<const Rendering*> render(Resource& resource, std::size_t base, Form form, std::size_t page);
   Result<Bytes> body_of(Resource& resource, std::size_t base, Form form, std::size_t page);
   Result<std::string> write(const rdf::Graph& graph, Form form, std::size_t base) const;

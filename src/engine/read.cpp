@@ -204,13 +204,19 @@ http::Fields Engine::Impl::fields_of(Resource& resource, std::size_t base, std::
   return fields;
 }
 
+/// What is kept of the present state of a resource; else the end.
+auto Engine::Impl::find_rendering(const Resource& resource, std::size_t base, Form form, std::size_t page) const {
+  return std::find_if(resource.renderings.begin(), resource.renderings.end(), [&, revision = revision_of(resource)](const auto& kept) {
+    return kept->base == base && kept->form == form && kept->page == page && kept->revision == revision;
+  });
+}
+
 Result<const Rendering*> Engine::Impl::render(Resource& resource, std::size_t base, Form form, std::size_t page) {
-  const std::uint64_t revision = revision_of(resource);
-  for (const auto& kept : resource.renderings) {
-    if (kept->base != base || kept->form != form || kept->page != page || kept->revision != revision) continue;
-    renderings_.splice(renderings_.begin(), renderings_, kept);
-    return &*kept;
+  if (const auto kept = find_rendering(resource, base, form, page); kept != resource.renderings.end()) {
+    renderings_.splice(renderings_.begin(), renderings_, *kept);
+    return &**kept;
   }
+  const std::uint64_t revision = revision_of(resource);
   Result<Bytes> body = body_of(resource, base, form, page);
   if (!body) return Unexpected{std::move(body).error()};
 
@@ -289,11 +295,11 @@ std::optional<http::Response> Engine::Impl::precondition(Context& context) {
   if (!if_match && !if_none_match) return std::nullopt;
   const std::string wanted = context.request.joined("If-Match"), unwanted = context.request.joined("If-None-Match");
   bool matched = false, hit = false;
-  std::vector<Form> forms;  // what there is already first: the client has one of them, and to make the others of a large value takes time
-  for (const auto& kept : context.resource->renderings)
-    if (kept->revision == revision_of(*context.resource)) forms.push_back(kept->form);
-  const std::vector<Form>& all = offers_of(*context.resource).forms;
-  forms.insert(forms.end(), all.begin(), all.end());
+  // What there is already first: the client has one of them, and to make the others of a large value takes time.
+  std::vector<Form> forms = offers_of(*context.resource).forms;
+  std::stable_partition(forms.begin(), forms.end(), [&, &of = *context.resource](Form form) {
+    return find_rendering(of, context.base, form, context.page) != of.renderings.end();
+  });
   for (const Form form : forms) {
     if (matched && !if_none_match) break;
     const Result<const Rendering*> rendering = render(*context.resource, context.base, form, context.page);

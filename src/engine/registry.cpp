@@ -259,7 +259,7 @@ Result<void> Engine::Impl::insert(Thing thing, std::vector<ThingNode*>& added) {
 
 /// Undoes insert(). Things that were there before and are below it stay.
 void Engine::Impl::withdraw(ThingNode& thing) {
-  std::vector<ThingNode*>& siblings = thing.parent ? thing.parent->children : roots_;
+  std::vector<ThingNode*>& siblings = siblings_of(thing);
   siblings.erase(std::remove(siblings.begin(), siblings.end(), &thing), siblings.end());
   for (ThingNode* child : thing.children) {
     child->parent = thing.parent;
@@ -290,7 +290,7 @@ void Engine::Impl::adopt(ThingNode& thing) {
     path = path.substr(0, slash);
     if (const auto found = things_.find(path); found != things_.end()) thing.parent = found->second.get();
   }
-  std::vector<ThingNode*>& siblings = thing.parent ? thing.parent->children : roots_;
+  std::vector<ThingNode*>& siblings = siblings_of(thing);
   const std::string prefix = thing.self.path + "/";
   const auto below = [&](ThingNode* other) { return other->self.path.compare(0, prefix.size(), prefix) == 0; };
   // Only look if some thing is below at all: registering many siblings stays linear.
@@ -311,7 +311,7 @@ Result<void> Engine::Impl::remove(std::string_view path) {
   const auto found = encoded ? things_.find("/" + *encoded) : things_.end();
   if (found == things_.end()) return unexpected(Errc::unknown_path, "no thing at \"" + std::string(path) + "\"");
   ThingNode& thing = *found->second;
-  std::vector<ThingNode*>& siblings = thing.parent ? thing.parent->children : roots_;
+  std::vector<ThingNode*>& siblings = siblings_of(thing);
   siblings.erase(std::remove(siblings.begin(), siblings.end(), &thing), siblings.end());
   drop_thing(thing);
   structure_changed();

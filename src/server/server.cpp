@@ -74,10 +74,12 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     return {};
   }
 
-  Result<void> add(std::vector<Thing> things) {
+  /// @param what  a Thing, or several
+  template <class Things>
+  Result<void> add(Things what) {
     std::unique_lock lock(mutex_);
     if (stopping_) return unexpected(Errc::closed, "the server has stopped");
-    Result<void> result = engine_.add(std::move(things));
+    Result<void> result = engine_.add(std::move(what));
     pass_on(lock);
     if (transport_waker_) transport_waker_->wake();  // observers of the structure
     return result;
@@ -352,11 +354,7 @@ Result<Server> Server::create(Options options) {
   return Server(std::move(impl));
 }
 
-Result<void> Server::add(Thing thing) {
-  std::vector<Thing> things;
-  things.push_back(std::move(thing));
-  return impl_->add(std::move(things));
-}
+Result<void> Server::add(Thing thing) { return impl_->add(std::move(thing)); }
 Result<void> Server::add(std::vector<Thing> things) { return impl_->add(std::move(things)); }
 Result<void> Server::remove(std::string_view path) { return impl_->remove(path); }
 std::chrono::milliseconds Server::poll(std::chrono::microseconds budget) noexcept { return impl_->poll(budget); }

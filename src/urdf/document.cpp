@@ -227,10 +227,15 @@ class Checker {
   std::string expanded(const XMLElement& e, std::string_view text) const {
     std::string out;
     while (true) {
-      const std::size_t open = std::min(text.find("${"), text.find("$(arg "));
+      const std::size_t open = text.find('$');
       out += text.substr(0, open);
       if (open == std::string_view::npos) return out;
-      const bool is_arg = text[open + 1] == '(';
+      const bool is_arg = text.substr(open, 6) == "$(arg ";
+      if (!is_arg && text.substr(open, 2) != "${") {
+        out += '$';
+        text.remove_prefix(open + 1);
+        continue;
+      }
       const std::size_t begin = open + (is_arg ? 6 : 2), close = std::min(text.find(is_arg ? ')' : '}', open), text.size());
       const std::string name(text.substr(begin, close - begin));
       const auto value = options_.arguments.find(name);
@@ -611,12 +616,13 @@ class Checker {
     number(e, "friction", false);
     close();
   }
+  static bool has_position(std::string_view type) { return type == "revolute" || type == "continuous" || type == "prismatic"; }
   void mimic(const XMLElement& e, const std::string& type) {
-    if (type != "revolute" && type != "continuous" && type != "prismatic") return warn(e, "a " + type + " joint can mimic none; left out");
+    if (!has_position(type)) return warn(e, "a " + type + " joint can mimic none; left out");
     const std::string name = required(e, "joint");
     const auto found = types_.find(name);
     if (found == types_.end()) return warn(e, "there is no joint " + quoted(name) + " in the document; left out");
-    if (found->second != "revolute" && found->second != "continuous" && found->second != "prismatic")
+    if (!has_position(found->second))
       return warn(e, "joint " + quoted(name) + " is " + found->second + " and has no position; left out");
     mimics_.emplace_back(&e, document_.joints.size());
     open("mimic");

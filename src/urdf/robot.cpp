@@ -228,8 +228,7 @@ class Robot::Impl {
     for (Moving& m : moving_) {
       if (m.joint != m.source) values_[m.joint] = m.multiplier * values_[m.source] + m.offset;
       m.position.publish(values_[m.joint]);
-      if (m.rotation)
-        m.rotation->publish({static_cast<float>(values_[m.joint]), vector(model_.joints[m.joint].axis).cast<float>()});
+      if (m.rotation) m.rotation->publish({static_cast<float>(values_[m.joint]), m.axis});
       if (finite(velocities, m.variable)) m.velocity.publish(m.multiplier * velocities[m.variable]);
     }
     if (all_) {
@@ -244,10 +243,10 @@ class Robot::Impl {
   void move(std::size_t joint, const Pose& to) noexcept {
     const JointType type = model_.joints[joint].type;
     if (type != JointType::floating && type != JointType::planar) return;
+    const Eigen::Map<const Eigen::Vector3d> at(to.position.data());
     const Quaternion turned(to.orientation.data());
-    const double length = turned.norm();
-    if (!Eigen::Map<const Eigen::Vector3d>(to.position.data()).allFinite() || !(std::abs(length - 1) <= 1e-6)) return;
-    free_[joint] = isometry(to);
+    if (!at.allFinite() || !(std::abs(turned.norm() - 1) <= 1e-6)) return;
+    free_[joint].translation() = at;
     free_[joint].linear() = turned.normalized().toRotationMatrix();
   }
   Pose pose(std::size_t link) const noexcept {
@@ -276,6 +275,7 @@ class Robot::Impl {
     std::size_t variable;  ///< where the source is in Model::variables
     Property<double> position, velocity, effort;
     std::optional<Property<Eigen::AngleAxisf>> rotation;
+    Eigen::Vector3f axis;
   };
   /// A joint as kinematics sees it.
   struct Step {
@@ -433,7 +433,7 @@ class Robot::Impl {
     }
     const auto variable = std::find(model_.variables.begin(), model_.variables.end(), source) - model_.variables.begin();
     if (source != index) values_[index] = multiplier * values_[source] + offset;
-    moving_.push_back({index, source, multiplier, offset, static_cast<std::size_t>(variable), position, velocity, effort, {}});
+    moving_.push_back({index, source, multiplier, offset, static_cast<std::size_t>(variable), position, velocity, effort, {}, vector(joint.axis).cast<float>()});
     if constexpr (angular) {
       auto rotation = thing.property<Eigen::AngleAxisf>("rotation");
       rotation.predicate(vocab::ros::rotation).frame(Object::resource(link_paths_[joint.child]));
