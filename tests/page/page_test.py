@@ -4,6 +4,7 @@
 """
 
 import json
+import math
 import os
 import sys
 import time
@@ -374,13 +375,20 @@ def a_robot_is_a_skeleton_that_moves_and_turns(browser):
 
 def the_skeleton_of_a_description_ends_where_its_last_link_is(browser):
     with Robot() as robot:
+        def wrist():
+            pose = json.loads(http_request("GET", robot.at("baxter/right_wrist/pose"), None, {"Accept": "application/json"}).expect(200).body)
+            return [pose["translation"][axis] for axis in "xyz"]
+
+        def arrived():  # the wrist is asked for first: until the arm begins to move, its position is what was written
+            at = wrist()
+            return math.dist(at, before) > 0.1 and number(robot, "baxter/right_s1/position") == position and at
+
         browser.open(robot.at("baxter"))
         for position in (0.4, -0.9):
+            before = wrist()
             http_request("PUT", robot.at("baxter/right_s1/position"), str(position).encode(), {"Content-Type": "application/json"}).expect(204)
-            until(lambda: number(robot, "baxter/right_s1/position") == position, "the joint is there")
-            pose = json.loads(http_request("GET", robot.at("baxter/right_wrist/pose"), None, {"Accept": "application/json"}).expect(200).body)
             browser.until("const at = document.querySelector('canvas').dataset.end?.split(',').map(Number); return at && arguments[0].every((n, i) => Math.abs(n - at[i]) < 0.002)",
-                          "the wrist", [pose["translation"][axis] for axis in "xyz"])
+                          "the wrist", until(arrived, "the joint is there"))
         browser.until("return document.querySelectorAll('.joints input[type=range]').length === 7", "a slider for each joint")
         check_clean(browser, robot)
 
