@@ -487,6 +487,8 @@ struct Said {
 };
 /// @pre has_value(resource)
 Said said_by(const Resource& resource);
+/// Whether its values have more members, all told, than `most`.
+bool says_more_than(std::size_t most, const Resource& resource);
 rdf::Type state_type(const model::ThingSpec& thing);
 rdf::Type invocation_type(const model::ActionSpec& action);
 Iri status_iri(Status status);

@@ -114,20 +114,23 @@ std::variant<const Rendering*, http::Response> Engine::Impl::negotiated(Context&
   Resource& resource = *context.resource;
   const Offers& all = offers_of(resource);
   std::vector<std::string_view> fewer;  // only when a format turned out not to carry what there is
+  std::string why;                      // it did not
   const std::vector<std::string_view>* offers = page_too ? &all.with_page : &all.types;
   while (true) {
     const auto choice = offers == &all.with_page ? choice_of(context) : http::negotiate(accept_of(context), *offers);
     if (!choice)
-      return problem(context, 406, "none of the accepted media types is available; there are " + list_of(all) + (page_too ? ", " + std::string(page_type) : ""));
+      return problem(context, 406, !why.empty() ? why : "none of the accepted media types is available; there are " + list_of(all) +
+                                                            (page_too ? ", " + std::string(page_type) : ""));
     const std::string_view type = (*offers)[*choice];
     if (type == page_type) return &context.rendering.emplace(page_of(resource, context.base, context.page));
     const Form form = *all.form_of(type);
     Result<const Rendering*> rendered = render(resource, context.base, form, context.page);
     if (rendered) return *rendered;
-    const bool other_may_do = rendered.error().code == Errc::unsupported_syntax && form != Form();  // Turtle carries everything
-    if (!other_may_do || offers->size() == 1) {
-      log(LogLevel::error, resource.path + ": " + rendered.error().message);
-      return problem(context, other_may_do ? 406 : 500, rendered.error().message);
+    why = rendered.error().message;
+    const Errc code = rendered.error().code;
+    if (code != Errc::limit_exceeded && (code != Errc::unsupported_syntax || form == Form())) {  // Turtle carries everything
+      log(LogLevel::error, resource.path + ": " + why);
+      return problem(context, 500, why);
     }
     if (fewer.empty()) fewer = *offers;
     fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(*choice));
@@ -257,8 +260,13 @@ Result<Bytes> Engine::Impl::body_of(Resource& resource, std::size_t base, Form f
     const Said said = said_by(resource);
     text = rdf::write_plain(*said.type, *said.facets, said.value(), form.plain());
   } else if (resource.kind != Kind::context) {
+    if (says_more_than(options_.value_members, resource))
+      return unexpected(Errc::limit_exceeded, "more than " + std::to_string(options_.value_members) + " values are too many for RDF, but not for application/json");
     rdf::Graph graph;
     describe(graph, resource, bases_[base], page);
+    if (form == Form(rdf::Syntax::rdf_xml) && graph.size() > options_.rdf_xml_triples)
+      return unexpected(Errc::limit_exceeded, std::to_string(graph.size()) + " triples are too many for RDF/XML, which takes " +
+                                                  std::to_string(options_.rdf_xml_triples) + ", but not for text/turtle");
     text = write(graph, form, base);
   }
   if (!text) return Unexpected{std::move(text).error()};

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <lrt/rdf/traits.hpp>
 
 #include "src/engine/impl.hpp"
@@ -10,6 +12,15 @@ namespace {
 
 void field(rdf::Type& record, std::string_view name, const rdf::Type& type, const rdf::Facets& facets = {}) {
   record.fields.push_back({std::string(name), "#" + std::string(name), &type, facets});
+}
+
+/// Takes what has no members off `left`. False when that is not enough.
+bool counted(const rdf::Value& value, std::size_t& left) {
+  if (const rdf::Value::Sequence* members = value.sequence())
+    return std::all_of(members->begin(), members->end(), [&](const rdf::Value& member) { return counted(member, left); });
+  if (left == 0) return false;
+  --left;
+  return true;
 }
 
 rdf::Value instant(Utc time) { return time == Utc{} ? rdf::Value() : rdf::traits<Utc>::encode(time); }
@@ -63,6 +74,22 @@ Said said_by(const Resource& resource) {
       return {&i.action->invocation_type, &none, nullptr, rdf::Value(std::move(values))};
     }
     default: return {nullptr, &none, nullptr};
+  }
+}
+
+bool says_more_than(std::size_t most, const Resource& resource) {
+  switch (resource.kind) {
+    case Kind::property: return !counted(static_cast<const PropertyResource&>(resource).value, most);
+    case Kind::member: return !counted(static_cast<const MemberResource&>(resource).value, most);
+    case Kind::state: {
+      const auto& properties = resource.thing->properties;
+      return !std::all_of(properties.begin(), properties.end(), [&](const auto& p) { return counted(p->value, most); });
+    }
+    case Kind::invocation: {
+      const auto& i = static_cast<const InvocationResource&>(resource);
+      return !counted(i.input, most) || (i.result && !counted(*i.result, most));
+    }
+    default: return false;
   }
 }
 

@@ -151,6 +151,46 @@ TEST_CASE("an encoder may fail or have nothing; the other formats go on", "[engi
   CHECK(csv().status == 406);
 }
 
+TEST_CASE("what is too much for RDF, or for its slowest syntax, is had in the other formats", "[engine][R0.6]") {
+  engine::Options options;
+  options.value_members = 3;
+  options.rdf_xml_triples = 10;
+  Bench bench(options);
+  Thing thing{"a"};
+  auto list = thing.property<std::vector<std::vector<double>>>("list").on_write([](const std::vector<std::vector<double>>&) {}).octets();
+  auto text = thing.property<std::string>("text");
+  bench.add(std::move(thing));
+  const auto get = [&](const std::string& path, const std::string& type) { return bench.ask("GET " + path + "\nAccept: " + type); };
+  list.publish({{1, 2}});
+  text.publish("x");
+  CHECK(get("/a/list", "text/turtle").status == 200);
+  CHECK(get("/a/list", "application/ld+json").status == 200);
+  CHECK(get("/a/text", "application/rdf+xml").status == 200);
+  CHECK(get("/a/state", "text/turtle").status == 200);
+  const Answer xml = get("/a/list", "application/rdf+xml");
+  CHECK(xml.status == 406);
+  CHECK(xml.says(" triples are too many for RDF/XML, which takes 10, but not for text/turtle"));
+  CHECK(get("/a/list", "application/rdf+xml, text/turtle;q=0.5").field("Content-Type") == "text/turtle");
+
+  list.publish({{1, 2}, {3}});
+  CHECK(get("/a/list", "text/turtle").status == 200);
+  CHECK(get("/a/state", "text/turtle").status == 406);
+  CHECK(get("/a/state", "application/json").status == 200);
+  list.publish({{1, 2}, {3, 4}});
+  for (const char* syntax : {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json"}) {
+    INFO(syntax);
+    const Answer answer = get("/a/list", syntax);
+    CHECK(answer.status == 406);
+    CHECK(answer.says("more than 3 values are too many for RDF, but not for application/json"));
+  }
+  CHECK(get("/a/list", "*/*").field("Content-Type") == "application/json");
+  CHECK(get("/a/list", "application/json").body == "[[1,2],[3,4]]");
+  CHECK(get("/a/list", "application/octet-stream").body.size() == 32);
+  CHECK(bench.ask("PUT /a/list\nContent-Type: application/json\nIf-Match: \"old\"\n\n[[0]]").status == 412);
+  CHECK(bench.ask("PUT /a/list\nContent-Type: application/json\nIf-Match: " + get("/a/list", "application/json").tag() + "\n\n[[0]]").status == 204);
+  CHECK(get("/a/list", "text/turtle").status == 200);
+}
+
 TEST_CASE("a value that a client wrote has its formats too", "[engine][R0.5]") {
   Bench bench;
   Thing thing{"a"};
