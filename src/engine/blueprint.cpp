@@ -94,9 +94,8 @@ void Engine::Impl::describe_blueprint(Graph& graph, ThingNode& thing, const std:
   }
   for (const auto& p : thing.properties) {
     if (!user_shape(thing, p->spec->path)) describe_shape(graph, thing, base, p->spec->path, *p->spec->type, p->spec->facets);
-    // A pushed property has no value, and promises none, until the first publish.
     (void)sync(*p);
-    if (p->spec->read || !p->value.is_null()) About(graph, self + "#" + p->spec->path).link(vocab::sh::targetNode, base + p->path);
+    if (p->promises_triples()) About(graph, self + "#" + p->spec->path).link(vocab::sh::targetNode, base + p->path);
   }
   const auto part = [&](const std::string& name, const rdf::Type* type, const rdf::Facets& facets) {
     if (type && !user_shape(thing, name)) describe_shape(graph, thing, base, name, *type, facets);

@@ -225,7 +225,7 @@ void Engine::Impl::describe_property(Graph& graph, PropertyResource& property, c
   About about(graph, base + property.path);
   describe_type(graph, property, about.subject());
   about.link(vocab::rdfs::seeAlso, base + property.thing->self.path);
-  if (!property.value.is_null())
+  if (!property.value.is_null() && !property.only_octets)
     rdf::write_value(graph, about.subject(), *property.spec->type, property.spec->facets, property.value,
                      names_base(*property.thing, base));
   about.when(vocab::dcterms::modified, property.modified);

@@ -202,6 +202,7 @@ class Engine::Impl {
   std::variant<const Rendering*, http::Response> negotiated(Context& context, bool page_too);
   /// Brings pushed values up to date; true if pulled ones must be read first.
   bool sync(Resource& resource);
+  void take_value(PropertyResource& property, rdf::Value value, std::shared_ptr<const void> whole, Utc since);
   std::vector<PropertyResource*> pulled_of(Resource& resource);
   void read(PropertyResource& property, Continuation done);
   void start_read(PropertyResource& property);
@@ -487,7 +488,7 @@ struct Said {
 };
 /// @pre has_value(resource)
 Said said_by(const Resource& resource);
-/// Whether its values have more members, all told, than `most`.
+/// Whether what its RDF says of values has more members, all told, than `most`.
 bool says_more_than(std::size_t most, const Resource& resource);
 rdf::Type state_type(const model::ThingSpec& thing);
 rdf::Type invocation_type(const model::ActionSpec& action);

@@ -48,6 +48,18 @@ std::vector<PropertyResource*> Engine::Impl::pulled_of(Resource& resource) {
   return pulled;
 }
 
+void Engine::Impl::take_value(PropertyResource& property, rdf::Value value, std::shared_ptr<const void> whole, Utc since) {
+  const bool promised = property.promises_triples();
+  property.value = std::move(value);
+  property.whole = std::move(whole);
+  property.modified = since;
+  const model::PropertySpec& spec = *property.spec;
+  property.only_octets = false;
+  property.only_octets = spec.octets && says_more_than(options_.value_members, property) && rdf::octets_of(*spec.type, property.value);
+  if (property.promises_triples() != promised) structure_changed();  // the blueprint says it
+  changed(property);
+}
+
 bool Engine::Impl::sync(Resource& resource) {
   const auto one = [this](PropertyResource& p) {
     if (!p.spec->slot) return true;
@@ -58,11 +70,7 @@ bool Engine::Impl::sync(Resource& resource) {
     // Of values that are kept each is a change, but a writer without end must not hold up the others.
     for (int most = slot.keeps() ? 1024 : 1; most > 0 && slot.take(value, since); --most) {
       if (!slot.every_sample() && rdf::same(value, p.value)) continue;  // SPEC 3.8
-      if (p.value.is_null()) structure_changed();  // from now on the blueprint promises a value
-      p.value = std::move(value);
-      p.whole = slot.whole();
-      p.modified = since;
-      changed(p);
+      take_value(p, std::move(value), slot.whole(), since);
     }
     return false;
   };
@@ -363,10 +371,7 @@ void Engine::Impl::read_done(const std::string& path, const std::shared_ptr<Clai
   if (reading) {
     property.failing = false;
     if (!rdf::same(property.value, reading->value)) {
-      property.value = std::move(reading->value);
-      property.whole = std::move(reading->whole);
-      property.modified = now.utc;
-      changed(property);
+      take_value(property, std::move(reading->value), std::move(reading->whole), now.utc);
     }
   } else {
     result = unexpected(reading.error().code == Errc::closed ? Errc::failed : reading.error().code,

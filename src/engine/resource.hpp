@@ -96,6 +96,10 @@ struct PropertyResource final : Resource {
   rdf::Value value;                          ///< null: none yet
   std::shared_ptr<const void> whole;         ///< the T that it is of, for the user's encoders
   Utc modified{};
+  bool only_octets = false;                  ///< the value has too many members for RDF, which describes its octets instead
+
+  /// A pushed property has no value, and promises none, until the first publish.
+  bool promises_triples() const noexcept { return (spec->read || !value.is_null()) && !only_octets; }
 
   std::unique_ptr<const Offers> offers;      ///< null: those of any property
   struct Encoded {

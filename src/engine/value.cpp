@@ -78,12 +78,13 @@ Said said_by(const Resource& resource) {
 }
 
 bool says_more_than(std::size_t most, const Resource& resource) {
+  const auto fits = [&](const PropertyResource& p) { return p.only_octets || counted(p.value, most); };
   switch (resource.kind) {
-    case Kind::property: return !counted(static_cast<const PropertyResource&>(resource).value, most);
+    case Kind::property: return !fits(static_cast<const PropertyResource&>(resource));
     case Kind::member: return !counted(static_cast<const MemberResource&>(resource).value, most);
     case Kind::state: {
       const auto& properties = resource.thing->properties;
-      return !std::all_of(properties.begin(), properties.end(), [&](const auto& p) { return counted(p->value, most); });
+      return !std::all_of(properties.begin(), properties.end(), [&](const auto& p) { return fits(*p); });
     }
     case Kind::invocation: {
       const auto& i = static_cast<const InvocationResource&>(resource);

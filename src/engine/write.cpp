@@ -236,11 +236,8 @@ void Engine::Impl::write_done(const std::string& path, const std::shared_ptr<Cla
     const bool published = property.spec->slot->has_news();
     (void)sync(property);
     if (!published && !rdf::same(property.value, write.value)) {
-      property.value = write.value;
-      const auto whole = guarded<std::shared_ptr<const void>>([&] { return property.spec->whole ? property.spec->whole(write.value) : nullptr; });
-      property.whole = whole ? *whole : nullptr;
-      property.modified = now.utc;
-      changed(property);
+      auto whole = guarded<std::shared_ptr<const void>>([&] { return property.spec->whole ? property.spec->whole(write.value) : nullptr; });
+      take_value(property, write.value, whole ? *std::move(whole) : nullptr, now.utc);
     }
   }
   if (Waiting* waiting = find_waiting(write.ticket)) {

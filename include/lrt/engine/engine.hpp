@@ -50,7 +50,9 @@ struct Options {
   std::size_t page_members = 500;                ///< members of a container in one page
   std::size_t cache_bytes = 32 * 1024 * 1024;    ///< rendered representations kept, least recently used go first
   std::size_t link_bytes = 8 * 1024;             ///< of Link fields in one answer (R0.9)
-  std::size_t value_members = 100'000;           ///< numbers, texts and so on of a resource in RDF; more: 406, and JSON, CBOR and octets carry it
+  /// Numbers, texts and so on of a resource in RDF. A value with more is had in JSON or CBOR, and its RDF is 406; but where it has octets
+  /// (Property::octets) the RDF describes those instead of saying each number.
+  std::size_t value_members = 100'000;
   std::size_t rdf_xml_triples = 5'000;           ///< of a representation in RDF/XML, of which each takes some 20 us; more: 406
   std::size_t body_triples = 10'000;             ///< of a request body
   std::size_t body_text = 16 * 1024 * 1024;      ///< bytes of a request body's IRIs and literals, written out; more: 413
