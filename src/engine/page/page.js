@@ -381,7 +381,7 @@ class ValueView {
     if (key !== this.key) {
       this.key = key;
       this.cells = all.map(() => [h("span.number"), " ", h("span.unit")]);
-      this.element.replaceChildren(!all.length ? quiet("no value yet") : all.length === 1 && !all[0].path.length ? h("p.big", this.cells)
+      this.element.replaceChildren(!all.length ? quiet("no value to show") : all.length === 1 && !all[0].path.length ? h("p.big", this.cells)
         : h("dl", all.map((l, i) => [h("dt", l.path.join(" › ") || "value"), h("dd", this.cells[i])])));
     }
     all.forEach(({ objects, names, isList, unit, ...leaf }, i) => {
