@@ -318,9 +318,9 @@ TEST_CASE("the waker of a transport of one's own ends its wait from another thre
   const auto waker = host->server->waker();
   std::thread other([&] { waker->wake(); });
   const auto begin = std::chrono::steady_clock::now();
-  host->server->poll(milliseconds(1), std::chrono::seconds(10));
+  host->server->poll(milliseconds(1), std::chrono::minutes(10));
   other.join();
-  CHECK(std::chrono::steady_clock::now() - begin < std::chrono::seconds(5));
+  CHECK(std::chrono::steady_clock::now() - begin < std::chrono::minutes(1));
   host.reset();
   waker->wake();
 }
