@@ -5,12 +5,13 @@
 #include <openssl/pem.h>
 #include <openssl/ssl.h>
 #include <openssl/x509v3.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <memory>
 #include <stdexcept>
 #include <string>
+
+#include "tests/support/folder.hpp"
 
 namespace lrt::test {
 
@@ -81,21 +82,15 @@ inline TlsContext tls_server(const Certificate& own, int most = 0) {
 class PemFile {
  public:
   explicit PemFile(const Certificate& certificate) {
-    char name[] = "/tmp/lrt_ca_XXXXXX";
-    const int descriptor = ::mkstemp(name);
-    if (descriptor < 0) throw std::runtime_error("mkstemp");
-    path_ = name;
-    FILE* const file = ::fdopen(descriptor, "w");
+    FILE* const file = std::fopen(path_.c_str(), "w");
     PEM_write_X509(file, certificate.certificate.get());
     std::fclose(file);
   }
-  ~PemFile() { ::unlink(path_.c_str()); }
-  PemFile(const PemFile&) = delete;
-  PemFile& operator=(const PemFile&) = delete;
   const std::string& path() const noexcept { return path_; }
 
  private:
-  std::string path_;
+  const Folder folder_;
+  const std::string path_ = folder_ / "certificate.pem";
 };
 
 }  // namespace lrt::test

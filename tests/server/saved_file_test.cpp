@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -14,36 +15,20 @@
 #include <vector>
 
 #include "tests/support/catch.hpp"
+#include "tests/support/folder.hpp"
 
 using namespace lrt;
+using namespace lrt::test;
 namespace fs = std::filesystem;
 
 namespace {
 
-class Directory {
- public:
-  Directory() {
-    std::string name = (fs::temp_directory_path() / "lrt_saved_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp");
-    path_ = name;
-  }
-  ~Directory() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  Directory(const Directory&) = delete;
-  Directory& operator=(const Directory&) = delete;
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-  std::vector<std::string> names() const {
-    std::vector<std::string> result;
-    for (const auto& entry : fs::directory_iterator(path_)) result.push_back(entry.path().filename());
-    std::sort(result.begin(), result.end());
-    return result;
-  }
-
- private:
-  fs::path path_;
-};
+std::vector<std::string> names_in(const Folder& folder) {
+  std::vector<std::string> result;
+  for (const auto& entry : fs::directory_iterator(folder.path())) result.push_back(entry.path().filename());
+  std::sort(result.begin(), result.end());
+  return result;
+}
 
 std::string content(const std::string& path) {
   const auto text = SavedFile::load(path, 10'000'000).value();
@@ -86,8 +71,8 @@ mode_t mode_of(const std::string& path) {
 }  // namespace
 
 TEST_CASE("what was saved last is what is read, for its owner only", "[server][saved_file]") {
-  const Directory directory;
-  const std::string path = directory / "state";
+  const Folder folder;
+  const std::string path = folder / "state";
   Log log;
   {
     SavedFile file(path, log.callback());
@@ -95,7 +80,7 @@ TEST_CASE("what was saved last is what is read, for its owner only", "[server][s
   }
   CHECK(content(path) == "text 99");
   CHECK(mode_of(path) == 0600);
-  CHECK(directory.names() == std::vector<std::string>{"state"});
+  CHECK(names_in(folder) == std::vector<std::string>{"state"});
   CHECK(log.lines().empty());
   const std::string big(3'000'000, 'x');
   put(path, "old");
@@ -108,14 +93,14 @@ TEST_CASE("what was saved last is what is read, for its owner only", "[server][s
 }
 
 TEST_CASE("a file that nothing was saved to is not touched", "[server][saved_file]") {
-  const Directory directory;
-  { const SavedFile file(directory / "state", nullptr); }
-  CHECK(directory.names().empty());
+  const Folder folder;
+  { const SavedFile file(folder / "state", nullptr); }
+  CHECK(names_in(folder).empty());
 }
 
 TEST_CASE("a reader finds one of the texts, whole, whenever it looks", "[server][saved_file]") {
-  const Directory directory;
-  const std::string path = directory / "state";
+  const Folder folder;
+  const std::string path = folder / "state";
   put(path, std::string(200'000, 'z'));
   std::atomic<bool> done{false};
   std::atomic<int> torn{0};
@@ -138,8 +123,8 @@ TEST_CASE("a reader finds one of the texts, whole, whenever it looks", "[server]
 }
 
 TEST_CASE("a text that cannot be written leaves the old one in its place, and is told once", "[server][saved_file]") {
-  const Directory directory;
-  const std::string path = directory / "state";
+  const Folder folder;
+  const std::string path = folder / "state";
   put(path, "old");
   fs::create_directories(path + ".new/full");  // an obstacle that stops root too
   Log log;
@@ -160,8 +145,8 @@ TEST_CASE("a text that cannot be written leaves the old one in its place, and is
 }
 
 TEST_CASE("a full disk leaves the old text", "[server][saved_file]") {
-  const Directory directory;
-  const std::string path = directory / "state";
+  const Folder folder;
+  const std::string path = folder / "state";
   put(path, "old");
   rlimit before{};
   REQUIRE(::getrlimit(RLIMIT_FSIZE, &before) == 0);
@@ -173,14 +158,14 @@ TEST_CASE("a full disk leaves the old text", "[server][saved_file]") {
   REQUIRE(::setrlimit(RLIMIT_FSIZE, &before) == 0);
   CHECK(content(path) == "old");
   CHECK(log.lines().size() == 1);
-  CHECK(directory.names() == std::vector<std::string>{"state"});
+  CHECK(names_in(folder) == std::vector<std::string>{"state"});
 }
 
 TEST_CASE("places where no file can be are told, not thrown", "[server][saved_file]") {
-  const Directory directory;
-  put(directory / "file", "text");
-  fs::create_directories(directory / "directory/full");
-  for (const std::string& path : {directory / "file/state", directory / "missing/state", directory / "directory"}) {
+  const Folder folder;
+  put(folder / "file", "text");
+  fs::create_directories(folder / "directory/full");
+  for (const std::string& path : {folder / "file/state", folder / "missing/state", folder / "directory"}) {
     INFO(path);
     Log log;
     {
@@ -190,59 +175,59 @@ TEST_CASE("places where no file can be are told, not thrown", "[server][saved_fi
     }
     CHECK(log.lines().size() == 1);
   }
-  CHECK(content(directory / "file") == "text");
-  SavedFile throwing(directory / "file/state", [](LogLevel, std::string_view) { throw 1; });
+  CHECK(content(folder / "file") == "text");
+  SavedFile throwing(folder / "file/state", [](LogLevel, std::string_view) { throw 1; });
   throwing.save("x");
 }
 
 TEST_CASE("a leftover of an interrupted write is replaced, a link in its place not followed", "[server][saved_file]") {
-  const Directory directory;
-  const std::string path = directory / "state";
+  const Folder folder;
+  const std::string path = folder / "state";
   put(path + ".new", "half of");
   ::chmod((path + ".new").c_str(), 0666);
   { SavedFile(path, nullptr).save("whole"); }
   CHECK(content(path) == "whole");
   CHECK(mode_of(path) == 0600);
-  put(directory / "victim", "precious");
-  fs::create_symlink(directory / "victim", path + ".new");
+  put(folder / "victim", "precious");
+  fs::create_symlink(folder / "victim", path + ".new");
   { SavedFile(path, nullptr).save("second"); }
   CHECK(content(path) == "second");
-  CHECK(content(directory / "victim") == "precious");
+  CHECK(content(folder / "victim") == "precious");
 }
 
 TEST_CASE("a symbolic link stays, and what it leads to is replaced", "[server][saved_file]") {
-  const Directory directory;
-  fs::create_directory(directory / "disk");
-  put(directory / "disk/real", "old");
-  fs::create_symlink("disk/real", directory / "state");
-  fs::create_symlink("disk/later", directory / "other");
-  { SavedFile(directory / "state", nullptr).save("new"); }
-  { SavedFile(directory / "other", nullptr).save("first"); }
-  CHECK(fs::is_symlink(directory / "state"));
-  CHECK(content(directory / "disk/real") == "new");
-  CHECK(content(directory / "disk/later") == "first");
-  fs::create_symlink("circle", directory / "circle");
+  const Folder folder;
+  fs::create_directory(folder / "disk");
+  put(folder / "disk/real", "old");
+  fs::create_symlink("disk/real", folder / "state");
+  fs::create_symlink("disk/later", folder / "other");
+  { SavedFile(folder / "state", nullptr).save("new"); }
+  { SavedFile(folder / "other", nullptr).save("first"); }
+  CHECK(fs::is_symlink(folder / "state"));
+  CHECK(content(folder / "disk/real") == "new");
+  CHECK(content(folder / "disk/later") == "first");
+  fs::create_symlink("circle", folder / "circle");
   Log log;
-  { SavedFile(directory / "circle", log.callback()).save("x"); }
+  { SavedFile(folder / "circle", log.callback()).save("x"); }
   CHECK(log.lines().size() <= 1);  // replaced, or told
 }
 
 TEST_CASE("loading tells a missing file from one that cannot be had", "[server][saved_file]") {
-  const Directory directory;
-  put(directory / "file", "12345");
-  CHECK(SavedFile::load(directory / "missing", 10).value() == std::nullopt);
-  CHECK(SavedFile::load(directory / "file", 5).value() == "12345");
-  CHECK(SavedFile::load(directory / "file", 4).error().code == Errc::limit_exceeded);
-  CHECK(SavedFile::load(directory / "file/below", 10).error().code == Errc::io_error);
-  fs::create_directory(directory / "directory");
-  CHECK(SavedFile::load(directory / "directory", 10).error().code == Errc::io_error);
-  REQUIRE(::mkfifo((directory / "fifo").c_str(), 0600) == 0);
-  CHECK(SavedFile::load(directory / "fifo", 10).error().code == Errc::io_error);
+  const Folder folder;
+  put(folder / "file", "12345");
+  CHECK(SavedFile::load(folder / "missing", 10).value() == std::nullopt);
+  CHECK(SavedFile::load(folder / "file", 5).value() == "12345");
+  CHECK(SavedFile::load(folder / "file", 4).error().code == Errc::limit_exceeded);
+  CHECK(SavedFile::load(folder / "file/below", 10).error().code == Errc::io_error);
+  fs::create_directory(folder / "directory");
+  CHECK(SavedFile::load(folder / "directory", 10).error().code == Errc::io_error);
+  REQUIRE(::mkfifo((folder / "fifo").c_str(), 0600) == 0);
+  CHECK(SavedFile::load(folder / "fifo", 10).error().code == Errc::io_error);
 }
 
 TEST_CASE("a damaged file is set aside, and the one before it stays", "[server][saved_file]") {
-  const Directory directory;
-  const std::string path = directory / "state";
+  const Folder folder;
+  const std::string path = folder / "state";
   put(path, "first");
   CHECK(SavedFile::set_aside(path).value() == path + ".damaged-1");
   put(path, "second");

@@ -7,16 +7,14 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <initializer_list>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
 #include "tests/delivery/certificates.hpp"
+#include "tests/support/folder.hpp"
 
 namespace lrt::test {
 
@@ -33,16 +31,7 @@ inline SslContext tls_client(const Certificate& authority) {
 /// Certificates and keys as files in a folder of their own, for as long as it lives.
 class TlsFolder {
  public:
-  TlsFolder() {
-    char name[] = "/tmp/lrt_tls_XXXXXX";
-    if (::mkdtemp(name) == nullptr) throw std::runtime_error("mkdtemp");
-    path_ = name;
-  }
-  ~TlsFolder() { std::filesystem::remove_all(path_); }
-  TlsFolder(const TlsFolder&) = delete;
-  TlsFolder& operator=(const TlsFolder&) = delete;
-
-  std::string path(const std::string& name) const { return path_ + "/" + name; }
+  std::string path(const std::string& name) const { return folder_ / name; }
   std::string put(const std::string& name, const std::string& text) const {
     std::ofstream(path(name)) << text;
     return path(name);
@@ -62,7 +51,7 @@ class TlsFolder {
   }
 
  private:
-  std::string path_;
+  Folder folder_;
 };
 
 class TlsClientSide {
