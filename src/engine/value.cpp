@@ -14,9 +14,9 @@ void field(rdf::Type& record, std::string_view name, const rdf::Type& type, cons
   record.fields.push_back({std::string(name), "#" + std::string(name), &type, facets});
 }
 
-/// Takes what has no members off `left`. False when that is not enough.
+/// Takes what has no members, an empty list too, off `left`. False when that is not enough.
 bool counted(const rdf::Value& value, std::size_t& left) {
-  if (const rdf::Value::Sequence* members = value.sequence())
+  if (const rdf::Value::Sequence* members = value.sequence(); members && !members->empty())
     return std::all_of(members->begin(), members->end(), [&](const rdf::Value& member) { return counted(member, left); });
   if (left == 0) return false;
   --left;

@@ -185,6 +185,9 @@ TEST_CASE("what is too much for RDF, or for its slowest syntax, is had in the ot
     CHECK(answer.says("more than 3 values are too many for RDF, but not for application/json"));
   }
   CHECK(get("/a/list", "*/*").field("Content-Type") == "application/json");
+  list.publish({{}, {}, {}, {}});
+  CHECK(get("/a/list", "text/turtle").status == 406);
+  list.publish({{1, 2}, {3, 4}});
   CHECK(get("/a/list", "application/json").body == "[[1,2],[3,4]]");
   CHECK(bench.ask("PUT /a/list\nContent-Type: application/json\nIf-Match: \"old\"\n\n[[0]]").status == 412);
   CHECK(bench.ask("PUT /a/list\nContent-Type: application/json\nIf-Match: " + get("/a/list", "application/json").tag() + "\n\n[[0]]").status == 204);
