@@ -17,6 +17,7 @@ from robot_process import Robot, http_request, objects, plain, until  # noqa: E4
 from webdriver import Browser  # noqa: E402
 
 VALUE = "http://vocab.arvida.de/2015/06/vom/vocab#numericalValue"
+LATEST = "<https://w3id.org/lrt/ns#latest>"
 CARD = "[...document.querySelectorAll('article')].find(a => a.querySelector('h2,h3').textContent === arguments[0])"
 TAB, ENTER, RIGHT = "\ue004", "\ue007", "\ue014"
 
@@ -75,6 +76,12 @@ def check_clean(browser, robot, provoked=()):
 
 def number(robot, path):
     return float(plain(objects(robot.n_triples(path), VALUE)[0]))
+
+
+def subscriptions(robot, thing):
+    """What the robot says of each; nothing of those that are gone before they are asked."""
+    answers = [http_request("GET", member, None, {"Accept": "application/n-triples"}) for member in robot.members(thing)]
+    return [a.body for a in answers if a.status == 200]
 
 
 # ---- what must hold
@@ -175,13 +182,13 @@ def an_action_runs_to_its_end_and_is_cancelled(browser):
         fill(browser, "rotate", "30")
         press(browser, "rotate", "rotate")
         card(browser, "rotate", "const s = card.querySelector('.status'), p = card.querySelector('progress'); return s?.innerText === 'running' && p.value > 0 && p.value < 1", "progress")
-        ended = time.monotonic()
         card(browser, "rotate", "return card.querySelector('.status').innerText === 'succeeded' && !card.querySelector('progress').getClientRects().length", "its end")
-        assert time.monotonic() - ended < 4, "a move of 0.7 s is told to be over long after its end"
         card(browser, "rotation", "return Math.abs(Number.parseFloat(card.querySelector('.number').innerText) - 0.5236) < 0.001", "the new value")
         fill(browser, "rotate", "300")
         press(browser, "rotate", "rotate")
         card(browser, "rotate", "return card.querySelectorAll('.status').length === 2 && card.querySelector('.status').innerText === 'running'", "the second one, above")
+        # The newest state only: a queue of what is past would tell the end long after it.
+        until(lambda: any("/actions/rotate/" in s and LATEST in s for s in subscriptions(robot, "baxter/right_s1")), "it is watched without a queue")
         press(browser, "rotate", "Cancel")
         card(browser, "rotate", "return card.querySelector('.status').innerText === 'cancelled'", "it is cancelled")
         fill(browser, "rotate", "120")
@@ -201,7 +208,7 @@ def a_subscription_is_cancelled(browser):
         shot(browser, "subscriptions-1280")
         browser.until("const row = [...document.querySelectorAll('.subscriptions tbody tr')].find(r => r.innerText.includes('state')); row?.querySelector('button').click(); return !!row", "it is listed")
         browser.until("return [...document.querySelectorAll('p.bad')].some(p => p.getClientRects().length && p.innerText.includes('was cancelled'))", "it is told")
-        assert not [m for m in robot.members("baxter/right_s1") if "state" in robot.n_triples(m)]
+        assert not [s for s in subscriptions(robot, "baxter/right_s1") if "right_s1/state>" in s]
         browser.run("[...document.querySelectorAll('button')].find(b => b.innerText === 'Watch again').click()")
         live(browser)
         value = card(browser, "rotation", "return card.querySelector('.number').innerText", "a value")
