@@ -488,7 +488,9 @@ struct Said {
 };
 /// @pre has_value(resource)
 Said said_by(const Resource& resource);
-/// Whether what its RDF says of values has more members, all told, than `most`.
+/// Whether it has more numbers, texts and so on than `most`; an empty list is one.
+bool has_more_than(std::size_t most, const rdf::Value& value);
+/// The same of all values that the resource's RDF says.
 bool says_more_than(std::size_t most, const Resource& resource);
 rdf::Type state_type(const model::ThingSpec& thing);
 rdf::Type invocation_type(const model::ActionSpec& action);

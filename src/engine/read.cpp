@@ -54,8 +54,7 @@ void Engine::Impl::take_value(PropertyResource& property, rdf::Value value, std:
   property.whole = std::move(whole);
   property.modified = since;
   const model::PropertySpec& spec = *property.spec;
-  property.only_octets = false;
-  property.only_octets = spec.octets && says_more_than(options_.value_members, property) && rdf::octets_of(*spec.type, property.value);
+  property.only_octets = spec.octets && has_more_than(options_.value_members, property.value) && rdf::octets_of(*spec.type, property.value);
   if (property.promises_triples() != promised) structure_changed();  // the blueprint says it
   changed(property);
 }

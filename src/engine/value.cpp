@@ -77,6 +77,8 @@ Said said_by(const Resource& resource) {
   }
 }
 
+bool has_more_than(std::size_t most, const rdf::Value& value) { return !counted(value, most); }
+
 bool says_more_than(std::size_t most, const Resource& resource) {
   const auto fits = [&](const PropertyResource& p) { return p.only_octets || counted(p.value, most); };
   switch (resource.kind) {

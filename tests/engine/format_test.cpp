@@ -225,6 +225,9 @@ TEST_CASE("of numbers that are too many for RDF it describes the octets, and the
   CHECK(says("/a/list", "rdf:value"));
   CHECK(says("/a/blueprint", "sh:targetNode <http://localhost/a/list>"));
   CHECK(conforms());
+  list.publish({{1, 2}});  // few enough: both
+  CHECK(says("/a/list", "rdf:value"));
+  CHECK(says("/a/list", "lrt:shape"));
 }
 
 TEST_CASE("a value that a client wrote has its formats too", "[engine][R0.5]") {

@@ -208,7 +208,7 @@ def a_subscription_is_cancelled(browser):
         shot(browser, "subscriptions-1280")
         browser.until("const row = [...document.querySelectorAll('.subscriptions tbody tr')].find(r => r.innerText.includes('state')); row?.querySelector('button').click(); return !!row", "it is listed")
         browser.until("return [...document.querySelectorAll('p.bad')].some(p => p.getClientRects().length && p.innerText.includes('was cancelled'))", "it is told")
-        assert not [s for s in subscriptions(robot, "baxter/right_s1") if "right_s1/state>" in s]
+        assert not [s for s in subscriptions(robot, "baxter/right_s1") if "state" in s]
         browser.run("[...document.querySelectorAll('button')].find(b => b.innerText === 'Watch again').click()")
         live(browser)
         value = card(browser, "rotation", "return card.querySelector('.number').innerText", "a value")

@@ -178,7 +178,7 @@ class Watcher {
 /// Two things that publish, one that comes and goes, and a place for what goes wrong on any thread.
 class Scene {
  public:
-  Scene() : server(Server::create(options()).value()) {
+  explicit Scene(const Options& o = options()) : server(Server::create(o).value()) {
     Thing a{"a"};
     x_ = a.property<double>("x");
     a.property("pulled", [this] { return pulled_.load(); }).sample(milliseconds(2));
@@ -456,7 +456,10 @@ TEST_CASE("subscribers that come and go while values are published at full speed
 
 TEST_CASE("stop() with everything busy ends all sockets with 1001, and soon", "[server][R0.12][R0.13]") {
   SmallReceiver receiver;
-  Scene scene;
+  Options options = Scene::options();
+  options.engine.subscriptions.callbacks.answer_time = std::chrono::minutes(1);  // longer than patience: stop() does not wait for it
+  options.engine.subscriptions.callbacks.threads = 80;                           // a quarter at one receiver: more than hang
+  Scene scene(options);
   std::vector<std::unique_ptr<Watcher>> watchers;
   for (int i = 0; i < 40; ++i) watchers.push_back(std::make_unique<Watcher>(scene.server.port(), paths[static_cast<std::size_t>(i) % 8]));
   for (auto& w : watchers) REQUIRE(w->until([&] { return w->count() > 0; }));
