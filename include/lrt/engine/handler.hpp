@@ -30,19 +30,27 @@ struct Upgraded {
   Channel channel;
   http::Response response;
 };
+/// The response is an event stream (WHATWG HTML 9.2): the transport sends the header section of `response`, which has status 200 and no body,
+/// without Content-Length, and then each message of the channel as it is, until Push::close or the end of the connection. After
+/// limits.ping_time without a message it sends the comment ":\n\n", so that proxies and peers see the connection alive. Never without
+/// `can_stream`.
+struct Streamed {
+  Channel channel;
+  http::Response response;
+};
 /// What becomes of a request.
-using Outcome = std::variant<Answered, Deferred, Upgraded>;
+using Outcome = std::variant<Answered, Deferred, Upgraded, Streamed>;
 
-/// A deferred answer that has become ready: a response, or Upgraded where `channel` is given.
+/// A deferred answer that has become ready: a response. With `channel` it is Upgraded where the status is 101, else Streamed.
 struct Reply {
   Ticket ticket;
   http::Response response;
   std::optional<Channel> channel{};
 };
 
-/// What goes to a subscriber next: one message, or with `close` the end.
+/// What goes to a subscriber next: one message, or with `close` the end. An event stream just ends there.
 struct Push {
-  std::shared_ptr<const std::string> message;  ///< shared by all who get the same; one frame
+  std::shared_ptr<const std::string> message;  ///< shared by all who get the same; one frame, or one whole event of an event stream
   bool text = true;                            ///< RFC 6455 5.6: UTF-8; else binary
   std::uint16_t close = 0;                     ///< RFC 6455 7.4.1: not 0: close with this code; no further push follows
   std::string reason{};                        ///< of the close; UTF-8, at most 123 bytes
@@ -86,7 +94,7 @@ class Handler {
   virtual void received(Channel channel, std::string_view message, bool text, TimePoint now) {
     (void)channel, (void)message, (void)text, (void)now;
   }
-  /// The connection of a channel has ended, whoever ended it; called once for each Upgraded, the channel is forgotten.
+  /// The connection of a channel has ended, whoever ended it; called once for each Upgraded or Streamed, the channel is forgotten.
   virtual void closed(Channel channel) noexcept { (void)channel; }
 };
 

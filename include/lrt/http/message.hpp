@@ -30,6 +30,7 @@ struct Request {
   bool secure = false;         ///< came over TLS
   std::string_view client_certificate{};  ///< subject of the client's verified certificate (RFC 2253); empty: it showed none
   bool can_upgrade = false;    ///< the transport can turn this connection into a WebSocket
+  bool can_stream = false;     ///< the transport can send a response that goes on: an event stream
 
   /// The value of the first field of that name.
   std::optional<std::string_view> find(std::string_view name) const noexcept;
