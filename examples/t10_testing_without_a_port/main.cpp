@@ -75,7 +75,7 @@ int main() {
   if (angle != 1.25) return 1;
 
   ask("GET", "/joint/rotation");
-  clock.advance(options.engine.host_time);  // the host hangs ...
+  clock.advance(options.engine.host_timeout);  // the host hangs ...
   server.poll();                            // ... and what waited too long is told so
 }
 

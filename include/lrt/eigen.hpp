@@ -160,6 +160,7 @@ struct Coordinates {
     if (Result<void> r = decode_coordinates(value, out.data(), out.size()); !r) return Unexpected{std::move(r).error()};
     return out;
   }
+  static bool runs_user_code() noexcept { return false; }
   static bool same(const V& a, const V& b) noexcept { return same_bits(a, b); }
 };
 
@@ -184,6 +185,7 @@ struct List {
     }
     return out;
   }
+  static bool runs_user_code() noexcept { return false; }
   static bool same(const V& a, const V& b) noexcept { return same_bits(a, b); }
 };
 
@@ -231,6 +233,7 @@ struct Rows {
       }
     return out;
   }
+  static bool runs_user_code() noexcept { return false; }
   static bool same(const M& a, const M& b) noexcept { return same_bits(a, b); }
 };
 
@@ -282,6 +285,7 @@ struct traits<Eigen::Quaternion<S, Options>> {
       return detail::eigen::unfit("a quaternion of norm 1", detail::eigen::unit_tolerance<S>, "a norm of ", norm);
     return q;
   }
+  static bool runs_user_code() noexcept { return false; }
   static bool same(const T& a, const T& b) noexcept { return detail::eigen::same_bits(a.coeffs(), b.coeffs()); }
 };
 
@@ -311,6 +315,7 @@ struct traits<Eigen::AngleAxis<S>> {
       return at("rotationAxis", unfit("a vector of length 1", unit_tolerance<S>, "a length of ", length).error);
     return T(*angle, *axis);
   }
+  static bool runs_user_code() noexcept { return false; }
   static bool same(const T& a, const T& b) noexcept {
     return traits<S>::same(a.angle(), b.angle()) && traits<Axis>::same(a.axis(), b.axis());
   }
@@ -330,6 +335,7 @@ struct traits<Eigen::Translation<S, 3>> {
     if (Result<void> r = detail::eigen::decode_coordinates(value, out.vector().data(), 3); !r) return Unexpected{std::move(r).error()};
     return out;
   }
+  static bool runs_user_code() noexcept { return false; }
   static bool same(const T& a, const T& b) noexcept { return detail::eigen::same_bits(a.vector(), b.vector()); }
 };
 
@@ -378,6 +384,7 @@ struct traits<Eigen::Transform<S, 3, Eigen::Isometry, Options>> {
     pose.translation() = shift->vector();
     return pose;
   }
+  static bool runs_user_code() noexcept { return false; }
   static bool same(const T& a, const T& b) noexcept { return detail::eigen::same_transform(a, b); }
 };
 
@@ -409,6 +416,7 @@ struct traits<Eigen::Transform<S, 3, Mode, Options>,
     out.translation() = shift->vector();
     return out;
   }
+  static bool runs_user_code() noexcept { return false; }
   static bool same(const T& a, const T& b) noexcept { return detail::eigen::same_transform(a, b); }
 };
 

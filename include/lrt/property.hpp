@@ -116,8 +116,8 @@ class Property {
   }
   /// Offers numbers, lists and matrices of numbers as application/octet-stream too: as rdf::Plain::octets, with the layout of the present value
   /// described. Rows of unlike lengths have no octets, other formats do. Both ways where no more than one length is free: octets do not say
-  /// how many columns a MatrixXd has, so it is written in other formats. A body may have as many numbers as engine::Options::body_triples
-  /// and list_members allow. Of a value with more numbers than engine::Options::value_members, RDF says the layout of its octets, and not
+  /// how many columns a MatrixXd has, so it is written in other formats. A body may have as many numbers as engine::EngineOptions::max_body_triples
+  /// and list_members allow. Of a value with more numbers than engine::EngineOptions::max_value_members, RDF says the layout of its octets, and not
   /// each number.
   /// @par Errors  invalid_option, for other types: by Server::add
   Property& octets() {

@@ -29,7 +29,7 @@ struct Options {
   std::string address = "127.0.0.1";         ///< numeric address to listen on
   std::uint16_t port = 8080;                 ///< 0: any free one, see Server::port
   Io io = Io::own_thread;
-  engine::Options engine;                    ///< base, hosts, time-outs and limits of requests, subscriptions, authorizer, Dispatch, clock, ids, log
+  engine::EngineOptions engine;                    ///< base, hosts, time-outs and limits of requests, subscriptions, authorizer, Dispatch, clock, ids, log
   transport::Limits limits;                  ///< of connections and messages
   /// Runs the lambdas of things with Dispatch::executor. Must run each once, some time.
   std::function<void(std::function<void()>)> executor;
@@ -46,6 +46,9 @@ struct Options {
   /// Makes what posts to web callbacks; empty: delivery::make_deliverer. Not called if engine.subscriptions.callbacks allows no receiver.
   std::function<Result<std::unique_ptr<delivery::Deliverer>>(delivery::Source&, const subscription::CallbackOptions&, LogCallback)> deliverer;
 };
+
+class EventSource;
+struct Served;
 
 /// Serves Things. Owns them, the transport and, with Io::own_thread, one thread.
 ///
@@ -89,6 +92,14 @@ class Server {
   /// @par Threads  Any, also from a lambda.
   void stop() noexcept;
 
+  /// Serves a request that came over an HTTP server of the host's, and waits for its response. The parsed header section must have passed
+  /// http::check_head(); what only its bytes can show is up to the host's server, and so are Date, Content-Length, Connection, and the
+  /// missing body of HEAD. lrt::mount() of httplib.hpp is made of this.
+  /// @param request  `mount` and `local_port` say where the host's server serves; `can_stream` if it can send event streams
+  /// @par Threads     Any, many at once; not from a lambda of this server.
+  /// @par Time        At most host_timeout, or what `Prefer: wait` says.
+  Served serve(const http::Request& request);
+
   /// Reads the certificate and key of Options::tls again; connections that are open go on.
   /// @par Errors   invalid_option: there is no TLS; io_error: then the old ones stay in use
   /// @par Threads  Any.
@@ -99,9 +110,38 @@ class Server {
   std::string url() const;
 
  private:
+  friend class EventSource;
   class Impl;
   explicit Server(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
+};
+
+/// The events of one event stream that Server::serve() has opened. Destroying it ends the subscription. It must not outlive the server.
+///
+/// @par Threads  One at a time.
+class EventSource {
+ public:
+  struct Event {
+    std::shared_ptr<const std::string> bytes;  ///< to be sent as they are; nullptr: there was none in that time
+    bool end = false;                          ///< the stream is over: nothing follows
+  };
+  EventSource(EventSource&& other) noexcept;
+  EventSource& operator=(EventSource&& other) noexcept;
+  ~EventSource();
+  /// Waits for the next event.
+  Event next(std::chrono::milliseconds max_wait);
+
+ private:
+  friend class Server;
+  EventSource(Server::Impl& server, engine::Channel channel);
+  Server::Impl* server_;
+  engine::Channel channel_;
+};
+
+/// What Server::serve() gives.
+struct Served {
+  http::Response response;
+  std::optional<EventSource> events;  ///< the response is an event stream: its header section is to be sent, and then these
 };
 
 }  // namespace lrt

@@ -1,245 +1,197 @@
 #pragma once
 
-#include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
-#include <deque>
+#include <functional>
 #include <list>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <vector>
 
-#include <lrt/engine/engine.hpp>
+#include <lrt/engine/handler.hpp>
+#include <lrt/http/link.hpp>
 #include <lrt/http/message.hpp>
-#include <lrt/model/detail/spec.hpp>
-#include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/graph.hpp>
+#include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
-#include <lrt/shacl/shapes.hpp>
-#include <lrt/subscription/channel.hpp>
 
-#include "src/engine/form.hpp"
-#include "src/subscription/backlog.hpp"
-#include "src/subscription/patience.hpp"
+#include "src/engine/variants.hpp"
 
 namespace lrt::engine {
 
-enum class Kind : std::uint8_t {
-  root, terms, context, thing, state, blueprint, subscriptions, subscription, property, action, invocation, collection, member
-};
+struct Parts;
+struct ThingNode;
+struct EngineView;
+class About;
+class ChangeScanner;
+class Context;
+class PropertyResource;
+class Registry;
+class Resource;
 
 using Utc = std::chrono::system_clock::time_point;
 
-struct ThingNode;
-struct Resource;
-struct SubscriptionResource;
+/// Names a resource for as long as the engine lives, also after it is gone. Never 0, never used twice.
+enum class ResourceId : std::uint64_t {};
 
-/// A representation as bytes with its fields, kept while the resource's revision and the cache's budget allow.
-struct Rendering {
+/// A representation as bytes with its header fields, kept while the resource's state and the cache's budget allow.
+struct Representation {
   Resource* resource;
-  std::size_t base;       // index of the base it was made for
-  Form form;
+  std::size_t base;         ///< index of the base IRI it was made for
+  Variant variant;
   std::size_t page;
-  std::uint64_t revision;
-  std::uint64_t structure; // of the server when `links` were made
-  http::Fields links;     // those of the fields that only the structure changes
-  http::Fields fields;    // all of a 200's
+  std::uint64_t state;      ///< Resource::state() when it was made
+  std::uint64_t structure;  ///< Registry::structure() when `links` were made
+  http::Fields links;       ///< those of the fields that only the structure changes
+  http::Fields fields;      ///< all of a 200
   std::string tag;
   std::shared_ptr<const std::string> body;
+  std::shared_ptr<const std::string> event{};  ///< as an event of an event stream, made for the first subscriber
 
-  std::size_t bytes() const noexcept { return sizeof *this + links.block().size() + fields.block().size() + tag.size() + body->size(); }
+  std::size_t bytes() const noexcept {
+    return sizeof *this + links.block().size() + fields.block().size() + tag.size() + body->size() + (event ? event->size() : 0);
+  }
 };
 
-/// Anything that has a URI.
-struct Resource {
-  Resource(Kind k, std::string p, ThingNode* t) : kind(k), path(std::move(p)), thing(t) {}
+/// What a subscription learns about the resource that it observes.
+class Observer {
+ public:
+  /// The variant that it wants to be told.
+  virtual Variant variant() const noexcept = 0;
+  /// The representations of the resource have changed.
+  virtual void resource_changed() = 0;
+  /// The robot published values that were overwritten before the engine saw them.
+  virtual void values_missed(std::uint64_t count) = 0;
+  /// The resource is about to go. The observer leaves the list of observers.
+  virtual void resource_removed() = 0;
+
+ protected:
+  ~Observer() = default;
+};
+
+/// The methods that a resource allows besides GET, HEAD and OPTIONS (R0.5, R0.10).
+struct Methods {
+  bool put = false, post = false, remove = false;
+
+  /// The value of Allow.
+  std::string text() const;
+};
+
+/// A value of a resource with its type, for representations without RDF. Valid until the resource changes.
+struct PlainValue {
+  const rdf::Type* type;
+  const rdf::Facets* facets;
+  const rdf::Value* kept;  ///< by the resource; nullptr: `made`
+  rdf::Value made{};
+
+  const rdf::Value& value() const noexcept { return kept ? *kept : made; }
+};
+
+/// Where the triples of one representation go, and what they depend on besides the resource.
+struct Description {
+  rdf::Graph& graph;
+  const std::string& base;  ///< of all IRIs of this server
+  std::size_t page;         ///< of a container
+  const EngineView& engine;
+};
+
+/// Anything that has a URI: what it allows, says, links to, and takes. A new kind of resource is one class derived from this.
+///
+/// Functions that act get the parts of the engine; functions that describe read only.
+class Resource {
+ public:
+  Resource(std::string resource_path, ThingNode* its_thing) : path(std::move(resource_path)), thing(its_thing) {}
   virtual ~Resource() = default;
   Resource(const Resource&) = delete;
   Resource& operator=(const Resource&) = delete;
 
-  Kind kind;
-  std::string path;              ///< absolute and percent-encoded: "/baxter/right_s1"
-  ThingNode* thing;              ///< the thing it belongs to; nullptr for root, terms and context
-  std::uint64_t revision = 1;    ///< another one whenever a representation might have changed
-  std::vector<std::list<Rendering>::iterator> renderings;
-  std::vector<SubscriptionResource*> observers;
-};
+  // What it allows (R0.5).
+  virtual Methods methods() const noexcept { return {}; }
+  virtual Outcome put(Context& context, Parts& parts);
+  virtual Outcome post(Context& context, Parts& parts);
+  virtual Outcome remove(Context& context, Parts& parts);
+  /// Bodies may be plain values, not only RDF.
+  virtual bool takes_plain_values() const noexcept { return false; }
+  /// The fragment of the shape that judges its bodies, "rotation" or "actions/rotate/input".
+  virtual std::string input_shape() const { return {}; }
 
-/// Paths by a time: of invocations that must have begun by then, of properties that are to be read.
-using Timers = std::multimap<std::chrono::steady_clock::time_point, std::string>;
-
-using Continuation = UniqueFunction<void(const Result<void>&)>;
-
-/// A claim on a job, so that either it runs or it is called off, never both.
-class Claim {
- public:
-  bool take() noexcept { return state_.exchange(taken, std::memory_order_acq_rel) == open; }
-  bool call_off() noexcept {
-    std::uint8_t expected = open;
-    return state_.compare_exchange_strong(expected, off, std::memory_order_acq_rel);
+  // What it says.
+  virtual void describe(const Description& d) const = 0;
+  /// Its types, stated wherever it is linked to (SPEC 2).
+  virtual void describe_types(About& about) const = 0;
+  virtual const Variants& variants() const { return graph_variants(); }
+  /// The value behind variants without RDF; nullopt: there is none.
+  virtual std::optional<PlainValue> plain_value() const { return std::nullopt; }
+  /// Its RDF states at most that many values.
+  virtual bool fits_rdf(std::size_t max_values) const {
+    (void)max_values;
+    return true;
   }
+  /// Changes whenever a representation might have changed.
+  /// @param structure  Registry::structure()
+  virtual std::uint64_t state(std::uint64_t structure) const noexcept { return structure; }
+  virtual std::string_view cache_control() const noexcept { return "no-cache"; }
+  virtual bool is_rdf_source() const noexcept { return true; }
+  /// The bytes of a resource that is a fixed document instead of a graph.
+  virtual std::optional<std::string_view> document() const { return std::nullopt; }
 
- private:
-  static constexpr std::uint8_t open = 0, taken = 1, off = 2;
-  std::atomic<std::uint8_t> state_{open};
-};
+  // What it links to (R0.9).
+  virtual bool is_container() const noexcept { return false; }
+  virtual std::vector<Resource*> members() const { return {}; }
+  /// rel="related": its direct sub-resources, unless they are members.
+  virtual void link_related(http::LinkWriter& links, const std::string& base) const;
+  /// Path for rel="up"; empty: none.
+  virtual std::string up() const;
+  /// IRI for rel="describedby"; empty: none.
+  virtual std::string described_by(const std::string& base) const;
+  /// Its links change with the structure only, not with its state.
+  virtual bool has_fixed_links() const noexcept { return false; }
 
-struct PropertyResource final : Resource {
-  PropertyResource(std::string p, ThingNode* t, std::shared_ptr<model::PropertySpec> s)
-      : Resource(Kind::property, std::move(p), t), spec(std::move(s)) {}
-
-  std::shared_ptr<model::PropertySpec> spec;
-  rdf::Value value;                          ///< null: none yet
-  std::shared_ptr<const void> whole;         ///< the T that it is of, for the user's encoders
-  Utc modified{};
-  bool only_octets = false;                  ///< the value has too many members for RDF, which describes its octets instead
-
-  /// A pushed property has no value, and promises none, until the first publish.
-  bool promises_triples() const noexcept { return (spec->read || !value.is_null()) && !only_octets; }
-
-  std::unique_ptr<const Offers> offers;      ///< null: those of any property
-  struct Encoded {
-    std::uint64_t revision = 0;              ///< of the resource when they were made
-    Result<Bytes> bytes{Bytes()};
+  // What it reads: the properties whose values are in its representations.
+  enum class Reads : std::uint8_t {
+    nothing,
+    known_values,  ///< whether a property has a value; pulled properties are not read for that
+    values,        ///< the present values
   };
-  std::vector<Encoded> encoded;              ///< by the user's encoders, of the same index
+  virtual Reads reads() const noexcept { return Reads::nothing; }
+  virtual void for_each_property(const std::function<void(PropertyResource&)>& visit) const { (void)visit; }
+  /// Takes over what other threads have left, where that calls no user code.
+  virtual void refresh() {}
 
-  // While somebody observes it, or the state of its thing:
-  std::size_t watchers = 0;
-  std::uint64_t lost = 0;                    ///< of the slot's, those that have been counted as dropped
-  std::optional<Timers::iterator> sampling;  ///< of a pulled one: when it is read next
-  bool failing = false;                      ///< its last read failed
+  // Who observes it (R0.12, R0.14).
+  virtual bool observable() const noexcept { return false; }
+  /// Its changes overtake those of others: commands before telemetry.
+  virtual bool is_urgent() const noexcept { return false; }
+  /// Called with the first observer, and when the last one has left.
+  virtual void set_observed(bool observed, ChangeScanner& scanner) { (void)observed, (void)scanner; }
+  /// Observers get its last representation even when it is gone.
+  virtual bool has_final_state() const noexcept { return false; }
+  /// Callbacks that observe it are saved, because it is there again after a restart.
+  virtual bool survives_restart() const noexcept { return observable(); }
 
-  // Pulled properties: one read at a time; who comes while it runs waits for the next one, for the value must not be older than
-  // the request.
-  std::shared_ptr<Claim> reading;
-  std::vector<Continuation> readers, next_readers;
+  /// Its representations have changed: tells the observers.
+  virtual void mark_changed();
+  void tell_observers();
+  void add_observer(Observer& observer, ChangeScanner& scanner);
+  void remove_observer(Observer& observer, ChangeScanner& scanner);
 
-  struct Write {
-    Ticket ticket;
-    rdf::Value value;
-  };
-  std::deque<Write> writes;                  ///< one at a time, in order, each with its own look at the preconditions
-  bool writing = false;
-  std::shared_ptr<Claim> write_claim;
+  ResourceId id{};               ///< given by Registry
+  const std::string path;        ///< absolute and percent-encoded: "/baxter/right_s1"
+  ThingNode* const thing;        ///< that it belongs to; nullptr for the resources of the server itself
+  std::uint64_t revision = 1;
+  std::vector<Observer*> observers;
+  std::vector<std::list<Representation>::iterator> representations;  ///< RepresentationCache's
 };
 
-enum class Status : std::uint8_t { pending, running, succeeded, failed, cancelled };
-
-struct ActionResource;
-
-/// The part of an invocation that user threads touch.
-class InvocationCore;
-
-struct InvocationResource final : Resource {
-  InvocationResource(std::string p, ThingNode* t, ActionResource* a) : Resource(Kind::invocation, std::move(p), t), action(a) {}
-
-  bool finished() const noexcept { return status >= Status::succeeded; }
-
-  ActionResource* action;
-  std::shared_ptr<InvocationCore> core;
-  rdf::Value input;
-  Status status = Status::pending;
-  double progress = 0;
-  Result<rdf::Value> result{rdf::Value()};
-  Utc created{}, started{}, ended{};
-  std::shared_ptr<Claim> claim;              ///< of the job that starts it, once there is one
-  std::optional<Timers::iterator> start_timer;
-  std::vector<Ticket> waiting;               ///< requests to be answered when it ends
-};
-
-struct ActionResource final : Resource {
-  ActionResource(std::string p, ThingNode* t, std::shared_ptr<model::ActionSpec> s)
-      : Resource(Kind::action, std::move(p), t), spec(std::move(s)) {}
-
-  std::shared_ptr<model::ActionSpec> spec;
-  rdf::Type invocation_type;                                   ///< of invocations as records
-  std::list<std::unique_ptr<InvocationResource>> invocations;  ///< oldest first
-  std::deque<InvocationResource*> queue;                       ///< pending ones that wait for their turn
-  std::size_t active = 0;                                      ///< handed to the host and not ended
-};
-
-struct MemberResource final : Resource {
-  MemberResource(std::string p, ThingNode* t, struct CollectionResource* c, std::string i, rdf::Value v)
-      : Resource(Kind::member, std::move(p), t), collection(c), id(std::move(i)), value(std::move(v)) {}
-  struct CollectionResource* collection;
-  std::string id;
-  rdf::Value value;
-  bool removing = false;
-};
-
-struct CollectionResource final : Resource {
-  CollectionResource(std::string p, ThingNode* t, std::shared_ptr<model::CollectionSpec> s)
-      : Resource(Kind::collection, std::move(p), t), spec(std::move(s)) {}
-  std::shared_ptr<model::CollectionSpec> spec;
-  std::vector<std::unique_ptr<MemberResource>> members;
-  std::size_t creating = 0;                  ///< on their way through the create lambda
-  std::map<Ticket, std::shared_ptr<Claim>> under_way;  ///< requests whose create or remove lambda has not been heard of yet
-};
-
-enum class Protocol : std::uint8_t { websocket, callback };
-
-/// Somebody who is told when a resource changes (paper 5.3).
-struct SubscriptionResource final : Resource {
-  SubscriptionResource(std::string p, ThingNode* t, std::string i, Channel c, Resource& r, subscription::Policy policy,
-                       const subscription::Options& options, std::size_t& queued_bytes)
-      : Resource(Kind::subscription, std::move(p), t),
-        id(std::move(i)),
-        channel(c),
-        observed(r),
-        backlog(policy, options.queue_bytes, options.all_queue_bytes, queued_bytes),
-        patience(options.callbacks) {}
-
-  std::string id;
-  Channel channel;
-  Resource& observed;
-  Protocol protocol = Protocol::websocket;
-  std::size_t base = 0;
-  Form form;
-  std::string url, receiver, secret;         ///< of a callback; receiver: as in subscription::Due
-  Utc created{};
-
-  subscription::Backlog backlog;
-  std::string last_tag;                      ///< of what was given last
-  bool marked = false;                       ///< among those for whose queue there is something new
-  bool failing = false;                      ///< its representation could not be made the last time
-  bool named = false;                        ///< to who delivers, and not answered with nothing since
-  std::optional<std::multimap<std::chrono::steady_clock::time_point, Channel>::iterator> timer;
-
-  subscription::Patience patience;           ///< of a callback, as what follows
-  std::optional<subscription::Item> under_way;
-  std::string last_error;
-  std::uint64_t delivered = 0;
-};
-
-/// A thing with the resources it always has and those it was given.
-struct ThingNode {
-  explicit ThingNode(std::unique_ptr<model::ThingSpec> s)
-      : spec(std::move(s)),
-        self(Kind::thing, "/" + spec->path, this),
-        state(Kind::state, self.path + "/state", this),
-        blueprint(Kind::blueprint, self.path + "/blueprint", this),
-        subscriptions(Kind::subscriptions, self.path + "/subscriptions", this) {}
-
-  std::unique_ptr<model::ThingSpec> spec;
-  rdf::Type state_type;                      ///< of its state as a record
-  rdf::Graph statements;                     ///< of its Turtle, with IRIs below placeholder_base
-  rdf::Graph user_shapes;                    ///< the same of the shapes that the user gave
-  std::map<std::size_t, shacl::Shapes> door; ///< its blueprint compiled, by base, from the first body on
-  Resource self, state, blueprint, subscriptions;
-  std::vector<std::unique_ptr<PropertyResource>> properties;
-  std::vector<std::unique_ptr<ActionResource>> actions;
-  std::vector<std::unique_ptr<CollectionResource>> collections;
-  std::vector<std::unique_ptr<SubscriptionResource>> members;  ///< of the container of subscriptions, oldest first
-  ThingNode* parent = nullptr;               ///< nullptr: below the root
-  std::vector<ThingNode*> children;          ///< in order of registration
-};
-
-/// Stands for the base of a representation in graphs that are kept.
+/// Stands for the base in graphs that are kept.
 inline constexpr std::string_view placeholder_base = "http://lrt.invalid";
+/// Adds a graph that was kept with the placeholder as base. Its blank nodes become fresh ones.
+void add_placed(rdf::Graph& graph, const rdf::Graph& kept, const std::string& base);
+
+/// Whether a value has more numbers, texts and so on than `left`, which is counted down. An empty list is one.
+bool fits(const rdf::Value& value, std::size_t& left);
 
 }  // namespace lrt::engine

@@ -5,10 +5,14 @@
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <type_traits>
 
 #include <lrt/transport/named.hpp>
 
 #include "src/engine/mailbox.hpp"
+#include "src/page/page.hpp"
+#include "src/server/guest_requests.hpp"
+#include "src/server/log_queue.hpp"
 #include "src/server/saved_file.hpp"
 #include "src/transport/event_waker.hpp"
 
@@ -17,6 +21,8 @@ namespace lrt {
 namespace {
 
 constexpr auto forever = std::chrono::milliseconds::max();
+/// A thread of a host's HTTP server looks for its deadline at least so often.
+constexpr std::chrono::milliseconds longest_guest_wait{50};
 /// Of one turn on a loop that the host has other work for, too.
 constexpr std::chrono::microseconds host_loop_budget{200};
 
@@ -29,7 +35,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   explicit Impl(Options options)
       : options_(std::move(options)),
         clock_(options_.engine.clock ? *options_.engine.clock : system_clock()),
-        engine_(options_.engine) {}
+        log_(options_.engine.log),
+        engine_(engine_options()) {}
 
   ~Impl() override {
     stop();
@@ -37,7 +44,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
   Result<void> listen() {
-    const std::lock_guard not_yet(serve_mutex_);  // on a loop of the host's, turns come as soon as the transport starts
+    const Turn not_yet(*this);  // on a loop of the host's, turns come as soon as the transport starts
     if (options_.engine.dispatch == Dispatch::executor && !options_.executor)
       return unexpected(Errc::invalid_option, "Dispatch::executor needs Options::executor");
     if (Result<void> checked = engine_.check(); !checked) return checked;
@@ -47,7 +54,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     t.limits = options_.limits;
     t.tls = options_.tls;
     t.clock = &clock_;
-    t.log = options_.engine.log;
+    t.log = log_.sink();
     t.turn = [this] { poll(host_loop_budget); };
     transport_ = options_.transport ? options_.transport(std::move(t)) : transport::make_named({}, std::move(t));
     if (!transport_) return unexpected(Errc::invalid_option, "there is no transport");
@@ -65,8 +72,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     engine_.set_waker(transport_waker_);
     if (!options_.subscriptions_file.empty()) restore();
     if (const auto& callbacks = options_.engine.subscriptions.callbacks; !callbacks.allow.empty()) {
-      auto made = options_.deliverer ? options_.deliverer(*this, callbacks, options_.engine.log)
-                                     : delivery::make_deliverer(*this, callbacks, options_.engine.log);
+      auto made = options_.deliverer ? options_.deliverer(*this, callbacks, waking_log()) : delivery::make_deliverer(*this, callbacks, waking_log());
       if (!made) return Unexpected{std::move(made).error()};
       deliverer_ = *std::move(made);
     }
@@ -77,22 +83,19 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   /// @param what  a Thing, or several
   template <class Things>
   Result<void> add(Things what) {
-    std::unique_lock lock(mutex_);
     if (stopping_) return unexpected(Errc::closed, "the server has stopped");
-    Result<void> result = engine_.add(std::move(what));
-    pass_on(lock);
-    if (transport_waker_) transport_waker_->wake();  // observers of the structure
+    Result<void> result = with_engine([&] { return engine_.add(std::move(what)); });
+    if (transport_waker_) transport_waker_->wake();  // for observers of the structure
     return result;
   }
   Result<void> remove(std::string_view path) {
-    std::unique_lock lock(mutex_);
-    Result<void> result = engine_.remove(path);
-    pass_on(lock);
+    Result<void> result = with_engine([&] { return engine_.remove(path); });
     if (transport_waker_) transport_waker_->wake();
     return result;
   }
 
   std::chrono::milliseconds poll(std::chrono::microseconds budget) noexcept {
+    if (serving_ == std::this_thread::get_id()) return std::chrono::milliseconds(0);  // called by a lambda that the transport's turn runs
     try {
       const auto end = std::chrono::steady_clock::now() + budget;
       const bool serves = options_.io == Io::in_poll;
@@ -108,7 +111,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
         job();
         ran = true;
       } while (std::chrono::steady_clock::now() < end);
-      // What the lambdas gave goes out in the same step.
+      // The results of the lambdas go out in the same step.
       if (serves && ran) rest = serve_once(std::chrono::microseconds(0), std::chrono::milliseconds(0));
       if (due_.empty() && arrived_.empty()) return rest;
       if (descriptor_is_used_) wake();  // so that it shows that there is more to do
@@ -150,6 +153,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     stopping_ = true;
     rest_.wake();
     if (transport_waker_) transport_waker_->wake();
+    {
+      const std::lock_guard lock(mutex_);
+      guests_.notify();
+    }
     const auto me = std::this_thread::get_id();
     if (serving_ == me) return;  // from a lambda: whoever serves finishes when it returns
     // Each thread is joined by the first who comes, without a lock: a lambda on one of them may be stopping too.
@@ -162,9 +169,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (io.joinable()) io.join();
     if (runner.joinable()) runner.join();
     if (options_.io == Io::in_poll && transport_) {
-      const std::lock_guard lock(serve_mutex_);
-      finish();
+      if (const Turn turn(*this); turn) finish();
+      else wait_until_finished();  // a turn on another thread carries out the stop
     }
+    log_.flush();
   }
 
   Result<void> reload_tls() {
@@ -178,19 +186,27 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
 
   // engine::Handler, on the transport's thread
   engine::Outcome handle(const http::Request& request, TimePoint now) override {
-    std::unique_lock lock(mutex_);
-    engine::Outcome outcome = engine_.handle(request, now);
-    pass_on(lock);
-    return outcome;
+    const Result<engine::Access> access = engine_.authorize(request);  // user code: without the lock
+    return with_engine([&] { return engine_.handle(request, access, now); });
   }
   std::optional<engine::Reply> next_reply(TimePoint now) override {
-    std::unique_lock lock(mutex_);
-    std::optional<engine::Reply> reply = engine_.next_reply(now);
-    pass_on(lock);
-    return reply;
+    run_io_jobs();
+    return with_engine([&]() -> std::optional<engine::Reply> {
+      if (!replies_.empty()) {
+        engine::Reply first = std::move(replies_.front());
+        replies_.pop_front();
+        return first;
+      }
+      std::optional<engine::Reply> reply;
+      do reply = engine_.next_reply(now);
+      while (reply && guests_.take(*reply));
+      return reply;
+    });
   }
   std::optional<std::chrono::steady_clock::time_point> next_deadline() const override {
+    if (!io_jobs_.empty()) return std::chrono::steady_clock::time_point{};
     const std::lock_guard lock(mutex_);
+    if (!replies_.empty()) return std::chrono::steady_clock::time_point{};
     return engine_.next_deadline();
   }
   void abandon(engine::Ticket ticket) noexcept override {
@@ -198,14 +214,15 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     engine_.abandon(ticket);
   }
   std::optional<engine::Channel> next_ready(TimePoint now) override {
-    std::unique_lock lock(mutex_);
-    const std::optional<engine::Channel> channel = engine_.next_ready(now);
-    pass_on(lock);
-    return channel;
+    return with_engine([&] {
+      std::optional<engine::Channel> channel;
+      do channel = engine_.next_ready(now);
+      while (channel && guests_.take(*channel));
+      return channel;
+    });
   }
   std::optional<engine::Push> next_push(engine::Channel channel, TimePoint now) override {
-    const std::lock_guard lock(mutex_);
-    return engine_.next_push(channel, now);
+    return with_engine([&] { return engine_.next_push(channel, now); });
   }
   void closed(engine::Channel channel) noexcept override {
     const std::lock_guard lock(mutex_);
@@ -214,36 +231,116 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
 
   // delivery::Source, on the deliverer's threads
   std::optional<subscription::Notice> next_notice(engine::Channel channel) override {
-    const std::lock_guard lock(mutex_);
-    auto notice = engine_.next_notice(channel, clock_.now());
+    auto notice = with_engine([&] { return engine_.next_notice(channel, clock_.now()); });
     if (!notice && transport_waker_) transport_waker_->wake();  // a timer may have been set
     return notice;
   }
   void delivered(engine::Channel channel, subscription::Receipt receipt) noexcept override {
     try {
-      std::unique_lock lock(mutex_);
-      engine_.delivered(channel, receipt, clock_.now());
-      pass_on(lock);
+      with_engine([&] { engine_.delivered(channel, receipt, clock_.now()); });
       if (transport_waker_ && receipt.status / 100 != 2) transport_waker_->wake();  // there is a new timer
     } catch (const std::exception& e) {
       log(LogLevel::error, std::string("a receipt could not be taken: ") + e.what());
     }
   }
 
+  // Requests that came over an HTTP server of the host's, on its threads.
+  http::Response serve(const http::Request& request, std::optional<engine::Channel>& channel) {
+    const Result<engine::Access> access = engine_.authorize(request);
+    engine::Outcome outcome = with_engine([&] {
+      engine::Outcome made = engine_.handle(request, access, clock_.now());
+      // Before the lock is let go: a reply may be there at once.
+      if (const auto* deferred = std::get_if<engine::Deferred>(&made)) guests_.add(deferred->ticket);
+      if (const auto* streamed = std::get_if<engine::Streamed>(&made)) guests_.add(streamed->channel);
+      return made;
+    });
+    if (transport_waker_) transport_waker_->wake();  // there may be a new deadline, or news for other clients
+    if (auto* response = std::get_if<http::Response>(&outcome)) return std::move(*response);
+    if (auto* streamed = std::get_if<engine::Streamed>(&outcome)) {
+      channel = streamed->channel;
+      return std::move(streamed->response);
+    }
+    engine::Reply reply = wait_for_reply(std::get<engine::Deferred>(outcome).ticket);
+    channel = reply.channel;
+    return std::move(reply.response);
+  }
+  std::optional<engine::Push> next_event(engine::Channel channel, std::chrono::milliseconds max_wait) {
+    const auto end = std::chrono::steady_clock::now() + max_wait;
+    while (true) {
+      if (stopping_) return closing_push();
+      if (auto push = with_engine([&] { return engine_.next_push(channel, clock_.now()); })) return push;
+      std::unique_lock lock(mutex_);
+      while (!guests_.is_ready(channel) && !stopping_) {
+        if (std::chrono::steady_clock::now() >= end) return std::nullopt;
+        guests_.wait(lock, end);
+      }
+    }
+  }
+  void close_events(engine::Channel channel) noexcept {
+    {
+      const std::lock_guard lock(mutex_);
+      guests_.remove(channel);
+      engine_.closed(channel);
+    }
+    log_.flush();
+  }
+
  private:
+  /// The right to be inside the transport. Nobody waits for it: who finds it taken does without.
+  class Turn {
+   public:
+    explicit Turn(Impl& impl) : impl_(impl) {
+      std::thread::id nobody;
+      mine_ = impl_.serving_.compare_exchange_strong(nobody, std::this_thread::get_id());
+    }
+    ~Turn() {
+      if (mine_) impl_.serving_ = std::thread::id();
+    }
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+    explicit operator bool() const noexcept { return mine_; }
+
+   private:
+    Impl& impl_;
+    bool mine_ = false;
+  };
+
+  engine::EngineOptions engine_options() {
+    engine::EngineOptions options = options_.engine;
+    options.log = log_.sink();
+    if (!options.page) options.page = page::console();
+    return options;
+  }
+
+  /// Calls the engine with its lock, and then, without it, passes on what it has left.
+  template <class F>
+  std::invoke_result_t<F&> with_engine(F f) {
+    std::unique_lock lock(mutex_);
+    if constexpr (std::is_void_v<std::invoke_result_t<F&>>) {
+      f();
+      pass_on(lock);
+    } else {
+      auto result = f();
+      pass_on(lock);
+      return result;
+    }
+  }
+
   /// One step of the transport, by one thread at a time; a stop that came meanwhile is carried out here.
   std::chrono::milliseconds serve_once(std::chrono::microseconds budget, std::chrono::milliseconds wait) {
-    const std::lock_guard lock(serve_mutex_);
-    if (finished_) return forever;
-    serving_ = std::this_thread::get_id();
     std::chrono::milliseconds rest{0};
-    try {
-      rest = stopping_ ? forever : transport_->poll(budget, wait);
-    } catch (const std::exception& e) {
-      log(LogLevel::error, std::string("transport: ") + e.what());
+    {
+      const Turn turn(*this);
+      if (!turn) return rest;  // a lambda on this thread polls, or another thread does
+      if (finished_) return forever;
+      try {
+        rest = stopping_ ? forever : transport_->poll(budget, wait);
+      } catch (const std::exception& e) {
+        log(LogLevel::error, std::string("transport: ") + e.what());
+      }
+      if (stopping_) finish();
     }
-    serving_ = std::thread::id();
-    if (stopping_) finish();
+    log_.flush();
     return rest;
   }
 
@@ -251,11 +348,23 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     while (!finished_) serve_once(std::chrono::milliseconds(100), std::chrono::milliseconds(1000));
   }
 
-  void log(LogLevel level, const std::string& message) const noexcept {
+  void log(LogLevel level, const std::string& message) noexcept {
     try {
-      if (options_.engine.log) options_.engine.log(level, message);
+      if (const LogCallback sink = log_.sink()) sink(level, message);
     } catch (...) {
     }
+  }
+  /// For threads that do not flush the log themselves.
+  LogCallback waking_log() {
+    if (!options_.engine.log) return {};
+    return [this, sink = log_.sink()](LogLevel level, std::string_view message) {
+      sink(level, message);
+      wake_io();
+    };
+  }
+
+  void wake_io() noexcept {
+    if (transport_waker_) transport_waker_->wake();
   }
 
   /// Sends what the engine has left to where it is to go, and lets go of its lock.
@@ -268,6 +377,31 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (!jobs.empty()) dispatch(std::move(jobs));
     if (deliverer_)
       for (const subscription::Due& due : callbacks) deliverer_->notify(due.channel, due.receiver);
+    log_.flush();
+  }
+
+  /// Waits for the response to a request of a guest. The calling thread sees to its deadline, in case nobody polls.
+  engine::Reply wait_for_reply(engine::Ticket ticket) {
+    std::unique_lock lock(mutex_);
+    while (true) {
+      if (auto reply = guests_.reply(ticket)) return *std::move(reply);
+      const auto now = clock_.now();
+      const auto due = engine_.next_deadline();
+      if (due && *due <= now.steady) {
+        while (auto reply = engine_.next_reply(now))
+          if (!guests_.take(*reply)) replies_.push_back(*std::move(reply));
+        if (auto reply = guests_.reply(ticket)) return *std::move(reply);
+        pass_on(lock);
+        wake_io();
+        lock.lock();
+      }
+      guests_.wait(lock, std::chrono::steady_clock::now() + longest_guest_wait);
+    }
+  }
+  static engine::Push closing_push() {
+    engine::Push push;
+    push.close = 1001;
+    return push;
   }
 
   /// Nothing about the file stops the start.
@@ -283,30 +417,36 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       log(LogLevel::error, "the subscriptions in \"" + path + "\" are lost: " + restored.error().message + "; the file " +
                                (aside ? "is kept as \"" + *aside + "\"" : "could not be set aside: " + aside.error().message));
     }
-    saved_.emplace(path, options_.engine.log);
+    saved_.emplace(path, waking_log());
   }
 
-  /// The end: what waits is answered, then everything closes. With serve_mutex_ held.
+  /// The end: what waits is answered, then everything closes. Inside the transport.
   void finish() noexcept {
-    if (finished_.exchange(true)) return;
+    if (finished_) return;
     try {
-      {
-        const std::lock_guard lock(mutex_);
-        engine_.stop();
-      }
+      with_engine([&] { engine_.stop(); });
       transport_->stop();
     } catch (...) {
     }
     if (deliverer_) deliverer_->stop();
+    const std::lock_guard lock(mutex_);
+    while (auto reply = engine_.next_reply(clock_.now())) (void)guests_.take(*reply);
+    guests_.notify();
+    finished_ = true;
+  }
+  void wait_until_finished() {
+    std::unique_lock lock(mutex_);
+    while (!finished_) guests_.wait(lock, std::chrono::steady_clock::now() + longest_guest_wait);
   }
 
-  /// Sends each job to where it is to run. On the transport's thread, without the engine's lock: user code may call the server.
+  /// Sends each job to where it is to run. Without a lock: user code may call the server.
   void dispatch(std::vector<engine::Job> jobs) {
-    bool for_host = false;
+    bool for_host = false, for_io = false;
     for (engine::Job& job : jobs) try {
       switch (job.where) {
         case Dispatch::io_thread:
-          job.run();
+          io_jobs_.put(std::move(job.run));
+          for_io = true;
           break;
         case Dispatch::executor:
           if (options_.executor) {
@@ -323,22 +463,32 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       log(LogLevel::error, std::string("the executor threw: ") + e.what());
     }
     if (for_host && options_.io == Io::own_thread) rest_.wake();
+    if (!for_io) return;
+    if (serving_ == std::this_thread::get_id()) run_io_jobs();
+    else wake_io();
+  }
+  /// On the thread that does I/O.
+  void run_io_jobs() {
+    io_jobs_.take_all([](UniqueFunction<void()> job) { job(); });
   }
 
   Options options_;
   const Clock& clock_;
-  mutable std::mutex mutex_;                              // guards engine_; never held while user code runs
+  LogQueue log_;
+  mutable std::mutex mutex_;                              // guards engine_, guests_ and replies_; never held while user code runs
   engine::Engine engine_;
+  GuestRequests guests_;
+  std::deque<engine::Reply> replies_;                     // of the transport, found by threads of guests
   std::optional<SavedFile> saved_;                        // set before the transport starts to be served
   std::unique_ptr<delivery::Deliverer> deliverer_;        // the same
   std::unique_ptr<transport::Transport> transport_;
   std::shared_ptr<Waker> transport_waker_;
   engine::Mailbox<UniqueFunction<void()>> arrived_;       // jobs for the host
+  engine::Mailbox<UniqueFunction<void()>> io_jobs_;       // jobs for the thread that does I/O
   std::deque<UniqueFunction<void()>> due_;                // taken, not yet run: the host's thread only
   transport::EventWaker rest_;                            // where run() waits when there is nothing to do
   std::atomic<bool> stopping_{false}, finished_{false}, descriptor_is_used_{false};
   std::atomic<std::thread::id> serving_{};                // who is inside the transport
-  std::mutex serve_mutex_;                                // one at a time inside the transport
   std::mutex threads_mutex_;                              // guards io_ and runner_, not the joining
   std::thread io_, runner_;
 };
@@ -363,7 +513,30 @@ void Server::run() noexcept { impl_->run(); }
 void Server::start() { impl_->start(); }
 void Server::wake() noexcept { impl_->wake(); }
 void Server::stop() noexcept { impl_->stop(); }
+Served Server::serve(const http::Request& request) {
+  Served served;
+  std::optional<engine::Channel> channel;
+  served.response = impl_->serve(request, channel);
+  if (channel) served.events = EventSource(*impl_, *channel);
+  return served;
+}
 Result<void> Server::reload_tls() { return impl_->reload_tls(); }
+EventSource::EventSource(Server::Impl& server, engine::Channel channel) : server_(&server), channel_(channel) {}
+EventSource::EventSource(EventSource&& other) noexcept : server_(std::exchange(other.server_, nullptr)), channel_(other.channel_) {}
+EventSource& EventSource::operator=(EventSource&& other) noexcept {
+  std::swap(server_, other.server_);
+  std::swap(channel_, other.channel_);
+  return *this;
+}
+EventSource::~EventSource() {
+  if (server_) server_->close_events(channel_);
+}
+EventSource::Event EventSource::next(std::chrono::milliseconds max_wait) {
+  const std::optional<engine::Push> push = server_->next_event(channel_, max_wait);
+  if (!push) return {};
+  return {push->message, push->close != 0};
+}
+
 std::uint16_t Server::port() const noexcept { return impl_->port(); }
 std::string Server::url() const { return impl_->url(); }
 

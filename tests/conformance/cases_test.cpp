@@ -55,8 +55,8 @@ class EngineTarget final : public Target {
   void settle() override { bench_.run(); }
 
  private:
-  static engine::Options options(const Clock& clock) {
-    engine::Options o;
+  static engine::EngineOptions options(const Clock& clock) {
+    engine::EngineOptions o;
     o.clock = &clock;
     return o;
   }

@@ -38,7 +38,7 @@ std::string callback(const std::string& more = {}, const std::string& url = "htt
 
 /// The sample robot with one of every kind of resource.
 struct Robot {
-  explicit Robot(engine::Options options = {}) : bench(allowing(std::move(options))) {
+  explicit Robot(engine::EngineOptions options = {}) : bench(allowing(std::move(options))) {
     bench.add(robot.arm());
     bench.add(robot.tool());
     member = made(waypoints, pose());
@@ -47,9 +47,9 @@ struct Robot {
     kinds = {"/", "/arm", "/arm/tool/state", "/arm/angle", "/arm/speed", "/arm/actions/turn", invocation, "/arm/blueprint", waypoints, member,
              subscriptions, subscription};
   }
-  static engine::Options allowing(engine::Options options) {
+  static engine::EngineOptions allowing(engine::EngineOptions options) {
     options.subscriptions.callbacks.allow = {"127.0.0.1"};
-    options.body_triples = 100;
+    options.max_body_triples = 100;
     return options;
   }
   static std::string path_of(const std::string& iri) {
@@ -198,7 +198,7 @@ std::vector<Exchange> every_answer() {
     all.push_back({next, 503, stopping.bench.ask(next)});
   }
   {
-    engine::Options few;
+    engine::EngineOptions few;
     few.subscriptions.most = 1;
     Robot full(few);
     all.push_back({"one subscription too many", 503, full.bench.turtle("POST", subscriptions, callback())});

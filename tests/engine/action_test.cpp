@@ -14,7 +14,7 @@ namespace {
 
 /// A thing "arm" with one action "act", asynchronous, whose responders the test holds.
 struct Acting {
-  explicit Acting(ActionPolicy policy = ActionPolicy::queue(16), engine::Options options = {}) : bench(std::move(options)) {
+  explicit Acting(ActionPolicy policy = ActionPolicy::queue(16), engine::EngineOptions options = {}) : bench(std::move(options)) {
     Thing thing{"arm"};
     thing.action("act", [this](Responder done) {
       done.on_cancel([this] { ++cancels; });
@@ -394,8 +394,8 @@ TEST_CASE("a hook that throws does no harm", "[engine][R0.6]") {
 }
 
 TEST_CASE("an action invoked 10,000 times keeps the newest finished invocations only", "[engine][R0.8]") {
-  engine::Options options;
-  options.finished_invocations = 32;
+  engine::EngineOptions options;
+  options.max_finished_invocations = 32;
   Bench bench(options);
   int calls = 0;
   Thing thing{"arm"};
@@ -411,8 +411,8 @@ TEST_CASE("an action invoked 10,000 times keeps the newest finished invocations 
 }
 
 TEST_CASE("no finished invocation at all may be kept", "[engine][R0.8]") {
-  engine::Options options;
-  options.finished_invocations = 0;
+  engine::EngineOptions options;
+  options.max_finished_invocations = 0;
   Acting a(ActionPolicy::preempt(), options);
   a.post();
   a.post();

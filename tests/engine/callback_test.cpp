@@ -12,14 +12,14 @@ using subscription::Receipt;
 
 namespace {
 
-engine::Options allowing(std::vector<std::string> hosts = {"127.0.0.0/8", "receiver.example"}) {
-  engine::Options options;
+engine::EngineOptions allowing(std::vector<std::string> hosts = {"127.0.0.0/8", "receiver.example"}) {
+  engine::EngineOptions options;
   options.subscriptions.callbacks.allow = std::move(hosts);
   return options;
 }
 
 struct Arm {
-  explicit Arm(engine::Options options = allowing()) : bench(std::move(options)) { bench.add(robot.arm()); }
+  explicit Arm(engine::EngineOptions options = allowing()) : bench(std::move(options)) { bench.add(robot.arm()); }
   void publish(double v) {
     robot.angle_handle->publish(v);
     bench.look();
@@ -173,7 +173,7 @@ TEST_CASE("a failed notification is tried again after longer and longer pauses, 
 }
 
 TEST_CASE("after the stated failures a callback is suspended, then removed; an answer revives it", "[engine][R0.16][delivery]") {
-  engine::Options options = allowing();
+  engine::EngineOptions options = allowing();
   options.subscriptions.callbacks.attempts = 3;
   options.subscriptions.callbacks.suspended_attempts = 2;
   Arm arm(options);
@@ -278,7 +278,7 @@ TEST_CASE("a description that the shape refuses is answered 422 with the report 
 }
 
 TEST_CASE("callbacks have a limit of their own", "[engine][limits]") {
-  engine::Options options = allowing();
+  engine::EngineOptions options = allowing();
   options.subscriptions.callbacks.most = 2;
   Arm arm(options);
   for (int i = 0; i < 2; ++i) CHECK(arm.bench.ask("GET /arm/angle" + callback).status == 201);
@@ -292,7 +292,7 @@ TEST_CASE("callbacks have a limit of their own", "[engine][limits]") {
 TEST_CASE("callbacks survive in what is saved: policy, secret, base and all", "[engine][restart]") {
   std::string saved;
   std::string before;
-  engine::Options options = allowing();
+  engine::EngineOptions options = allowing();
   options.allowed_hosts = {"robot.local:80"};
   {
     Arm arm(options);

@@ -14,7 +14,7 @@ const std::string pose =
     " <http://localhost/arm/blueprint#frame> \"base\" .";
 
 struct Robot {
-  explicit Robot(engine::Options options = {}) : bench(std::move(options)) { bench.add(robot.arm()); }
+  explicit Robot(engine::EngineOptions options = {}) : bench(std::move(options)) { bench.add(robot.arm()); }
   std::size_t members() {
     return bench.get("/arm/waypoints").graph().objects(rdf::iri("http://localhost/arm/waypoints"), vocab::ldp::contains).size();
   }

@@ -11,7 +11,7 @@ using namespace lrt::test;
 
 namespace {
 struct Robot {
-  explicit Robot(engine::Options options = {}) : bench(std::move(options)) {
+  explicit Robot(engine::EngineOptions options = {}) : bench(std::move(options)) {
     bench.add(robot.arm());
     bench.add(robot.tool());
   }

@@ -153,9 +153,9 @@ TEST_CASE("an encoder may fail or have nothing; the other formats go on", "[engi
 }
 
 TEST_CASE("what is too much for RDF, or for its slowest syntax, is had in the other formats", "[engine][R0.6]") {
-  engine::Options options;
-  options.value_members = 3;
-  options.rdf_xml_triples = 8;
+  engine::EngineOptions options;
+  options.max_value_members = 3;
+  options.max_rdf_xml_triples = 8;
   Bench bench(options);
   Thing thing{"a"};
   using Rows = std::vector<std::vector<double>>;
@@ -195,8 +195,8 @@ TEST_CASE("what is too much for RDF, or for its slowest syntax, is had in the ot
 }
 
 TEST_CASE("of numbers that are too many for RDF it describes the octets, and the blueprint promises no more", "[engine][R0.6][R1.11]") {
-  engine::Options options;
-  options.value_members = 3;
+  engine::EngineOptions options;
+  options.max_value_members = 3;
   Bench bench(options);
   Thing thing{"a"};
   using Rows = std::vector<std::vector<double>>;
@@ -330,7 +330,7 @@ TEST_CASE("octets of a matrix have the shape of the present value, and a ragged 
 }
 
 TEST_CASE("subscribers to octets get what there is of them, and a ragged value is left out", "[engine][R0.12][R0.17]") {
-  engine::Options options;
+  engine::EngineOptions options;
   options.subscriptions.callbacks.allow = {"127.0.0.1"};
   Bench bench(std::move(options));
   using Rows = std::vector<std::vector<std::uint8_t>>;
@@ -429,8 +429,8 @@ TEST_CASE("a media type is kept as clients write it, and odd ones do not spoil t
 }
 
 TEST_CASE("text says its charset wherever it goes, and the pages of a container have their own alternates", "[engine][R1.2]") {
-  engine::Options options;
-  options.page_members = 2;
+  engine::EngineOptions options;
+  options.max_page_members = 2;
   Bench bench(std::move(options));
   Thing thing{"a"};
   thing.action("say", [] { return std::string("\u00e4"); });

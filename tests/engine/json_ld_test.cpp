@@ -14,7 +14,7 @@ namespace {
 constexpr const char* inlined = "application/ld+json;profile=\"https://w3id.org/lrt/ns#inlineContext\"";
 
 struct Robot {
-  explicit Robot(engine::Options options = {}) : bench(std::move(options)) { bench.add(robot.arm()); }
+  explicit Robot(engine::EngineOptions options = {}) : bench(std::move(options)) { bench.add(robot.arm()); }
 
   Answer get(const std::string& path, const std::string& accept = "application/ld+json") { return bench.ask("GET " + path + "\nAccept: " + accept); }
   Answer send(const std::string& method, const std::string& path, const std::string& body, const std::string& type = "application/ld+json") {
@@ -77,7 +77,7 @@ TEST_CASE("the context is a resource that may be kept, and changes its name when
   CHECK(r.send("PUT", "/ns/context.jsonld", "{}").status == 405);
   CHECK(r.bench.ask("GET /ns/context.jsonld\nUpgrade: websocket\nConnection: Upgrade").status == 200);
 
-  engine::Options options;
+  engine::EngineOptions options;
   options.prefixes.emplace_back("mine", "http://mine/");
   Robot other(std::move(options));
   CHECK(other.context() != iri);

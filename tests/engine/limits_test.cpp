@@ -16,7 +16,7 @@ namespace {
 
 /// A thing whose every lambda counts its calls.
 struct Counting {
-  explicit Counting(engine::Options options = {}) : bench(std::move(options)) {
+  explicit Counting(engine::EngineOptions options = {}) : bench(std::move(options)) {
     Thing thing{"arm"};
     thing.property("p", [this] { return ++reads; }).on_write([this](int) { ++writes; });
     pushed = thing.property<int>("pushed");
@@ -49,8 +49,8 @@ TEST_CASE("what needs no lambda is answered though the host never polls", "[engi
 }
 
 TEST_CASE("a host that does not poll: 503 with Retry-After after host_time, and nothing is carried out later", "[engine][R0.6]") {
-  engine::Options options;
-  options.host_time = milliseconds(1500);
+  engine::EngineOptions options;
+  options.host_timeout = milliseconds(1500);
   options.retry_after = seconds(7);
   Counting c(options);
   REQUIRE(c.bench.turtle("POST", "/arm/c", "<> vom:numericalValue 1 .").status == 201);
@@ -135,8 +135,8 @@ TEST_CASE("a command that runs when its time is over is answered 202 and goes on
 }
 
 TEST_CASE("more waiting requests than the limit are 503 at once, and do nothing", "[engine][R0.6]") {
-  engine::Options options;
-  options.waiting_requests = 3;
+  engine::EngineOptions options;
+  options.max_waiting_requests = 3;
   Counting c(options);
   for (int i = 0; i < 3; ++i) CHECK(c.bench.send("GET /arm/p").ticket);
   for (const std::string& request :
@@ -155,8 +155,8 @@ TEST_CASE("more waiting requests than the limit are 503 at once, and do nothing"
 }
 
 TEST_CASE("clients that leave make room and call off what has not begun", "[engine][R0.6]") {
-  engine::Options options;
-  options.waiting_requests = 2;
+  engine::EngineOptions options;
+  options.max_waiting_requests = 2;
   Counting c(options);
   const auto write = c.bench.send(Bench::turtle_request("PUT", "/arm/p", number_body("1")));
   const auto create = c.bench.send(Bench::turtle_request("POST", "/arm/c", "<> vom:numericalValue 1 ."));
@@ -226,7 +226,7 @@ TEST_CASE("stop answers what waits with 503 and closes; later requests get the s
 }
 
 TEST_CASE("jobs carry where their thing's lambdas are to run", "[engine]") {
-  engine::Options options;
+  engine::EngineOptions options;
   options.dispatch = Dispatch::io_thread;
   Bench bench(options);
   for (const auto& [name, where] : {std::pair{"a", Dispatch::as_server}, {"b", Dispatch::in_poll}, {"c", Dispatch::executor}}) {
@@ -257,8 +257,8 @@ TEST_CASE("a job that is run twice does its work once, and one that is dropped i
 }
 
 TEST_CASE("the cache of representations keeps to its budget and serves the right bytes", "[engine][R0.11]") {
-  engine::Options options;
-  options.cache_bytes = 0;
+  engine::EngineOptions options;
+  options.max_cache_bytes = 0;
   Bench bench(options);
   SampleRobot robot;
   bench.add(robot.arm());
@@ -304,8 +304,8 @@ TEST_CASE("values published by another thread are read whole and in order", "[en
 }
 
 TEST_CASE("what a host that does not poll leaves lying is bounded, and all is well when it polls again", "[engine][R0.6]") {
-  engine::Options options;
-  options.waiting_requests = 10;
+  engine::EngineOptions options;
+  options.max_waiting_requests = 10;
   Counting c(options);
   std::size_t busy = 0;
   for (int round = 0; round < 20; ++round) {

@@ -44,8 +44,8 @@ TEST_CASE("links of a thing with very many properties are cut at whole links, an
 }
 
 TEST_CASE("the budget of links is an option", "[engine][R0.9]") {
-  engine::Options options;
-  options.link_bytes = 1024;
+  engine::EngineOptions options;
+  options.max_link_bytes = 1024;
   Bench bench(options);
   Thing thing{"arm"};
   for (int i = 0; i < 100; ++i) thing.property<double>("property_number_" + std::to_string(i));

@@ -10,7 +10,7 @@ using namespace lrt::test;
 namespace {
 
 struct Robot {
-  explicit Robot(engine::Options options = {}) : bench(std::move(options)) {
+  explicit Robot(engine::EngineOptions options = {}) : bench(std::move(options)) {
     bench.add(robot.arm());
     bench.add(robot.tool());
     CHECK(bench.ask("POST /arm/actions/home").status == 204);  // i1

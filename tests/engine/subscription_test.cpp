@@ -18,7 +18,7 @@ namespace {
 
 /// The sample robot's arm on a bench.
 struct Arm {
-  explicit Arm(engine::Options options = {}) : bench(std::move(options)) {
+  explicit Arm(engine::EngineOptions options = {}) : bench(std::move(options)) {
     bench.add(robot.arm());
     bench.add(robot.tool());
   }
@@ -163,7 +163,7 @@ TEST_CASE("with a queue a subscriber gets each change, up to its length; the old
 }
 
 TEST_CASE("a queue is bounded in bytes too", "[engine][delivery]") {
-  engine::Options options;
+  engine::EngineOptions options;
   options.subscriptions.queue_bytes = 1000;
   Arm arm(options);
   const Channel channel = arm.bench.open("/arm/angle?queueLength=100");
@@ -191,7 +191,7 @@ TEST_CASE("a request that finds news does not render for queues, a look does", "
 }
 
 TEST_CASE("all queues together are bounded in bytes", "[engine][limits]") {
-  engine::Options options;
+  engine::EngineOptions options;
   options.subscriptions.all_queue_bytes = 4000;
   Arm arm(options);
   std::vector<Channel> channels;
@@ -212,10 +212,10 @@ TEST_CASE("all queues together are bounded in bytes", "[engine][limits]") {
 }
 
 TEST_CASE("pages elsewhere may not send commands, nor open WebSockets where the integrator says who may", "[engine][security]") {
-  engine::Options options;
+  engine::EngineOptions options;
   options.allowed_origins = {"https://dashboard.example"};
   for (const bool named : {false, true}) {
-    Arm arm(named ? options : engine::Options{});
+    Arm arm(named ? options : engine::EngineOptions{});
     const auto post = [&](const std::string& origin) { return arm.bench.ask("POST /arm/actions/home\nOrigin: " + origin).status; };
     CHECK(post("http://evil.example") == 403);
     CHECK(post("null") == 403);
@@ -403,8 +403,8 @@ TEST_CASE("who observes an action hears of new invocations, who observes an invo
 }
 
 TEST_CASE("the last representation of an invocation is told before its socket closes", "[engine][R0.12]") {
-  engine::Options options;
-  options.finished_invocations = 0;
+  engine::EngineOptions options;
+  options.max_finished_invocations = 0;
   Arm arm(options);
   const Answer posted = arm.bench.ask(Bench::turtle_request("POST", "/arm/actions/grip", number_body("5"), "Prefer: respond-async\n"));
   const std::string invocation = posted.field("Location").substr(std::string("http://localhost").size());
@@ -441,7 +441,7 @@ TEST_CASE("a thing that is removed while observed closes its sockets with 1001",
 }
 
 TEST_CASE("there are as many subscriptions as the limit says; then 503 with Retry-After", "[engine][R0.6][limits]") {
-  engine::Options options;
+  engine::EngineOptions options;
   options.subscriptions.most = 3;
   Arm arm(options);
   std::vector<Channel> open;
@@ -479,7 +479,7 @@ TEST_CASE("publish makes no system call while the engine looks by itself, and on
   arm.robot.angle_handle->publish(0.5);
   CHECK(waker->count == 0);
 
-  engine::Options options;
+  engine::EngineOptions options;
   options.subscriptions.tick = true;
   Arm ticking(options);
   ticking.bench.engine.set_waker(waker);
@@ -550,7 +550,7 @@ TEST_CASE("the container's ETag moves with its members and its minimal form leav
 }
 
 TEST_CASE("a subscription keeps the base of the request that made it", "[engine][SPEC 3.7]") {
-  engine::Options options;
+  engine::EngineOptions options;
   options.allowed_hosts = {"robot.local:80"};
   Arm arm(options);
   const Channel here = arm.bench.open("/arm/angle"), there = arm.bench.open("/arm/angle", "Host: robot.local\n");

@@ -94,7 +94,7 @@ TEST_CASE("IRIs follow the host of the request; a stranger's is 421", "[engine][
 }
 
 TEST_CASE("an integrator names further hosts", "[engine][R0.6]") {
-  engine::Options options;
+  engine::EngineOptions options;
   options.allowed_hosts = {"Robot.local", "gate.example:443"};
   Bench bench(options);
   bench.engine.listens_on("127.0.0.1", 8080);
@@ -105,7 +105,7 @@ TEST_CASE("an integrator names further hosts", "[engine][R0.6]") {
 }
 
 TEST_CASE("a public base is used whatever the host", "[engine][R0.6]") {
-  engine::Options options;
+  engine::EngineOptions options;
   options.public_base = "https://robots.example/cell7/";
   Bench bench(options);
   bench.add(Thing{"arm"});
@@ -126,7 +126,7 @@ TEST_CASE("over TLS the base is https", "[engine][R0.6]") {
 }
 
 TEST_CASE("an authorizer decides before anything else does", "[engine][R0.6]") {
-  engine::Options options;
+  engine::EngineOptions options;
   int asked = 0;
   options.challenge = "Basic realm=\"robot\"";
   options.authorize = [&](const http::Request& r) {

@@ -13,7 +13,7 @@ using namespace lrt::test;
 namespace {
 
 struct Robot {
-  explicit Robot(engine::Options options = {}) : bench(std::move(options)) { bench.add(robot.arm()); }
+  explicit Robot(engine::EngineOptions options = {}) : bench(std::move(options)) { bench.add(robot.arm()); }
   Answer put(const std::string& name, const std::string& body, const std::string& fields = {}) {
     return bench.turtle("PUT", "/arm/" + name, body, fields);
   }
@@ -238,8 +238,8 @@ TEST_CASE("other media types and codings are 415, which tells what is taken", "[
 }
 
 TEST_CASE("a body of too many triples is 413", "[engine][R0.6]") {
-  engine::Options options;
-  options.body_triples = 10;
+  engine::EngineOptions options;
+  options.max_body_triples = 10;
   Robot r(options);
   std::string body = number_body("1", "maths:Degree");
   for (int i = 0; i < 10; ++i) body += " <> rdfs:label \"" + std::to_string(i) + "\" .";
@@ -248,8 +248,8 @@ TEST_CASE("a body of too many triples is 413", "[engine][R0.6]") {
 }
 
 TEST_CASE("a value of too many members is refused", "[engine][R0.6]") {
-  engine::Options options;
-  options.list_members = 5;
+  engine::EngineOptions options;
+  options.max_list_members = 5;
   Robot r(options);
   CHECK(r.put("gains", "<> rdf:value ( 1 2 3 4 5 ) .").status == 204);
   const Answer a = r.put("gains", "<> rdf:value ( 1 2 3 4 5 6 ) .");

@@ -66,7 +66,7 @@ lrt::Thing make_joint(Robot& robot) {
 std::vector<int> serve(lrt::transport::Protocols& protocols, std::string_view bytes, std::size_t chunk) {
   Robot robot;
   lrt::TimePoint now;
-  lrt::engine::Options options;
+  lrt::engine::EngineOptions options;
   options.ids = std::make_shared<CountingIds>();
   lrt::engine::Engine engine(options);
   engine.listens_on("127.0.0.1", 8080);

@@ -137,7 +137,7 @@ TEST_CASE("with its own thread pushed and static resources are answered though t
 
 TEST_CASE("a pulled property is 503 when the host does not poll, and is not read later for nobody", "[server][R0.6]") {
   Options options = any_port();
-  options.engine.host_time = milliseconds(1);
+  options.engine.host_timeout = milliseconds(1);
   Server server = make(std::move(options));
   Thing thing{"arm"};
   int writes = 0;
@@ -410,7 +410,7 @@ TEST_CASE("an executor runs the lambdas of things that ask for it", "[server][R0
 
 TEST_CASE("an executor that throws costs the request, not the server", "[server][R0.6]") {
   Options options = any_port();
-  options.engine.host_time = milliseconds(1);
+  options.engine.host_timeout = milliseconds(1);
   options.executor = [](std::function<void()>) { throw std::runtime_error("full"); };
   Server server = make(std::move(options));
   Thing thing{"arm"};

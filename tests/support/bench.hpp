@@ -12,6 +12,7 @@
 
 #include <lrt/engine/engine.hpp>
 
+#include "src/page/page.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/message.hpp"
 
@@ -20,7 +21,7 @@ namespace lrt::test {
 /// An engine on a test's bench: its clock moves by hand, its ids are known, its jobs run when the test says.
 class Bench {
  public:
-  explicit Bench(engine::Options options = {}) : engine(with_fakes(std::move(options))) {}
+  explicit Bench(engine::EngineOptions options = {}) : engine(with_fakes(std::move(options))) {}
 
   /// A request that was sent: answered at once, or by a ticket.
   struct Sent {
@@ -36,6 +37,7 @@ class Bench {
   Sent sent(engine::Outcome outcome) {
     if (auto* response = std::get_if<http::Response>(&outcome)) return {std::nullopt, Answer(*response)};
     if (auto* upgraded = std::get_if<engine::Upgraded>(&outcome)) return {std::nullopt, Answer(upgraded->response), upgraded->channel};
+    if (auto* streamed = std::get_if<engine::Streamed>(&outcome)) return {std::nullopt, Answer(streamed->response), streamed->channel};
     return {std::get<engine::Deferred>(outcome).ticket, {}};
   }
 
@@ -132,9 +134,10 @@ class Bench {
   engine::Engine engine;
 
  private:
-  engine::Options with_fakes(engine::Options options) {
+  engine::EngineOptions with_fakes(engine::EngineOptions options) {
     if (!options.clock) options.clock = &clock;
     if (!options.ids) options.ids = std::make_shared<FixedIds>();
+    if (!options.page) options.page = page::console();
     return options;
   }
   std::map<engine::Ticket, Answer> replies_;

@@ -17,6 +17,7 @@
 #include <lrt/base/unique_function.hpp>
 #include <lrt/base/waker.hpp>
 #include <lrt/engine/handler.hpp>
+#include <lrt/engine/page_source.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/subscription/notice.hpp>
@@ -25,61 +26,65 @@
 
 namespace lrt::engine {
 
-/// What an authorizer says of a request.
+/// The verdict of an authorizer.
 enum class Access : std::uint8_t {
   granted,
-  unauthenticated,  ///< 401, with Options::challenge
+  unauthenticated,  ///< 401, with EngineOptions::challenge
   forbidden,        ///< 403
 };
-/// A GET with `Upgrade: callback` makes the robot post to a URL: who may only look should not be granted it.
+/// Judges a request. A GET with `Upgrade: callback` makes the robot post to a URL, so do not grant it to clients that may only read.
 using Authorizer = std::function<Access(const http::Request&)>;
 
-struct Options {
+/// The rules of one server. Each limit guards against what a client can make grow.
+struct EngineOptions {
   /// Absolute IRI that representations use as base, "https://robot.example/arm". Empty: from each request's Host (SPEC 3.7).
   std::string public_base;
   /// Further hosts that a request may name when there is no public base: "robot.local" (with the listening port) or "name:port".
   std::vector<std::string> allowed_hosts;
   /// Pages of other origins ("https://dashboard.example") that may send commands from a browser, besides those of this server; "*": any. If
-  /// there are some, WebSockets that name another origin are refused, too.
+  /// there are some, WebSockets and event streams that name another origin are refused, too.
   std::vector<std::string> allowed_origins;
-  std::chrono::milliseconds host_time{2'000};    ///< a request waits so long for the host to run a lambda; then 503
-  std::chrono::seconds retry_after{1};           ///< said with that 503
-  std::chrono::seconds longest_wait{60};         ///< of `Prefer: wait`; more is taken as this
-  std::size_t waiting_requests = 1'000;          ///< more at once, or twice as many lambdas that the host has not run yet: 503
-  std::size_t finished_invocations = 32;         ///< kept per action, the newest
-  std::size_t page_members = 500;                ///< members of a container in one page
-  std::size_t cache_bytes = 32 * 1024 * 1024;    ///< rendered representations kept, least recently used go first
-  std::size_t link_bytes = 8 * 1024;             ///< of Link fields in one answer (R0.9)
-  /// Numbers, texts and so on of a resource in RDF. A value with more is had in JSON or CBOR, and its RDF is 406; but where it has octets
-  /// (Property::octets) the RDF describes those instead of saying each number.
-  std::size_t value_members = 100'000;
-  std::size_t rdf_xml_triples = 5'000;           ///< of a representation in RDF/XML, of which each takes some 20 us; more: 406
-  std::size_t body_triples = 10'000;             ///< of a request body
-  std::size_t body_text = 16 * 1024 * 1024;      ///< bytes of a request body's IRIs and literals, written out; more: 413
-  std::size_t list_members = 10'000;             ///< of one list in a request body; more: 413
+  std::chrono::milliseconds host_timeout{2'000};       ///< a request waits so long for the host to run a lambda; then 503
+  std::chrono::seconds retry_after{1};                 ///< of that 503
+  std::chrono::seconds max_wait{60};                   ///< of `Prefer: wait`; more is taken as this
+  std::size_t max_waiting_requests = 1'000;            ///< more at once, or twice as many calls that the host has not run yet: 503
+  std::size_t max_finished_invocations = 32;           ///< kept per action, the newest
+  std::size_t max_page_members = 500;                  ///< members of a container in one page
+  std::size_t max_cache_bytes = 32 * 1024 * 1024;      ///< of representations that are kept; least recently used ones go first
+  std::size_t max_link_bytes = 8 * 1024;               ///< of Link fields in one response (R0.9)
+  /// Numbers, texts and so on of a resource in RDF. A value with more is available in JSON or CBOR, and its RDF is 406. If it has octets
+  /// (Property::octets), the RDF describes those instead of each number.
+  std::size_t max_value_members = 100'000;
+  std::size_t max_rdf_xml_triples = 5'000;             ///< of a representation in RDF/XML, 20 us each; more: 406
+  std::size_t max_body_triples = 10'000;               ///< of a request body; more: 413
+  std::size_t max_body_text_bytes = 16 * 1024 * 1024;  ///< of a request body's IRIs and literals, written out; more: 413
+  std::size_t max_list_members = 10'000;               ///< of one list in a request body; more: 413
   rdf::Prefixes prefixes = rdf::default_prefixes();
-  Authorizer authorize;                          ///< empty: all may do all; called where I/O runs: quick, and without a call back into the server
-  std::string challenge = "Bearer";              ///< WWW-Authenticate of a 401
-  Dispatch dispatch = Dispatch::in_poll;         ///< of things that do not say
-  subscription::Options subscriptions;           ///< limits, delivery, callbacks
-  const Clock* clock = nullptr;                  ///< nullptr: system_clock()
-  std::shared_ptr<IdSource> ids;                 ///< nullptr: RandomIds
+  /// Empty: all clients may do everything. Called once for each request, on the thread that serves it, without a lock of lrt.
+  Authorizer authorize;
+  std::string challenge = "Bearer";                    ///< WWW-Authenticate of a 401
+  Dispatch dispatch = Dispatch::in_poll;               ///< of things that do not say
+  subscription::Options subscriptions;                 ///< limits, delivery, callbacks
+  const Clock* clock = nullptr;                        ///< nullptr: system_clock()
+  std::shared_ptr<IdSource> ids;                       ///< nullptr: RandomIds
   LogCallback log;
+  std::shared_ptr<const PageSource> page;              ///< HTML for people; nullptr: none. Server sets its own
 };
 
-/// A user lambda to be run where its thing's Dispatch says. Running it twice, or not at all, is allowed; it never throws.
+/// User code to be run where its Dispatch says, with io_thread: soon, by whoever drives the engine. It may also be dropped. It never throws.
 struct Job {
   Dispatch where = Dispatch::in_poll;
   UniqueFunction<void()> run;
 };
 
-/// The rules R0 and R1 as a function of request, state and time: no sockets, no threads, no clock of its own.
+/// The rules R0 and R1 as a function of request, state and time: no sockets, no threads, no clock of its own. Of user code it calls the
+/// authorizer and the log callback itself; everything else becomes a Job.
 ///
-/// @par Threads  One at a time. Jobs may run on any thread, and Responders and publish() work from any.
+/// @par Threads  One at a time. Jobs may run on any thread, and Responders and publish() work from any. authorize(): any.
 /// @par Implements  R0.3-R0.17, R1.1-R1.12
 class Engine final : public Handler {
  public:
-  explicit Engine(Options options = {});
+  explicit Engine(EngineOptions options = {});
   ~Engine() override;
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
@@ -95,10 +100,13 @@ class Engine final : public Handler {
 
   /// Where the server listens, for the base of representations and the hosts that are accepted.
   void listens_on(std::string_view address, std::uint16_t port, bool secure = false);
-  /// What is woken when a job or Responder has left something for next_reply().
+  /// Called when a job or Responder has left something for next_reply().
   void set_waker(std::shared_ptr<Waker> waker);
 
-  Outcome handle(const http::Request& request, TimePoint now) override;
+  /// Asks the authorizer. Its errors and exceptions are a Result.
+  Result<Access> authorize(const http::Request& request) const;
+  Outcome handle(const http::Request& request, const Result<Access>& access, TimePoint now);
+  Outcome handle(const http::Request& request, TimePoint now) override { return handle(request, authorize(request), now); }
   std::optional<Reply> next_reply(TimePoint now) override;
   std::optional<std::chrono::steady_clock::time_point> next_deadline() const override;
   void abandon(Ticket ticket) noexcept override;
@@ -106,8 +114,8 @@ class Engine final : public Handler {
   std::optional<Push> next_push(Channel channel, TimePoint now) override;
   void closed(Channel channel) noexcept override;
 
-  // Web callbacks: as with WebSockets the engine names a channel once, and whoever delivers asks until there is nothing.
-  /// Whether Options::subscriptions is in order; to be asked before anything else.
+  // Web callbacks: as with WebSockets the engine names a channel once, and the deliverer asks until there is nothing.
+  /// Whether EngineOptions::subscriptions is in order; to be called before anything else.
   /// @par Errors  invalid_option
   Result<void> check() const;
   /// Callbacks that have something to post.
@@ -117,19 +125,18 @@ class Engine final : public Handler {
   void delivered(Channel channel, const subscription::Receipt& receipt, TimePoint now);
   /// All callback subscriptions as Turtle, if there are others than at the last call. With their secrets.
   std::optional<std::string> take_saved();
-  /// Brings back what take_saved() gave in another life. A subscription lives on as soon as its resource is there; one whose
-  /// receiver may not be called now waits, one that makes no sense is left out, and the log says so. After listens_on().
-  /// @par Errors  expected_rdf, limit_exceeded; nothing is brought back then
+  /// Restores what take_saved() gave before a restart. A subscription continues when its resource is registered. One whose receiver may
+  /// not be called now waits; an invalid one is left out, and the log says so. To be called after listens_on().
+  /// @par Errors  expected_rdf, limit_exceeded; then nothing is restored
   Result<void> restore(std::string_view saved);
 
   /// The jobs that have come up since the last call, in order.
   std::vector<Job> take_jobs();
-  /// From now on every request, waiting or new, is answered 503: the server stops.
+  /// The server stops: every waiting and every new request gets 503.
   void stop();
 
-  class Impl;  // public in name only
-
  private:
+  class Impl;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -32,6 +32,9 @@ const Type& instant_type() noexcept;
 Type integer_type(std::int64_t lowest, std::uint64_t highest, std::size_t bytes);
 Type list_type(const Type& element, std::size_t shortest, std::size_t longest);
 Type optional_type(const Type& element);
+/// True if traits<T>::encode is code of the user. Specialisations of lrt say so by a fifth member, runs_user_code().
+template <class T>
+bool runs_user_code() noexcept;
 Unexpected not_a_value_of(const char* what);
 Unexpected does_not_fit(const char* what);
 }  // namespace detail
@@ -60,6 +63,7 @@ struct traits<bool> {
     if (const bool* b = v.boolean()) return *b;
     return detail::not_a_value_of("a boolean");
   }
+  static bool runs_user_code() noexcept { return false; }
   static bool same(bool a, bool b) noexcept { return a == b; }
 };
 
@@ -93,6 +97,7 @@ struct traits<T, std::enable_if_t<std::is_integral_v<T> && !std::is_same_v<T, bo
     }
     return detail::not_a_value_of("an integer");
   }
+  static bool runs_user_code() noexcept { return false; }
   static bool same(T a, T b) noexcept { return a == b; }
 };
 
@@ -108,6 +113,7 @@ struct traits<T, std::enable_if_t<std::is_same_v<T, float> || std::is_same_v<T, 
     if (const double* d = v.real()) return static_cast<T>(*d);
     return detail::not_a_value_of("a number");
   }
+  static bool runs_user_code() noexcept { return false; }
   static bool same(T a, T b) noexcept { return std::memcmp(&a, &b, sizeof(T)) == 0; }
 };
 
@@ -120,6 +126,7 @@ struct traits<std::string> {
     if (const std::string* s = v.text()) return *s;
     return detail::not_a_value_of("a text");
   }
+  static bool runs_user_code() noexcept { return false; }
   static bool same(const std::string& a, const std::string& b) noexcept { return a == b; }
 };
 
@@ -135,6 +142,7 @@ struct traits<std::chrono::duration<Rep, Period>> {
     if (const std::int64_t* ns = v.integer()) return std::chrono::duration_cast<T>(std::chrono::nanoseconds(*ns));
     return detail::not_a_value_of("a duration");
   }
+  static bool runs_user_code() noexcept { return false; }
   static bool same(const T& a, const T& b) noexcept { return a == b; }
 };
 
@@ -150,6 +158,7 @@ struct traits<std::chrono::time_point<std::chrono::system_clock, Duration>> {
     if (const std::int64_t* ns = v.integer()) return T(std::chrono::duration_cast<Duration>(std::chrono::nanoseconds(*ns)));
     return detail::not_a_value_of("an instant");
   }
+  static bool runs_user_code() noexcept { return false; }
   static bool same(const T& a, const T& b) noexcept { return a == b; }
 };
 
@@ -182,6 +191,7 @@ struct traits<std::array<T, N>> {
     }
     return out;
   }
+  static bool runs_user_code() noexcept { return detail::runs_user_code<T>(); }
   static bool same(const std::array<T, N>& a, const std::array<T, N>& b) noexcept {
     for (std::size_t i = 0; i < N; ++i)
       if (!traits<T>::same(a[i], b[i])) return false;
@@ -209,6 +219,7 @@ struct traits<std::vector<T>> {
     }
     return out;
   }
+  static bool runs_user_code() noexcept { return detail::runs_user_code<T>(); }
   static bool same(const std::vector<T>& a, const std::vector<T>& b) noexcept {
     if (a.size() != b.size()) return false;
     for (std::size_t i = 0; i < a.size(); ++i)
@@ -231,6 +242,7 @@ struct traits<std::optional<T>> {
     if (!inner) return Unexpected{std::move(inner).error()};
     return std::optional<T>(*std::move(inner));
   }
+  static bool runs_user_code() noexcept { return detail::runs_user_code<T>(); }
   static bool same(const std::optional<T>& a, const std::optional<T>& b) noexcept {
     return a.has_value() == b.has_value() && (!a || traits<T>::same(*a, *b));
   }
@@ -260,6 +272,7 @@ class Enumeration {
         if (self.type_.names[i] == *s) return self.values_[i];
     return detail::not_a_value_of("one of the names");
   }
+  static bool runs_user_code() noexcept { return &traits<E>::encode != &Enumeration::encode; }
   static bool same(const E& a, const E& b) noexcept { return a == b; }
 
  private:
@@ -313,6 +326,7 @@ class Record {
       if (Result<void> r = self.members_[i]->decode((*s)[i], out); !r) return Unexpected{std::move(r).error()};
     return out;
   }
+  static bool runs_user_code() noexcept { return &traits<S>::encode != &Record::encode || instance().runs_user_code_; }
   static bool same(const S& a, const S& b) noexcept {
     for (const auto& m : instance().members_)
       if (!m->same(a, b)) return false;
@@ -344,6 +358,7 @@ class Record {
   Facets& add(std::string name, std::string predicate, M S::*member) {
     members_.push_back(std::make_unique<MemberOf<M>>(member));
     type_.fields.push_back({std::move(name), std::move(predicate), &traits<M>::type(), {}});
+    runs_user_code_ = runs_user_code_ || detail::runs_user_code<M>();
     return type_.fields.back().facets;
   }
   static const Record& instance() {
@@ -357,9 +372,21 @@ class Record {
   }
   Type type_;
   std::vector<std::unique_ptr<Member>> members_;
+  bool runs_user_code_ = false;  ///< a field's traits do
 };
 
 namespace detail {
+template <class T, class = void>
+struct own_traits : std::false_type {};
+template <class T>
+struct own_traits<T, std::void_t<decltype(traits<T>::runs_user_code())>> : std::true_type {};
+
+template <class T>
+bool runs_user_code() noexcept {
+  if constexpr (own_traits<T>::value) return traits<T>::runs_user_code();
+  else return true;
+}
+
 /// What a lambda's result is stored as: texts that do not own become std::string.
 template <class T>
 struct stored {

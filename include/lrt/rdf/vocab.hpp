@@ -356,6 +356,7 @@ LRT_TERM(lrt, positionsOf);
 LRT_TERM(lrt, mimics);
 LRT_TERM(lrt, mesh);
 LRT_TERM(lrt, texture);
+LRT_TERM(lrt, EventStream);
 LRT_TERM(lrt, delivery);
 LRT_TERM(lrt, latest);
 LRT_TERM(lrt, queue);

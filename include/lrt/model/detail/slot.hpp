@@ -35,6 +35,8 @@ class SlotBase : public NewsSource {
   virtual void hold() = 0;
   /// The T that was taken last, if they are held. The reader's thread.
   virtual std::shared_ptr<const void> whole() const noexcept = 0;
+  /// take() calls traits that the user wrote.
+  virtual bool runs_user_code() const noexcept = 0;
 
   /// Makes the next publish count as a change even if it repeats the last value. Any thread.
   void forget() noexcept { forgotten_.store(true, std::memory_order_release); }
@@ -106,6 +108,7 @@ class KeepingSlot : public SlotBase {
   bool keeps() const noexcept final { return ring_ != nullptr; }
   void hold() final { holds_ = true; }
   std::shared_ptr<const void> whole() const noexcept final { return whole_; }
+  bool runs_user_code() const noexcept final { return rdf::detail::runs_user_code<T>(); }
 
  protected:
   bool take_kept(rdf::Value& value, Utc& since) {

@@ -1,0 +1,185 @@
+#include "src/engine/bodies.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include <lrt/base/media_type.hpp>
+#include <lrt/http/message.hpp>
+#include <lrt/rdf/value_codec.hpp>
+#include <lrt/shacl/validator.hpp>
+
+#include "src/engine/resources/thing.hpp"
+
+namespace lrt::engine {
+
+namespace {
+std::size_t longest_list_in(const rdf::Value& value) {
+  const rdf::Value::Sequence* members = value.sequence();
+  if (!members) return 0;
+  std::size_t longest = members->size();
+  for (const rdf::Value& m : *members) longest = std::max(longest, longest_list_in(m));
+  return longest;
+}
+
+/// SPEC 3.3: the focus node is <> if that is a subject, else the only subject of the target class. Of several, two are given.
+std::vector<rdf::TermId> focus_nodes(const rdf::Graph& graph, const std::string& here, const rdf::Type& type) {
+  const auto self = graph.find(rdf::iri(here));
+  if (self && !graph.match(*self, std::nullopt, std::nullopt).empty()) return {*self};
+  const Iri wanted = rdf::target_class(type);
+  const auto predicate = graph.find(wanted.empty() ? vocab::rdf::value : vocab::rdf::type);
+  const auto object = wanted.empty() ? std::optional<rdf::TermId>() : graph.find(wanted);
+  std::vector<rdf::TermId> found;
+  if (!predicate || (!wanted.empty() && !object)) return found;
+  for (const rdf::Triple& t : graph.match(std::nullopt, *predicate, object)) {
+    if (std::find(found.begin(), found.end(), t.subject) == found.end()) found.push_back(t.subject);
+    if (found.size() > 1) break;
+  }
+  return found;
+}
+
+}  // namespace
+
+std::variant<Bodies::Body, http::Response> Bodies::read(const Context& context, const rdf::Type* value, const rdf::Facets& facets) const {
+  const http::Request& request = context.request();
+  if (const auto coding = request.find("Content-Encoding"); coding && !http::iequals(*coding, "identity")) {
+    http::Response response = responses_.problem(context, 415, "Content-Encoding: expected identity, found \"" + std::string(*coding) + "\"");
+    response.fields.set("Accept-Encoding", "identity");
+    return response;
+  }
+  if (request.find("Content-Range")) return responses_.problem(context, 400, "Content-Range has no meaning here (RFC 9110 14.5)");
+
+  const auto content_type = request.find("Content-Type");
+  if (!content_type && request.body.empty()) return Body{};
+  const bool octets =
+      value && context.resource->variants().type_of(Variant(rdf::Plain::octets)) != std::string_view() && rdf::reads_octets(*value);
+  const auto unsupported = [&](const std::string& found) {
+    std::string types = readable_types(value != nullptr);
+    if (octets) types += ", " + std::string(rdf::media_type(rdf::Plain::octets));
+    http::Response response = responses_.problem(context, 415, "Content-Type: expected one of " + types + ", found " + found);
+    response.fields.set("Accept", types);  // RFC 9110 15.5.16
+    if (request.method == "POST") response.fields.set("Accept-Post", types);
+    return response;
+  };
+  if (!content_type) return unsupported("none");
+  const Result<MediaType> type = MediaType::parse(*content_type);
+  if (!type || request.count("Content-Type") > 1) return unsupported("\"" + request.joined("Content-Type") + "\"");
+  const auto syntax = rdf::syntax_of(type->essence());
+  std::optional<rdf::Plain> format;
+  if (value && !syntax) format = rdf::plain_of(*type);
+  if (!syntax && (!format || (*format == rdf::Plain::octets && !octets))) return unsupported(type->essence());
+  if (const std::string_view charset = type->parameter("charset"); !charset.empty() && !http::iequals(charset, "utf-8"))
+    return unsupported("charset " + std::string(charset));
+
+  const std::string base = responses_.iri(context, context.resource->path);
+  if (format) {
+    Body body;
+    body.empty = request.body.empty();
+    const Result<void> read = rdf::read_plain(request.body, *format, *value, facets, context.resource->thing->names_base(view_.bases[context.base]),
+                                              options_.max_body_triples, body.graph, body.graph.intern(rdf::iri(base)));
+    if (read) return body;
+    const Errc code = read.error().code;
+    return responses_.problem(context, code == Errc::limit_exceeded ? 413 : code == Errc::expected_rdf ? 400 : 422, "body: " + read.error().message);
+  }
+  rdf::ReadOptions read_options;
+  read_options.base = base;
+  read_options.max_triples = options_.max_body_triples;
+  read_options.max_bytes = options_.max_body_text_bytes;
+  const std::string own_context = responses_.iri(context, context_document_);
+  read_options.context = own_context;
+  read_options.context_prefixes = &options_.prefixes;
+  Result<rdf::Graph> graph = rdf::read(request.body, *syntax, read_options);
+  if (!graph) {
+    const Error& e = graph.error();
+    return responses_.problem(context, e.code == Errc::limit_exceeded ? 413 : 400, "body: " + e.message);
+  }
+  return Body{*std::move(graph), request.body.empty()};
+}
+
+std::variant<rdf::Value, http::Response> Bodies::read_value(const Context& context, const rdf::Type& type, const rdf::Facets& facets) const {
+  auto body = read(context, &type, facets);
+  if (auto* response = std::get_if<http::Response>(&body)) return std::move(*response);
+  const rdf::Graph& graph = std::get<Body>(body).graph;
+
+  const std::string here = responses_.iri(context, context.resource->path);
+  const std::vector<rdf::TermId> nodes = focus_nodes(graph, here, type);
+  if (nodes.size() > 1) {
+    const Iri wanted = rdf::target_class(type);
+    return responses_.problem(context, 422, "body: expected triples about <> or one subject " +
+                                     (wanted.empty() ? std::string("with rdf:value") : "of type " + rdf::abbreviate(wanted.text)) +
+                                     ", found several");
+  }
+  if (nodes.empty() && type.kind == rdf::Type::Kind::optional && graph.empty()) return rdf::Value();
+
+  ThingNode& thing = *context.resource->thing;
+  const auto node = nodes.empty() ? std::nullopt : std::optional(nodes.front());
+  if (auto response = nonconforming(context, graph, node)) return *std::move(response);
+  if (nodes.empty()) return responses_.problem(context, 422, "body: expected triples about <> or one node that carries the value, found none");
+
+  std::vector<rdf::Mismatch> mismatches;
+  Result<rdf::Value> value = rdf::read_value(graph, nodes.front(), type, facets, thing.names_base(view_.bases[context.base]), mismatches);
+  if (value && longest_list_in(*value) > options_.max_list_members)
+    return responses_.problem(context, 413, "body: expected lists of at most " + std::to_string(options_.max_list_members) + " members");
+  if (value) return *std::move(value);
+  std::string detail;
+  for (const rdf::Mismatch& m : mismatches) detail += (detail.empty() ? "" : "; ") + m.path + ": " + m.message;
+  return responses_.problem(context, 422, std::move(detail));
+}
+
+std::optional<http::Response> Bodies::nonconforming(const Context& context, const rdf::Graph& graph, std::optional<rdf::TermId> node) const {
+  ThingNode& thing = *context.resource->thing;
+  const Result<const shacl::Shapes*> shapes = compiled_shapes(thing, context.base, view_);
+  if (!shapes) return responses_.problem(context, 500, "the blueprint: " + shapes.error().message);
+  shacl::ValidateOptions limits;
+  limits.max_results = 64;
+  limits.max_steps = 1'000'000;
+  // So that the report of an empty body says what is missing.
+  const std::string here = responses_.iri(context, context.resource->path);
+  const std::string shape = thing.names_base(view_.bases[context.base]) + "#" + context.resource->input_shape();
+  const Result<shacl::Report> report = shacl::validate(**shapes, graph, node ? graph.term(*node) : rdf::iri(here), rdf::iri(shape), limits);
+  if (!report) return responses_.problem(context, 422, "body: it could not be judged: " + report.error().message);
+  if (!report->conforms()) return responses_.violation(context, *report);
+  return std::nullopt;
+}
+
+/// Looks for a link of relation type to an LDP model other than ldp:Resource and ldp:RDFSource.
+bool asks_for_other_model(std::string_view field) {
+  constexpr std::string_view ldp = "http://www.w3.org/ns/ldp#";
+  while (true) {
+    const std::size_t open = field.find('<');
+    const std::size_t close = field.find('>', open);
+    if (open == std::string_view::npos || close == std::string_view::npos) return false;
+    const std::string_view target = field.substr(open + 1, close - open - 1);
+    field.remove_prefix(close + 1);
+    // Parameters up to the comma that ends this link; quoted strings may hold anything.
+    bool is_type = false, quoted = false;
+    std::string name, value;
+    std::string* part = nullptr;
+    const auto end_parameter = [&] {
+      if (http::iequals(name, "rel")) {
+        std::size_t start = 0;
+        while (start < value.size()) {  // a list of relation types
+          const std::size_t end = std::min(value.find(' ', start), value.size());
+          is_type |= http::iequals(std::string_view(value).substr(start, end - start), "type");
+          start = end + 1;
+        }
+      }
+      name.clear();
+      value.clear();
+    };
+    std::size_t at = 0;
+    for (; at < field.size() && (quoted || field[at] != ','); ++at) {
+      const char c = field[at];
+      if (c == '"') quoted = !quoted;
+      else if (quoted && part) *part += c;
+      else if (c == ';') end_parameter(), part = &name;
+      else if (c == '=' && part == &name) part = &value;
+      else if (c != ' ' && c != '\t' && part) *part += c;
+    }
+    end_parameter();
+    field.remove_prefix(at);
+    if (!is_type || target.substr(0, ldp.size()) != ldp) continue;
+    if (target != vocab::ldp::Resource.text && target != vocab::ldp::RDFSource.text) return true;
+  }
+}
+
+}  // namespace lrt::engine

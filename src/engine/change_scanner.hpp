@@ -1,0 +1,67 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <lrt/base/clock.hpp>
+#include <lrt/model/detail/bell.hpp>
+#include <lrt/subscription/options.hpp>
+
+#include "src/engine/deadline_queue.hpp"
+#include "src/engine/host_calls.hpp"
+#include "src/engine/property_values.hpp"
+#include "src/engine/registry.hpp"
+
+namespace lrt::engine {
+
+class InvocationResource;
+
+/// Finds what the robot has changed in observed resources. It scans by itself, every scan period, while there are changes; after enough
+/// scans without one it sleeps until publish() wakes it. So a loop at 1 kHz makes no system call, and a quiet robot costs no scan.
+class ChangeScanner {
+ public:
+  using Instant = std::chrono::steady_clock::time_point;
+
+  ChangeScanner(PropertyValues& values, const Registry& registry, const HostCalls& calls, const subscription::Options& options, const Clock& clock)
+      : values_(values), registry_(registry), calls_(calls), options_(options), clock_(clock) {}
+
+  void watch(PropertyResource& property);
+  void unwatch(PropertyResource& property);
+  void watch(InvocationResource& invocation);
+  void unwatch(InvocationResource& invocation);
+
+  /// Scans at once and then by itself.
+  void start() noexcept;
+  bool is_scanning() const noexcept { return scanning_; }
+  bool is_due(TimePoint now) const noexcept;
+  /// Takes over what has changed.
+  /// @param had_changes  others have found some already
+  void scan(TimePoint now, bool had_changes);
+  /// Reads pulled properties whose sample period is over.
+  void read_samples(TimePoint now);
+  std::optional<Instant> next_deadline() const;
+
+  const std::shared_ptr<model::Bell>& bell() const noexcept { return bell_; }
+
+ private:
+  bool has_changes() const;
+  void sample_later(PropertyResource& property, TimePoint now);
+
+  PropertyValues& values_;
+  const Registry& registry_;
+  const HostCalls& calls_;
+  const subscription::Options& options_;
+  const Clock& clock_;
+  const std::shared_ptr<model::Bell> bell_ = std::make_shared<model::Bell>();
+
+  std::vector<PropertyResource*> properties_;
+  std::vector<InvocationResource*> invocations_;
+  DeadlineQueue<ResourceId> samples_;
+  bool scanning_ = false;  ///< by itself
+  Instant next_scan_{};
+  unsigned idle_scans_ = 0;
+};
+
+}  // namespace lrt::engine

@@ -1,0 +1,67 @@
+#include "src/engine/context.hpp"
+
+#include <algorithm>
+
+#include <lrt/base/iri.hpp>
+
+namespace lrt::engine {
+
+OwnedRequest::OwnedRequest(const http::Request& request) : view_(request) {
+  std::size_t size = request.method.size() + request.target.size() + request.peer.size() + request.client_certificate.size() + request.mount.size();
+  for (const http::Field& f : request.fields) size += f.name.size() + f.value.size();
+  bytes_.reserve(size);  // so that the views stay valid
+  const auto keep = [this](std::string_view& text) {
+    const std::size_t at = bytes_.size();
+    bytes_ += text;
+    text = std::string_view(bytes_).substr(at);
+  };
+  for (std::string_view* text : {&view_.method, &view_.target, &view_.peer, &view_.client_certificate, &view_.mount}) keep(*text);
+  for (http::Field& f : view_.fields) {
+    keep(f.name);
+    keep(f.value);
+  }
+  view_.body = {};
+}
+
+Context Context::kept() const {
+  Context copy = *this;
+  if (copy.owned_) return copy;
+  copy.owned_ = std::make_shared<const OwnedRequest>(*request_);
+  copy.request_ = &copy.owned_->view();
+  copy.accept_.reset();  // a view of the other request
+  return copy;
+}
+
+std::optional<std::string_view> Context::accept() const {
+  if (accept_) return *accept_;
+  const http::Request& r = *request_;
+  accept_ = r.find("Accept");
+  std::optional<std::string> text;
+  if (r.method == "GET" || r.method == "HEAD") text = query_parameter(r.target, "accept");
+  if (!text && r.count("Accept") > 1) text = r.joined("Accept");
+  if (text) {
+    accept_text_ = std::make_shared<const std::string>(*std::move(text));
+    accept_ = std::optional<std::string_view>(*accept_text_);
+  }
+  return *accept_;
+}
+
+const http::Preferences& Context::preferences() const {
+  if (!preferences_) preferences_ = request_->find("Prefer") ? http::parse_prefer(request_->joined("Prefer")) : http::Preferences();
+  return *preferences_;
+}
+
+std::optional<std::string> query_parameter(std::string_view target, std::string_view name) {
+  const std::size_t mark = target.find('?');
+  if (mark == std::string_view::npos) return std::nullopt;
+  for (std::string_view query = target.substr(mark + 1); !query.empty();) {
+    const std::string_view one = query.substr(0, query.find('&'));
+    query.remove_prefix(std::min(query.size(), one.size() + 1));
+    if (one.size() <= name.size() || one[name.size()] != '=' || one.substr(0, name.size()) != name) continue;
+    Result<std::string> value = iri::decode(one.substr(name.size() + 1));
+    if (value) return *std::move(value);
+  }
+  return std::nullopt;
+}
+
+}  // namespace lrt::engine

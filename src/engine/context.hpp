@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/clock.hpp>
+#include <lrt/http/message.hpp>
+#include <lrt/http/prefer.hpp>
+
+#include "src/engine/resource.hpp"
+
+namespace lrt::engine {
+
+/// Page number of a container without its members (LDP 7.2.2, PreferMinimalContainer).
+inline constexpr std::size_t minimal_page = 0;
+
+/// A copy of a request that owns its bytes. The body is not copied: a request is deferred after its body was read.
+class OwnedRequest {
+ public:
+  explicit OwnedRequest(const http::Request& request);
+  const http::Request& view() const noexcept { return view_; }
+
+ private:
+  std::string bytes_;   ///< all texts of the request, one after the other
+  http::Request view_;  ///< points into bytes_
+};
+
+/// A request on its way, with what was found out about it. Each fact is found out once. A deferred request keeps its context.
+class Context {
+ public:
+  Context(const http::Request& request, TimePoint at) : now(at), request_(&request) {}
+
+  const http::Request& request() const noexcept { return *request_; }
+  /// A context that owns its request and so outlives the call that the request came with.
+  Context kept() const;
+
+  /// The header field Accept, or the query parameter `accept` of a GET or HEAD instead of it (R0.17).
+  std::optional<std::string_view> accept() const;
+  const http::Preferences& preferences() const;
+  bool wants_representation() const { return preferences().return_ == http::Preferences::Return::representation; }
+  bool wants_minimal() const { return preferences().return_ == http::Preferences::Return::minimal; }
+
+  TimePoint now;                  ///< of the present step
+  std::size_t base = 0;           ///< index into Bases
+  Resource* resource = nullptr;   ///< nullptr: none was found, or it is gone
+  ResourceId resource_id{};       ///< of `resource`, for the time in between
+  std::size_t page = 1;           ///< of a container
+  bool ignores_conditions = false;  ///< If-Match and If-None-Match were judged already
+
+ private:
+  const http::Request* request_;
+  std::shared_ptr<const OwnedRequest> owned_;
+  mutable std::optional<std::optional<std::string_view>> accept_;
+  mutable std::shared_ptr<const std::string> accept_text_;  ///< of accept_, unless that is a view of the request
+  mutable std::optional<http::Preferences> preferences_;
+};
+
+/// A parameter of a target's query, decoded; the first of that name counts. nullopt: there is none, or it is not well-formed.
+std::optional<std::string> query_parameter(std::string_view target, std::string_view name);
+
+}  // namespace lrt::engine

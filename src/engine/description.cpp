@@ -1,0 +1,36 @@
+#include "src/engine/description.hpp"
+
+#include <lrt/model/detail/spec.hpp>
+
+namespace lrt::engine {
+
+About& About::statements(const std::vector<Statement>& statements, const std::string& base) {
+  for (const Statement& s : statements) {
+    const rdf::TermId predicate = graph_.intern(rdf::iri(s.predicate)), object = object_term(graph_, s.object, base);
+    graph_.add(subject_, predicate, object);
+  }
+  return *this;
+}
+
+rdf::TermId object_term(rdf::Graph& graph, const Object& o, const std::string& base) {
+  switch (o.kind()) {
+    case Object::Kind::iri: return graph.intern(rdf::iri(o.text()));
+    case Object::Kind::resource: return graph.intern(rdf::iri(base + "/" + model::encode_path(o.text()).value_or(std::string())));
+    case Object::Kind::literal: break;
+  }
+  if (!o.language().empty()) return graph.intern(rdf::tagged_literal(o.text(), o.language()));
+  return graph.intern(o.datatype().empty() ? rdf::literal(o.text()) : rdf::literal(o.text(), Iri(std::string_view(o.datatype()))));
+}
+
+void describe_types_of(const Resource& linked, const Description& d) {
+  About about(d.graph, d.base + linked.path);
+  linked.describe_types(about);
+}
+
+void describe_value_types(About& about, const rdf::Type& type) {
+  if (type.kind == rdf::Type::Kind::optional) return describe_value_types(about, *type.element);
+  if (type.kind == rdf::Type::Kind::record) about.a(type.classes);
+  else if (type.is_number()) about.a(vocab::maths::Scalar);
+}
+
+}  // namespace lrt::engine

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include <lrt/base/clock.hpp>
+#include <lrt/model/statement.hpp>
+#include <lrt/rdf/graph.hpp>
+#include <lrt/rdf/type.hpp>
+#include <lrt/rdf/vocab.hpp>
+
+#include "src/engine/resource.hpp"
+
+namespace lrt::engine {
+
+struct EngineOptions;
+class Bases;
+
+/// What descriptions read of the engine besides the resource.
+struct EngineView {
+  const EngineOptions& options;
+  const Registry& registry;
+  const Bases& bases;
+  bool makes_callbacks;  ///< some receiver may be called
+};
+
+/// Adds triples about one subject, in the order in which they are to be read.
+class About {
+ public:
+  About(rdf::Graph& graph, rdf::TermId subject) : graph_(graph), subject_(subject) {}
+  About(rdf::Graph& graph, const std::string& iri) : About(graph, graph.intern(rdf::iri(iri))) {}
+
+  About& a(Iri type) { return add(vocab::rdf::type, rdf::TermView(type)); }
+  About& a(const std::vector<std::string>& types) {
+    for (const std::string& type : types) a(Iri(std::string_view(type)));
+    return *this;
+  }
+  About& add(Iri predicate, const rdf::TermView& object) {
+    graph_.add(subject_, graph_.intern(predicate), graph_.intern(object));
+    return *this;
+  }
+  About& add(Iri predicate, rdf::TermId object) {
+    graph_.add(subject_, graph_.intern(predicate), object);
+    return *this;
+  }
+  About& link(Iri predicate, const std::string& iri) { return add(predicate, rdf::iri(iri)); }
+  /// Nothing for the zero of the clock.
+  About& when(Iri predicate, std::chrono::system_clock::time_point time) {
+    return time == decltype(time){} ? *this : add(predicate, rdf::literal(to_xsd_date_time(time), vocab::xsd::dateTime));
+  }
+  /// The user's own triples (R1.12).
+  About& statements(const std::vector<Statement>& statements, const std::string& base);
+
+  rdf::TermId subject() const noexcept { return subject_; }
+  rdf::Graph& graph() const noexcept { return graph_; }
+
+ private:
+  rdf::Graph& graph_;
+  rdf::TermId subject_;
+};
+
+rdf::TermId object_term(rdf::Graph& graph, const Object& object, const std::string& base);
+
+/// The types of a linked resource.
+void describe_types_of(const Resource& linked, const Description& d);
+
+/// The class of a number, or the classes of a record.
+void describe_value_types(About& about, const rdf::Type& type);
+
+}  // namespace lrt::engine

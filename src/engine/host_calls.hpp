@@ -1,0 +1,117 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/clock.hpp>
+#include <lrt/base/result.hpp>
+#include <lrt/base/unique_function.hpp>
+#include <lrt/base/waker.hpp>
+#include <lrt/engine/engine.hpp>
+
+#include "src/engine/mailbox.hpp"
+
+namespace lrt::engine {
+
+/// Calls user code. Whatever it throws becomes an Error.
+template <class T, class F>
+Result<T> guarded(F f) noexcept {
+  try {
+    return f();
+  } catch (const BadResult& e) {
+    return Unexpected{e.error()};
+  } catch (const std::exception& e) {
+    return unexpected(Errc::failed, std::string("it threw: ") + e.what());
+  } catch (...) {
+    return unexpected(Errc::failed, "it threw something that is no std::exception");
+  }
+}
+
+/// Decides between running a call and cancelling it: one of the two happens, never both.
+class CancelToken {
+ public:
+  /// The call runs now. False: it was cancelled.
+  bool take() noexcept { return state_.exchange(taken, std::memory_order_acq_rel) == open; }
+  /// True: the call will not run. False: it runs or has run.
+  bool cancel() noexcept {
+    std::uint8_t expected = open;
+    return state_.compare_exchange_strong(expected, cancelled, std::memory_order_acq_rel);
+  }
+
+ private:
+  static constexpr std::uint8_t open = 0, taken = 1, cancelled = 2;
+  std::atomic<std::uint8_t> state_{open};
+};
+
+/// What the engine does next with something that another thread has left.
+using Message = UniqueFunction<void(TimePoint)>;
+
+/// Where other threads leave messages for the engine. Shared: it may outlive the engine, and then messages are never read.
+class Inbox {
+ public:
+  /// Any thread.
+  void put(Message message) {
+    messages_.put(std::move(message));
+    if (const auto w = std::atomic_load(&waker_)) w->wake();
+  }
+  void set_waker(std::shared_ptr<Waker> w) { std::atomic_store(&waker_, std::move(w)); }
+  bool empty() const noexcept { return messages_.empty(); }
+  /// Runs the messages in the order in which they were put.
+  void run_all(TimePoint now) {
+    messages_.take_all([now](Message message) { message(now); });
+  }
+
+ private:
+  Mailbox<Message> messages_;
+  std::shared_ptr<Waker> waker_;
+};
+
+/// The one way to user code and back. A call becomes a Job, which runs where its Dispatch says, without any lock of lrt; its result
+/// comes back as a message that the engine runs.
+///
+/// @par Threads  The engine's. Jobs run on any thread.
+class HostCalls {
+ public:
+  /// @param max_open  calls that have not run yet; more: overloaded()
+  HostCalls(Dispatch dispatch, std::size_t max_open) : dispatch_(dispatch), max_open_(max_open) {}
+
+  /// Calls `work`, a callable of Result<T>(), and then `done` of (Result<T>, TimePoint) on the engine's thread. If the call is
+  /// cancelled before it begins, `done` gets Errc::cancelled.
+  template <class T, class Work, class Done>
+  std::shared_ptr<CancelToken> call(Dispatch where, Work work, Done done) {
+    auto token = std::make_shared<CancelToken>();
+    run(where, [inbox = inbox_, token, work = std::move(work), done = std::move(done)]() mutable {
+      Result<T> result = unexpected(Errc::cancelled, "the call was cancelled");
+      if (token->take()) result = guarded<T>([&]() -> Result<T> { return work(); });
+      inbox->put([result = std::move(result), done = std::move(done)](TimePoint now) mutable { done(std::move(result), now); });
+    });
+    return token;
+  }
+  /// Runs a job that never throws and leaves its own messages.
+  void run(Dispatch where, UniqueFunction<void()> job) {
+    std::shared_ptr<void> counted(nullptr, [open = open_](void*) { --*open; });
+    ++*open_;
+    jobs_.push_back({where == Dispatch::as_server ? dispatch_ : where,
+                     [job = std::move(job), counted = std::move(counted)]() mutable { job(); }});
+  }
+
+  /// A host that does not poll leaves calls behind: true when there are too many.
+  bool overloaded() const noexcept { return *open_ >= max_open_; }
+  const std::shared_ptr<Inbox>& inbox() const noexcept { return inbox_; }
+  std::vector<Job> take_jobs() { return std::exchange(jobs_, {}); }
+
+ private:
+  const Dispatch dispatch_;
+  const std::size_t max_open_;
+  const std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
+  const std::shared_ptr<std::atomic<std::size_t>> open_ = std::make_shared<std::atomic<std::size_t>>(0);  ///< not run and not destroyed
+  std::vector<Job> jobs_;
+};
+
+}  // namespace lrt::engine

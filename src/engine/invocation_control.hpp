@@ -1,0 +1,51 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include <lrt/base/result.hpp>
+#include <lrt/base/unique_function.hpp>
+#include <lrt/model/detail/bell.hpp>
+#include <lrt/responder.hpp>
+
+#include "src/engine/host_calls.hpp"
+
+namespace lrt::engine {
+
+/// The part of an invocation that user threads touch.
+class InvocationControl final : public model::InvocationLink, public model::NewsSource {
+ public:
+  /// @param on_finish  runs on the engine's thread with the result; at most once
+  using Finished = std::function<void(Result<rdf::Value>, TimePoint)>;
+  InvocationControl(std::shared_ptr<Inbox> inbox, Finished on_finish) : inbox_(std::move(inbox)), on_finish_(std::move(on_finish)) {}
+
+  void finish(Result<rdf::Value> result) noexcept override;
+  void progress(double fraction) noexcept override;
+  bool cancelled() const noexcept override { return cancelled_.load(std::memory_order_acquire); }
+  void on_cancel(UniqueFunction<void()> hook) override;
+
+  /// Around the user's start function: if that throws, the Responder that it dropped meanwhile does not count.
+  void start_begins() noexcept { phase_.store(starting, std::memory_order_relaxed); }
+  void start_ended(Result<void> result) noexcept;
+
+  /// The engine's: no result counts from now on.
+  /// @return the hook of on_cancel(), to be run as a call into the host
+  UniqueFunction<void()> cancel() noexcept;
+  double fraction() const noexcept { return fraction_.load(std::memory_order_relaxed); }
+
+ private:
+  static constexpr std::uint8_t idle = 0, starting = 1, dropped = 2;
+
+  const std::shared_ptr<Inbox> inbox_;
+  const Finished on_finish_;
+  std::atomic<std::uint8_t> phase_{idle};
+  std::atomic<bool> finished_{false}, cancelled_{false};
+  std::atomic<double> fraction_{0};
+  std::mutex mutex_;  ///< guards hook_ against a cancellation at the same time
+  UniqueFunction<void()> hook_;
+};
+
+}  // namespace lrt::engine

@@ -1,0 +1,307 @@
+#include "src/engine/invocations.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/ids.hpp>
+#include <lrt/rdf/value_codec.hpp>
+
+#include "src/engine/resources/thing.hpp"
+
+namespace lrt::engine {
+
+Outcome Invocations::invoke(ActionResource& action, Context& context) {
+  rdf::Value input;
+  if (action.spec->input) {
+    auto read = bodies_.read_value(context, *action.spec->input, action.spec->input_facets);
+    if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
+    input = std::move(std::get<rdf::Value>(read));
+  } else {
+    // SPEC 3.1: without input it takes an empty body. RDF is covered by no constraint, and so ignored.
+    static const rdf::Type nothing = [] {
+      rdf::Type type;
+      type.kind = rdf::Type::Kind::record;
+      return type;
+    }();
+    auto read = bodies_.read(context, &nothing);
+    if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
+  }
+  if (auto response = representations_.failed_precondition(context)) return *std::move(response);
+  if (calls_.overloaded()) return responses_.overloaded(context);
+  if (auto response = refused_by_policy(action, context)) return *std::move(response);
+
+  const http::Preferences& preferences = context.preferences();
+  const bool waits = preferences.wait ? preferences.wait->count() > 0 : !action.spec->asynchronous && !preferences.respond_async;
+  const std::string path = action.path + "/" + options_.ids->next();
+  auto made = std::make_unique<InvocationResource>(path, action);
+  InvocationResource& invocation = *made;
+  if (!registry_.add(invocation)) return responses_.problem(context, 500, "the id source has given an id twice");
+  std::optional<Ticket> ticket;
+  if (waits) {
+    const auto max_time = preferences.wait ? std::chrono::milliseconds(std::min(*preferences.wait, options_.max_wait)) : options_.host_timeout;
+    ticket = pending_.defer(context, max_time, [this, id = invocation.id, may_take_long = preferences.wait.has_value()](Ticket late, Context& c) {
+      wait_is_over(late, c, id, may_take_long);
+    });
+    if (!ticket) {
+      registry_.remove(invocation);
+      return responses_.overloaded(context);
+    }
+    invocation.waiting.push_back(*ticket);
+  }
+  if (action.spec->policy.kind == ActionPolicy::Kind::preempt) {
+    std::vector<InvocationResource*> older;
+    for (const auto& i : action.invocations)
+      if (!i->finished()) older.push_back(i.get());
+    for (InvocationResource* i : older) cancel(*i, context.now);
+  }
+  const bool must_queue = action.spec->policy.kind == ActionPolicy::Kind::queue && (action.active > 0 || !action.queue.empty());
+  invocation.control = std::make_shared<InvocationControl>(calls_.inbox(), [this, ref = Ref(invocation)](Result<rdf::Value> result, TimePoint now) {
+    if (InvocationResource* i = registry_.find(ref)) finished(*i, std::move(result), now);
+  });
+  invocation.control->attach(scanner_.bell());
+  invocation.input = std::move(input);
+  invocation.created = context.now.utc;
+  action.invocations.push_back(std::move(made));
+  action.mark_changed();
+  if (must_queue) action.queue.push_back(&invocation);
+  else launch(invocation, context.now);
+
+  if (ticket) return Deferred{*ticket};
+  if (preferences.respond_async || preferences.wait) return accepted(context, invocation);
+  if (context.wants_representation()) return response_for(context, invocation);
+  http::Response response = responses_.no_content(context);
+  response.fields.add("Location", responses_.iri(context, invocation.path));
+  return response;
+}
+
+std::optional<http::Response> Invocations::refused_by_policy(const ActionResource& action, const Context& context) const {
+  const bool busy = action.active > 0 || !action.queue.empty();
+  const auto too_many = [&](const char* what) {
+    http::Response response = responses_.problem(context, 429, what);
+    responses_.add_retry_after(response);
+    return response;
+  };
+  const ActionPolicy& policy = action.spec->policy;
+  switch (policy.kind) {
+    case ActionPolicy::Kind::reject:
+      if (busy) return responses_.problem(context, 409, "an invocation of this action is under way, and its policy is to reject another");
+      break;
+    case ActionPolicy::Kind::parallel:
+      if (action.active >= policy.most) return too_many("as many invocations as this action's policy allows are under way");
+      break;
+    case ActionPolicy::Kind::queue:
+      if (busy && action.queue.size() >= policy.most) return too_many("the queue of this action is full");
+      break;
+    case ActionPolicy::Kind::preempt: break;
+  }
+  return std::nullopt;
+}
+
+/// Calls the start lambda where the Thing's lambdas run.
+void Invocations::launch(InvocationResource& invocation, TimePoint now) {
+  ActionResource& action = invocation.action;
+  ++action.active;
+  start_deadlines_.set(invocation.start_deadline, now.steady + options_.host_timeout, invocation.id);
+  invocation.token = std::make_shared<CancelToken>();
+  calls_.run(action.thing->where(), [this, ref = Ref(invocation), inbox = calls_.inbox(), spec = action.spec, control = invocation.control,
+                                     token = invocation.token, input = invocation.input]() mutable {
+    if (!token->take()) return;
+    inbox->put([this, ref](TimePoint at) {
+      if (InvocationResource* i = registry_.find(ref)) started(*i, at);
+    });
+    control->start_begins();
+    control->start_ended(guarded<void>([&]() -> Result<void> {
+      spec->start(input, control);
+      return {};
+    }));
+  });
+}
+
+void Invocations::started(InvocationResource& invocation, TimePoint now) {
+  if (invocation.status != Status::pending) return;
+  start_deadlines_.clear(invocation.start_deadline);
+  invocation.status = Status::running;
+  invocation.started = now.utc;
+  invocation.mark_changed();
+}
+
+void Invocations::finished(InvocationResource& invocation, Result<rdf::Value> result, TimePoint now) {
+  if (invocation.finished()) return;
+  invocation.status = result ? Status::succeeded : Status::failed;
+  invocation.progress = result ? 1 : invocation.control->fraction();
+  if (!result) responses_.log(LogLevel::info, invocation.path + " failed: " + result.error().message);
+  invocation.result = std::move(result);
+  ended(invocation, now);
+}
+
+void Invocations::cancel(InvocationResource& invocation, TimePoint now) {
+  leave_queue(invocation);
+  if (invocation.token) invocation.token->cancel();
+  if (auto hook = invocation.control->cancel()) {
+    calls_.run(invocation.thing->where(), [hook = std::move(hook)]() mutable {
+      (void)guarded<void>([&]() -> Result<void> { return hook(), Result<void>(); });
+    });
+  }
+  invocation.progress = invocation.control->fraction();
+  invocation.status = Status::cancelled;
+  invocation.result = unexpected(Errc::cancelled, "the invocation was cancelled");
+  ended(invocation, now);
+}
+
+/// The host did not take it up in time, and may not do so later.
+void Invocations::never_begun(InvocationResource& invocation, TimePoint now) {
+  leave_queue(invocation);
+  (void)invocation.control->cancel();
+  for (const Ticket ticket : std::exchange(invocation.waiting, {}))
+    if (const Context* context = pending_.resume(ticket, now)) pending_.respond(ticket, responses_.timed_out(*context));
+  invocation.result = unexpected(Errc::timed_out, "the robot's program did not begin in time");
+  invocation.status = Status::failed;
+  ended(invocation, now);
+}
+
+/// The status is final.
+void Invocations::ended(InvocationResource& invocation, TimePoint now) {
+  ActionResource& action = invocation.action;
+  invocation.ended = now.utc;
+  invocation.mark_changed();
+  if (invocation.token) --action.active;
+  for (const Ticket ticket : std::exchange(invocation.waiting, {}))
+    if (const Context* context = pending_.resume(ticket, now)) pending_.respond(ticket, response_for(*context, invocation));
+  start_deadlines_.clear(invocation.start_deadline);
+  launch_next(action, now);
+  prune(action);
+}
+
+/// The time of a request that waits for an invocation is over.
+void Invocations::wait_is_over(Ticket ticket, Context& context, ResourceId id, bool may_take_long) {
+  auto* invocation = static_cast<InvocationResource*>(registry_.find(id));
+  if (!invocation) return pending_.respond(ticket, responses_.timed_out(context));
+  auto& waiting = invocation->waiting;
+  waiting.erase(std::remove(waiting.begin(), waiting.end(), ticket), waiting.end());
+  // What the host has begun, even if the engine does not know yet, goes on.
+  if (may_take_long || invocation->status == Status::running || (invocation->token && !invocation->token->cancel())) return pending_.respond(ticket, accepted(context, *invocation));
+  // The client is told to come again, so it must not happen later.
+  pending_.respond(ticket, responses_.timed_out(context));
+  never_begun(*invocation, context.now);
+}
+
+void Invocations::expire(TimePoint now) {
+  while (const auto id = start_deadlines_.take_due(now.steady)) {
+    auto* invocation = static_cast<InvocationResource*>(registry_.find(*id));
+    if (!invocation) continue;
+    invocation->start_deadline.reset();
+    if (invocation->status == Status::pending && invocation->token && invocation->token->cancel()) never_begun(*invocation, now);
+  }
+}
+
+void Invocations::launch_next(ActionResource& action, TimePoint now) {
+  if (action.queue.empty() || action.active > 0) return;
+  InvocationResource* next = action.queue.front();
+  action.queue.pop_front();
+  launch(*next, now);
+}
+
+void Invocations::leave_queue(InvocationResource& invocation) {
+  auto& queue = invocation.action.queue;
+  queue.erase(std::remove(queue.begin(), queue.end(), &invocation), queue.end());
+}
+
+void Invocations::prune(ActionResource& action) {
+  auto finished = static_cast<std::size_t>(std::count_if(action.invocations.begin(), action.invocations.end(), [](const auto& i) { return i->finished(); }));
+  for (auto at = action.invocations.begin(); at != action.invocations.end() && finished > options_.max_finished_invocations;) {
+    if (!(*at)->finished()) {
+      ++at;
+      continue;
+    }
+    registry_.remove(**at);
+    at = action.invocations.erase(at);
+    --finished;
+    action.mark_changed();
+  }
+}
+
+http::Response Invocations::accepted(const Context& context, const InvocationResource& invocation) const {
+  http::Response response;
+  if (context.wants_representation()) {
+    response = response_for(context, invocation);
+  } else {
+    response = responses_.no_content(context);
+    response.fields.add("Location", responses_.iri(context, invocation.path));
+  }
+  response.status = 202;
+  const http::Preferences& preferences = context.preferences();
+  if (preferences.respond_async) response.fields.add("Preference-Applied", "respond-async");
+  else if (preferences.wait) response.fields.add("Preference-Applied", "wait=" + std::to_string(preferences.wait->count()));
+  return response;
+}
+
+http::Response Invocations::response_for(const Context& context, const InvocationResource& invocation) const {
+  const std::string location = responses_.iri(context, invocation.path);
+  const model::ActionSpec& spec = *invocation.action.spec;
+  http::Response response;
+  if (context.wants_representation()) {
+    rdf::Graph graph;
+    representations_.describe(graph, invocation, context.base);
+    const PlainValue value = *invocation.plain_value();
+    response = responses_.graph(context, 200, graph, &value);
+    response.fields.add("Content-Location", location);
+    response.fields.add("Preference-Applied", "return=representation");
+  } else if (invocation.status == Status::failed || invocation.status == Status::cancelled) {
+    response = invocation.status == Status::cancelled
+                   ? responses_.problem(context, 409, "the invocation was cancelled before it ended")
+                   : responses_.refused(context, "action \"" + invocation.action.path + "\" failed", invocation.result.error());
+    http::LinkWriter links;
+    links.add(location, "related");
+    links.finish(response.fields, {});
+    return response;
+  } else if (spec.output && invocation.result && !invocation.result->is_null() && !context.wants_minimal()) {
+    rdf::Graph graph;
+    const rdf::TermId focus = graph.intern(rdf::iri(location + "#result"));
+    const PlainValue value{spec.output, &spec.output_facets, &*invocation.result};
+    const std::string names = invocation.thing->names_base(responses_.iri(context, {}));
+    rdf::write_value(graph, focus, *value.type, *value.facets, value.value(), names);
+    response = responses_.graph(context, 200, graph, &value);
+  } else {
+    response = responses_.no_content(context);
+  }
+  response.fields.add("Location", location);
+  const auto& wait = context.preferences().wait;
+  if (wait && invocation.finished()) response.fields.add("Preference-Applied", "wait=" + std::to_string(wait->count()));
+  return response;
+}
+
+Outcome Invocations::remove(InvocationResource& invocation, Context& context) {
+  invocation.refresh();
+  if (auto response = representations_.failed_precondition(context)) return *std::move(response);
+  http::Response response = responses_.no_content(context);  // now: what follows may end the invocation's life
+  if (!invocation.finished()) {
+    cancel(invocation, context.now);
+    return response;
+  }
+  ActionResource& action = invocation.action;
+  registry_.remove(invocation);
+  action.invocations.remove_if([&](const auto& i) { return i.get() == &invocation; });
+  action.mark_changed();
+  return response;
+}
+
+void Invocations::removed(ActionResource& action, TimePoint now) {
+  for (const auto& i : action.invocations) {
+    for (const Ticket ticket : std::exchange(i->waiting, {}))
+      if (const Context* context = pending_.resume(ticket, now)) pending_.respond(ticket, responses_.gone(*context));
+    start_deadlines_.clear(i->start_deadline);
+    if (!i->finished()) {
+      if (i->token) i->token->cancel();
+      if (auto hook = i->control->cancel()) {
+        calls_.run(action.thing->where(), [hook = std::move(hook)]() mutable {
+          (void)guarded<void>([&]() -> Result<void> { return hook(), Result<void>(); });
+        });
+      }
+    }
+    registry_.remove(*i);
+  }
+}
+
+}  // namespace lrt::engine

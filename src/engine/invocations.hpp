@@ -1,0 +1,74 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include <lrt/engine/engine.hpp>
+
+#include "src/engine/bodies.hpp"
+#include "src/engine/change_scanner.hpp"
+#include "src/engine/context.hpp"
+#include "src/engine/deadline_queue.hpp"
+#include "src/engine/host_calls.hpp"
+#include "src/engine/pending_requests.hpp"
+#include "src/engine/registry.hpp"
+#include "src/engine/representations.hpp"
+#include "src/engine/resources/action.hpp"
+
+namespace lrt::engine {
+
+/// The life of invocations: begun by POST according to the Action's policy, started on the host, ended, cancelled, forgotten.
+class Invocations {
+ public:
+  Invocations(const EngineOptions& options, Registry& registry, HostCalls& calls, PendingRequests& pending, const Responses& responses,
+              Representations& representations, const Bodies& bodies, ChangeScanner& scanner)
+      : options_(options),
+        registry_(registry),
+        calls_(calls),
+        pending_(pending),
+        responses_(responses),
+        representations_(representations),
+        bodies_(bodies),
+        scanner_(scanner) {}
+
+  /// POST to an Action.
+  Outcome invoke(ActionResource& action, Context& context);
+  /// DELETE of an invocation.
+  Outcome remove(InvocationResource& invocation, Context& context);
+  /// The Action goes. Requests that wait for its invocations are answered 404.
+  void removed(ActionResource& action, TimePoint now);
+
+  /// Fails the invocations that the host has not begun in time: a robot must not carry out commands of long ago.
+  void expire(TimePoint now);
+  std::optional<DeadlineQueue<ResourceId>::Instant> next_deadline() const { return start_deadlines_.next(); }
+
+ private:
+  /// The response if the policy excludes another invocation now.
+  std::optional<http::Response> refused_by_policy(const ActionResource& action, const Context& context) const;
+  void launch(InvocationResource& invocation, TimePoint now);
+  void started(InvocationResource& invocation, TimePoint now);
+  void finished(InvocationResource& invocation, Result<rdf::Value> result, TimePoint now);
+  void cancel(InvocationResource& invocation, TimePoint now);
+  void never_begun(InvocationResource& invocation, TimePoint now);
+  void ended(InvocationResource& invocation, TimePoint now);
+  void wait_is_over(Ticket ticket, Context& context, ResourceId invocation, bool may_take_long);
+  void launch_next(ActionResource& action, TimePoint now);
+  void prune(ActionResource& action);
+  static void leave_queue(InvocationResource& invocation);
+  /// Once it has ended, or with `return=representation` at once.
+  http::Response response_for(const Context& context, const InvocationResource& invocation) const;
+  /// 202: the invocation goes on, its resource tells how.
+  http::Response accepted(const Context& context, const InvocationResource& invocation) const;
+
+  const EngineOptions& options_;
+  Registry& registry_;
+  HostCalls& calls_;
+  PendingRequests& pending_;
+  const Responses& responses_;
+  Representations& representations_;
+  const Bodies& bodies_;
+  ChangeScanner& scanner_;
+  DeadlineQueue<ResourceId> start_deadlines_;  ///< invocations to be begun by then
+};
+
+}  // namespace lrt::engine

@@ -1,0 +1,113 @@
+#include "src/engine/parts.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <lrt/base/ids.hpp>
+#include <lrt/base/iri.hpp>
+#include <lrt/http/etag.hpp>
+#include <lrt/rdf/codec.hpp>
+
+#include "src/engine/registration.hpp"
+#include "src/engine/resources/action.hpp"
+#include "src/engine/resources/collection.hpp"
+#include "src/engine/resources/property.hpp"
+
+namespace lrt::engine {
+
+namespace {
+
+EngineOptions completed(EngineOptions options) {
+  if (!options.ids) options.ids = std::make_shared<RandomIds>();
+  while (!options.public_base.empty() && options.public_base.back() == '/') options.public_base.pop_back();
+  return options;
+}
+
+/// A word for a query that changes with the text.
+std::string version_of(const std::string& text) {
+  std::string version = http::entity_tag({}, text);
+  version.erase(std::remove(version.begin(), version.end(), '"'), version.end());
+  return iri::encode_segment(version);
+}
+
+}  // namespace
+
+Parts::Parts(EngineOptions given)
+    : options(completed(std::move(given))),
+      clock(options.clock ? *options.clock : system_clock()),
+      bases(options.public_base, options.allowed_hosts),
+      cache(options.max_cache_bytes),
+      registry(cache),
+      calls(options.dispatch, 2 * options.max_waiting_requests),
+      pending(registry, calls, options.max_waiting_requests),
+      context_text(rdf::json_ld_context(options.prefixes)),
+      responses(options, bases, TermsResource::location, std::string(ContextResource::location) + "?v=" + version_of(context_text)),
+      values(calls, registry, options, clock),
+      view{options, registry, bases, !options.subscriptions.callbacks.allow.empty()},
+      representations(options, view, responses, cache, values, pending),
+      bodies(options, view, responses, ContextResource::location),
+      scanner(values, registry, calls, options.subscriptions, clock),
+      subscriptions(options, registry, bases, responses, bodies, representations, values, scanner),
+      saved(options, registry, bases, responses, subscriptions),
+      invocations(options, registry, calls, pending, responses, representations, bodies, scanner),
+      root(registry, TermsResource::location),
+      context(context_text) {
+  registry.add(root);
+  registry.add(terms);
+  registry.add(context);
+}
+
+Parts::~Parts() { registry.clear(); }
+
+Result<void> Parts::add(Thing thing) {
+  Result<std::unique_ptr<ThingNode>> built = build_thing(std::move(thing));
+  if (!built) return Unexpected{std::move(built).error()};
+  ThingNode& node = **built;
+  const std::vector<Resource*> all = node.resources();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (registry.add(*all[i])) continue;
+    for (std::size_t j = 0; j < i; ++j) registry.remove(*all[j]);
+    return unexpected(Errc::duplicate_path, "path \"" + all[i]->path + "\" is taken already");
+  }
+  if (!node.user_shapes.empty()) {
+    if (const Result<const shacl::Shapes*> compiled = compiled_shapes(node, 0, view); !compiled) {
+      for (Resource* r : all) registry.remove(*r);
+      Error error = compiled.error();
+      error.message = "thing \"" + node.spec->path + "\", its shapes: " + error.message;
+      return Unexpected{std::move(error)};
+    }
+  }
+  for (const auto& p : node.spec->properties) {
+    p->sealed = true;
+    if (p->slot) p->slot->set_clock(clock);
+    if (p->slot) p->slot->attach(scanner.bell());
+    if (p->changes) p->changes->attach(scanner.bell());
+  }
+  for (const auto& a : node.spec->actions) a->sealed = true;
+  for (const auto& c : node.spec->collections) c->sealed = true;
+  registry.add_thing(*std::move(built));
+  for (const auto& p : node.properties) values.take_published(*p);  // what was published before
+  return {};
+}
+
+void Parts::remove(ThingNode& thing) {
+  for (const auto& p : thing.properties) p->removed(*this);
+  for (const auto& a : thing.actions) invocations.removed(*a, clock.now());
+  for (const auto& c : thing.collections) c->removed(*this);
+  for (Resource* r : thing.resources()) registry.remove(*r);
+  (void)registry.remove_thing(thing);
+}
+
+void Parts::respond_gone(Ticket ticket) {
+  const Context* waiting = pending.resume(ticket, clock.now());
+  if (!waiting) return;
+  Context without = *waiting;
+  without.resource = nullptr;
+  pending.respond(ticket, responses.gone(without));
+}
+
+PendingRequests::Timeout Parts::timed_out() {
+  return [this](Ticket ticket, Context& late) { pending.respond(ticket, responses.timed_out(late)); };
+}
+
+}  // namespace lrt::engine

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <lrt/base/clock.hpp>
+#include <lrt/engine/engine.hpp>
+
+#include "src/engine/bases.hpp"
+#include "src/engine/bodies.hpp"
+#include "src/engine/change_scanner.hpp"
+#include "src/engine/description.hpp"
+#include "src/engine/host_calls.hpp"
+#include "src/engine/invocations.hpp"
+#include "src/engine/pending_requests.hpp"
+#include "src/engine/property_values.hpp"
+#include "src/engine/registry.hpp"
+#include "src/engine/representation_cache.hpp"
+#include "src/engine/representations.hpp"
+#include "src/engine/resources/documents.hpp"
+#include "src/engine/responses.hpp"
+#include "src/engine/saved_subscriptions.hpp"
+#include "src/engine/subscriptions.hpp"
+
+namespace lrt::engine {
+
+/// The parts of an engine. Each has its own state and knows only parts that stand before it.
+struct Parts {
+  explicit Parts(EngineOptions given);
+  ~Parts();
+
+  /// Registers a Thing, or nothing of it.
+  Result<void> add(Thing thing);
+  void remove(ThingNode& thing);
+  /// Responds 404 to a request whose resource went while it waited.
+  void respond_gone(Ticket ticket);
+  /// What most requests do when the host does not run their call in time: 503.
+  PendingRequests::Timeout timed_out();
+
+  const EngineOptions options;
+  const Clock& clock;
+  Bases bases;                       ///< hosts and base IRIs
+  RepresentationCache cache;         ///< representations that are kept
+  Registry registry;                 ///< paths, and the tree of Things
+  HostCalls calls;                   ///< into user code and back
+  PendingRequests pending;           ///< requests that wait
+  const std::string context_text;    ///< of the JSON-LD context
+  Responses responses;               ///< errors, and responses that are no representation
+  PropertyValues values;             ///< reading properties
+  const EngineView view;             ///< what descriptions read
+  Representations representations;   ///< GET, HEAD, OPTIONS, conditions
+  Bodies bodies;                     ///< bytes to values
+  ChangeScanner scanner;             ///< finding changes of observed resources
+  Subscriptions subscriptions;       ///< telling subscribers
+  SavedSubscriptions saved;          ///< callbacks over a restart
+  Invocations invocations;           ///< the life of commands
+  RootResource root;
+  TermsResource terms;
+  ContextResource context;
+};
+
+}  // namespace lrt::engine

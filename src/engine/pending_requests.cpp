@@ -1,0 +1,74 @@
+#include "src/engine/pending_requests.hpp"
+
+namespace lrt::engine {
+
+std::optional<Ticket> PendingRequests::defer(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout) {
+  if (pending_.size() >= max_pending_ || calls_.overloaded()) return std::nullopt;
+  const Ticket ticket{next_ticket_++};
+  const auto deadline = deadlines_.emplace(context.now.steady + max_time, ticket);
+  pending_.emplace(static_cast<std::uint64_t>(ticket), Pending{context.kept(), std::move(on_timeout), nullptr, deadline});
+  return ticket;
+}
+
+void PendingRequests::waits_for(Ticket ticket, std::shared_ptr<CancelToken> token) {
+  const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
+  if (found != pending_.end()) found->second.token = std::move(token);
+}
+
+Context* PendingRequests::resume(Ticket ticket, TimePoint now) {
+  const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
+  if (found == pending_.end()) return nullptr;
+  Context& context = found->second.context;
+  context.now = now;
+  context.resource = registry_.find(context.resource_id);
+  return &context;
+}
+
+void PendingRequests::respond(Ticket ticket, http::Response response, std::optional<Channel> channel) {
+  const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
+  if (found == pending_.end()) return;
+  deadlines_.erase(found->second.deadline);
+  pending_.erase(found);
+  replies_.push_back({ticket, std::move(response), channel});
+}
+
+void PendingRequests::abandon(Ticket ticket) noexcept {
+  const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
+  if (found == pending_.end()) return;
+  if (found->second.token) found->second.token->cancel();
+  deadlines_.erase(found->second.deadline);
+  pending_.erase(found);
+}
+
+void PendingRequests::expire(TimePoint now) {
+  while (!deadlines_.empty() && deadlines_.begin()->first <= now.steady) {
+    const Ticket ticket = deadlines_.begin()->second;
+    Context& context = *resume(ticket, now);
+    Pending& pending = pending_.at(static_cast<std::uint64_t>(ticket));
+    if (pending.token) pending.token->cancel();
+    Timeout on_timeout = std::move(pending.on_timeout);
+    on_timeout(ticket, context);
+  }
+}
+
+std::optional<PendingRequests::Instant> PendingRequests::next_deadline() const {
+  if (!replies_.empty()) return Instant{};
+  return deadlines_.empty() ? std::nullopt : std::optional(deadlines_.begin()->first);
+}
+
+std::optional<Reply> PendingRequests::take_reply() {
+  if (replies_.empty()) return std::nullopt;
+  Reply first = std::move(replies_.front());
+  replies_.pop_front();
+  return first;
+}
+
+void PendingRequests::end_all(const std::function<http::Response(Context&)>& respond_with, TimePoint now) {
+  while (!pending_.empty()) {
+    const Ticket ticket{pending_.begin()->first};
+    if (const auto& token = pending_.begin()->second.token) token->cancel();
+    respond(ticket, respond_with(*resume(ticket, now)));
+  }
+}
+
+}  // namespace lrt::engine

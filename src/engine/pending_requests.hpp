@@ -1,0 +1,68 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+
+#include <lrt/base/unique_function.hpp>
+#include <lrt/engine/handler.hpp>
+
+#include "src/engine/context.hpp"
+#include "src/engine/host_calls.hpp"
+#include "src/engine/registry.hpp"
+
+namespace lrt::engine {
+
+/// Requests whose response comes later: each with its context, its deadline, and what happens if it passes.
+class PendingRequests {
+ public:
+  using Instant = std::chrono::steady_clock::time_point;
+  /// Called at the deadline, with the request still pending. It must respond.
+  using Timeout = UniqueFunction<void(Ticket, Context&)>;
+
+  PendingRequests(const Registry& registry, const HostCalls& calls, std::size_t max_pending)
+      : registry_(registry), calls_(calls), max_pending_(max_pending) {}
+
+  /// Keeps a request for at most that time.
+  /// @return nullopt: too many requests or calls into the host wait already (503)
+  std::optional<Ticket> defer(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout);
+  /// The call that the request waits for. It is cancelled when the client goes or the time is over.
+  void waits_for(Ticket ticket, std::shared_ptr<CancelToken> token);
+  bool is_pending(Ticket ticket) const { return pending_.count(static_cast<std::uint64_t>(ticket)) != 0; }
+  /// Goes on with a request: its context at that time, with the resource if it is still there. nullptr: nobody waits any more.
+  Context* resume(Ticket ticket, TimePoint now);
+
+  void respond(Ticket ticket, http::Response response, std::optional<Channel> channel = {});
+  /// The client is gone. A call that has not begun is cancelled; one that runs goes on.
+  void abandon(Ticket ticket) noexcept;
+  /// Runs the timeouts that are due.
+  void expire(TimePoint now);
+  std::optional<Instant> next_deadline() const;
+  std::optional<Reply> take_reply();
+  /// Runs every timeout now, with its call cancelled: `respond` is called for each request.
+  void end_all(const std::function<http::Response(Context&)>& respond_with, TimePoint now);
+
+ private:
+  struct Pending {
+    Context context;
+    Timeout on_timeout;
+    std::shared_ptr<CancelToken> token;
+    std::multimap<Instant, Ticket>::iterator deadline;
+  };
+
+  const Registry& registry_;
+  const HostCalls& calls_;
+  const std::size_t max_pending_;
+  std::uint64_t next_ticket_ = 1;
+  std::unordered_map<std::uint64_t, Pending> pending_;
+  std::multimap<Instant, Ticket> deadlines_;
+  std::deque<Reply> replies_;
+};
+
+}  // namespace lrt::engine

@@ -1,0 +1,277 @@
+#include "src/engine/property_values.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "src/engine/resources/property.hpp"
+#include "src/engine/resources/thing.hpp"
+
+namespace lrt::engine {
+
+namespace {
+
+/// A writer without end must not hold up the others.
+constexpr int max_samples_at_once = 1024;
+
+Encoding encoded(model::RepresentationSpec& spec, const void* whole) {
+  Encoding made{true, guarded<Bytes>([&]() -> Result<Bytes> {
+                  if (!whole) return unexpected(Errc::unsupported_syntax, "there is no " + spec.media_type + " of it now");
+                  Result<Bytes> bytes = spec.encode(whole);
+                  if (bytes && !*bytes) return unexpected(Errc::unsupported_syntax, "there is no " + spec.media_type + " of this value");
+                  return bytes;
+                })};
+  if (!made.bytes && made.bytes.error().code != Errc::unsupported_syntax)
+    made.bytes = unexpected(made.bytes.error().code, "its " + spec.media_type + " could not be made: " + made.bytes.error().message);
+  return made;
+}
+
+/// Runs encoders on a value. User code.
+void run_encoders(model::PropertySpec& spec, const std::vector<std::size_t>& encoders, const void* whole, std::vector<Encoding>& encodings) {
+  if (encodings.empty()) encodings.resize(spec.representations.size());
+  for (const std::size_t i : encoders)
+    if (!encodings[i].made) encodings[i] = encoded(spec.representations[i], whole);
+}
+
+}  // namespace
+
+Encodings Encodings::of(Variant variant) noexcept {
+  Encodings needed;
+  if (variant.is_rdf()) needed.all = true;
+  if (variant.kind() == Variant::Kind::encoded) needed.one = variant.encoder();
+  return needed;
+}
+
+bool PropertyValues::has_encodings(const PropertyResource& property, Encodings wanted) {
+  for (std::size_t i = 0; i < property.spec->representations.size(); ++i)
+    if (wanted.contains(i) && (property.encodings.size() <= i || !property.encodings[i].made)) return false;
+  return true;
+}
+
+/// Those that refreshes and observers want.
+std::vector<std::size_t> PropertyValues::wanted_encoders(const PropertyResource& property) {
+  std::vector<std::size_t> wanted;
+  const auto observed_in = [](const Resource& r, std::size_t i) {
+    return std::any_of(r.observers.begin(), r.observers.end(), [i](const Observer* o) { return Encodings::of(o->variant()).contains(i); });
+  };
+  const auto& waiters = property.refresh_state.waiters;
+  for (std::size_t i = 0; i < property.spec->representations.size(); ++i) {
+    const bool is_waited_for = std::any_of(waiters.begin(), waiters.end(), [i](const auto& w) { return w.encodings.contains(i); });
+    if (is_waited_for || observed_in(property, i) || observed_in(property.thing->state, i)) wanted.push_back(i);
+  }
+  return wanted;
+}
+
+bool PropertyValues::needs_user_code(const PropertyResource& property) const {
+  return property.spec->slot->runs_user_code() || !wanted_encoders(property).empty();
+}
+
+bool PropertyValues::ready(Resource& resource, Variant variant, bool current) {
+  resource.refresh();
+  if (resource.reads() == Resource::Reads::nothing) return true;
+  const bool values = resource.reads() == Resource::Reads::values;
+  const Encodings wanted = values ? Encodings::of(variant) : Encodings();
+  bool all = true;
+  resource.for_each_property([&](PropertyResource& p) {
+    if (!current) {
+      if (p.spec->slot) {
+        take_published(p);
+        if ((p.spec->slot->has_news() || p.refresh_state.running) && (values || p.value.is_null())) all = false;
+      } else if (values) {
+        all = false;
+      }
+    }
+    if (!has_encodings(p, wanted)) all = false;
+  });
+  return all;
+}
+
+void PropertyValues::refresh(Resource& resource, Encodings encodings, Done done) {
+  struct Join {
+    std::size_t open = 1;
+    Result<void> result;
+    Done done;
+  };
+  auto join = std::make_shared<Join>();
+  join->done = std::move(done);
+  const auto one_done = [join](const Result<void>& result, TimePoint now) {
+    if (!result && join->result) join->result = result;
+    if (--join->open == 0) join->done(join->result, now);
+  };
+  const bool values = resource.reads() == Resource::Reads::values;
+  std::vector<PropertyResource*> properties;
+  resource.for_each_property([&](PropertyResource& p) {
+    if (values || p.spec->slot) properties.push_back(&p);
+  });
+  join->open += properties.size();
+  for (PropertyResource* p : properties) refresh(*p, encodings, one_done);
+  one_done({}, clock_.now());
+}
+
+void PropertyValues::refresh(PropertyResource& property, Encodings encodings, Done done) {
+  PropertyRefresh& state = property.refresh_state;
+  // When the host does not poll, most of so many requests have been answered 503 already: they are let go.
+  if (state.waiters.size() + state.next_waiters.size() >= 2 * options_.max_waiting_requests) {
+    std::vector<PropertyRefresh::Waiter> waiters = std::exchange(state.waiters, {});
+    for (auto& w : std::exchange(state.next_waiters, {})) waiters.push_back(std::move(w));
+    const TimePoint now = clock_.now();
+    for (auto& w : waiters) w.done(unexpected(Errc::timed_out, "the robot's program did not take the request in time"), now);
+  }
+  if (state.running) {
+    state.next_waiters.push_back({encodings, std::move(done)});
+    return;
+  }
+  state.waiters.push_back({encodings, std::move(done)});
+  start(property);
+}
+
+void PropertyValues::refresh_observed(PropertyResource& property) {
+  if (property.spec->slot) take_published(property);
+  const bool more = !property.spec->slot || property.spec->slot->has_news();
+  if (more && !property.refresh_state.running) start(property);
+  else if (more && !property.spec->slot && property.refresh_state.next_waiters.empty()) refresh(property, {}, [](const Result<void>&, TimePoint) {});
+}
+
+void PropertyValues::take_published(PropertyResource& property) {
+  model::SlotBase* slot = property.spec->slot.get();
+  if (!slot || property.refresh_state.running || !slot->has_news() || needs_user_code(property)) return;
+  Sample sample;
+  // Of values that are kept each one is a change.
+  for (int left = slot->keeps() ? max_samples_at_once : 1; left > 0 && slot->take(sample.value, sample.since); --left) {
+    if (!slot->every_sample() && rdf::same(sample.value, property.value)) continue;  // SPEC 3.8
+    sample.whole = slot->whole();
+    apply(property, std::exchange(sample, {}));
+  }
+}
+
+void PropertyValues::start(PropertyResource& property) {
+  take_published(property);
+  property.refresh_state.running = true;
+  if (property.spec->read) return read(property);
+  std::vector<std::size_t> encoders = wanted_encoders(property);
+  if (property.spec->slot->has_news()) return take(property, std::move(encoders));
+  encode(property, std::nullopt, std::move(encoders));
+}
+
+/// A pulled property: its lambda, where the Thing's lambdas run.
+void PropertyValues::read(PropertyResource& property) {
+  property.refresh_state.token = calls_.call<model::Reading>(
+      property.thing->where(), [spec = property.spec]() -> Result<model::Reading> { return spec->read(); },
+      [this, ref = Ref(property)](Result<model::Reading> reading, TimePoint now) {
+        PropertyResource* p = registry_.find(ref);
+        if (!p) return;
+        if (reading) {
+          p->refresh_state.failing = false;
+          const std::vector<std::size_t> encoders = wanted_encoders(*p);
+          if (rdf::same(p->value, reading->value)) return encode(*p, std::nullopt, encoders);
+          return encode(*p, Sample{std::move(reading->value), std::move(reading->whole), now.utc, {}}, encoders);
+        }
+        const Errc code = reading.error().code == Errc::closed ? Errc::failed : reading.error().code;
+        const Result<void> failed = unexpected(code, "property \"" + p->path + "\" could not be read: " + reading.error().message);
+        if ((!p->refresh_state.failing || !p->refresh_state.waiters.empty()) && options_.log) options_.log(LogLevel::warning, failed.error().message);
+        p->refresh_state.failing = true;
+        end(*p, failed, now);
+      });
+}
+
+/// A pushed property: what was published, through the user's traits and encoders.
+void PropertyValues::take(PropertyResource& property, std::vector<std::size_t> encoders) {
+  using Samples = std::vector<Sample>;
+  property.refresh_state.token = calls_.call<Samples>(
+      Dispatch::io_thread,
+      [spec = property.spec, encoders = std::move(encoders)]() -> Result<Samples> {
+        Samples samples;
+        model::SlotBase& slot = *spec->slot;
+        Sample sample;
+        for (int left = slot.keeps() ? max_samples_at_once : 1; left > 0 && slot.take(sample.value, sample.since); --left) {
+          sample.whole = slot.whole();
+          run_encoders(*spec, encoders, sample.whole.get(), sample.encodings);
+          samples.push_back(std::exchange(sample, {}));
+        }
+        return samples;
+      },
+      [this, ref = Ref(property)](Result<Samples> samples, TimePoint now) {
+        PropertyResource* p = registry_.find(ref);
+        if (!p) return;
+        if (!samples) {
+          const Result<void> failed =
+              unexpected(samples.error().code, "property \"" + p->path + "\" could not be encoded: " + samples.error().message);
+          if (options_.log) options_.log(LogLevel::warning, failed.error().message);
+          return end(*p, failed, now);
+        }
+        for (Sample& sample : *samples)
+          if (p->spec->slot->every_sample() || !rdf::same(sample.value, p->value)) apply(*p, std::move(sample));
+        encode(*p, std::nullopt, wanted_encoders(*p));
+      });
+}
+
+/// Runs the encoders that the value lacks.
+/// @param sample  nullopt: the value that the property has
+void PropertyValues::encode(PropertyResource& property, std::optional<Sample> sample, std::vector<std::size_t> encoders) {
+  if (!sample)
+    encoders.erase(std::remove_if(encoders.begin(), encoders.end(),
+                                  [&](std::size_t i) { return property.encodings.size() > i && property.encodings[i].made; }),
+                   encoders.end());
+  if (encoders.empty()) {
+    if (sample) apply(property, *std::move(sample));
+    return end(property, {}, clock_.now());
+  }
+  const std::shared_ptr<const void> whole = sample ? sample->whole : property.whole;
+  property.refresh_state.token = calls_.call<std::vector<Encoding>>(
+      Dispatch::io_thread,
+      [spec = property.spec, whole, encoders]() -> Result<std::vector<Encoding>> {
+        std::vector<Encoding> encodings;
+        run_encoders(*spec, encoders, whole.get(), encodings);
+        return encodings;
+      },
+      [this, ref = Ref(property), sample = std::move(sample)](Result<std::vector<Encoding>> encodings, TimePoint now) mutable {
+        PropertyResource* p = registry_.find(ref);
+        if (!p) return;
+        if (!encodings) {
+          return end(*p, Unexpected{encodings.error()}, now);
+        }
+        if (sample) {
+          sample->encodings = *std::move(encodings);
+          apply(*p, *std::move(sample));
+        } else {
+          p->encodings.resize(p->spec->representations.size());
+          for (std::size_t i = 0; i < encodings->size(); ++i)
+            if ((*encodings)[i].made) p->encodings[i] = std::move((*encodings)[i]);
+        }
+        end(*p, {}, now);
+      });
+}
+
+void PropertyValues::end(PropertyResource& property, const Result<void>& result, TimePoint now) {
+  PropertyRefresh& state = property.refresh_state;
+  state.running = false;
+  state.token = nullptr;
+  std::vector<PropertyRefresh::Waiter> waiters = std::exchange(state.waiters, std::exchange(state.next_waiters, {}));
+  // First, so that what the waiters ask for next waits for a later refresh.
+  if (!state.waiters.empty()) start(property);
+  for (auto& w : waiters) w.done(result, now);
+}
+
+void PropertyValues::set(PropertyResource& property, Sample sample) { apply(property, std::move(sample)); }
+
+void PropertyValues::apply(PropertyResource& property, Sample sample) {
+  const bool promised = property.promises_triples();
+  property.value = std::move(sample.value);
+  property.whole = std::move(sample.whole);
+  property.modified = sample.since;
+  property.encodings = std::move(sample.encodings);
+  const model::PropertySpec& spec = *property.spec;
+  std::size_t left = options_.max_value_members;
+  property.only_octets = spec.octets && !fits(property.value, left) && rdf::octets_of(*spec.type, property.value);
+  if (property.promises_triples() != promised) registry_.structure_changed();  // the Blueprint says it
+  property.mark_changed();
+}
+
+void PropertyValues::cancel(PropertyResource& property, TimePoint now) {
+  PropertyRefresh& state = property.refresh_state;
+  if (state.token) state.token->cancel();
+  for (auto* list : {&state.waiters, &state.next_waiters})
+    for (auto& w : std::exchange(*list, {})) w.done(unexpected(Errc::closed, "the thing was removed while the request waited"), now);
+}
+
+}  // namespace lrt::engine

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <lrt/base/clock.hpp>
+#include <lrt/base/result.hpp>
+#include <lrt/base/unique_function.hpp>
+#include <lrt/model/representation.hpp>
+#include <lrt/rdf/value.hpp>
+
+#include "src/engine/host_calls.hpp"
+#include "src/engine/registry.hpp"
+#include "src/engine/variants.hpp"
+
+namespace lrt::engine {
+
+class PropertyResource;
+
+/// Which of a property's user-written encoders have to have run on its value.
+struct Encodings {
+  bool all = false;
+  std::optional<std::size_t> one{};
+
+  /// What a representation needs: RDF states the size of each encoding.
+  static Encodings of(Variant variant) noexcept;
+  bool contains(std::size_t encoder) const noexcept { return all || one == encoder; }
+};
+
+/// What an encoder made of one value.
+struct Encoding {
+  bool made = false;
+  Result<Bytes> bytes{Bytes()};
+};
+
+/// A value on its way into a property.
+struct Sample {
+  rdf::Value value;
+  std::shared_ptr<const void> whole;
+  std::chrono::system_clock::time_point since{};
+  std::vector<Encoding> encodings;
+};
+
+/// A refresh of one property: at most one runs, and requests that come meanwhile wait for the next one, because their value must not
+/// be older than they are.
+struct PropertyRefresh {
+  using Done = UniqueFunction<void(const Result<void>&, TimePoint)>;
+  struct Waiter {
+    Encodings encodings;
+    Done done;
+  };
+  bool running = false;
+  std::shared_ptr<CancelToken> token;
+  std::vector<Waiter> waiters, next_waiters;
+  bool failing = false;  ///< the last read failed
+};
+
+/// Brings the values of properties up to date: from the slots of pushed properties, from the read lambdas of pulled ones, and through
+/// the user's encoders. User code runs as host calls: lambdas where the Thing's Dispatch says, traits and encoders on the I/O thread.
+/// A value and the encodings that observers want change together.
+class PropertyValues {
+ public:
+  using Done = PropertyRefresh::Done;
+
+  PropertyValues(HostCalls& calls, Registry& registry, const EngineOptions& options, const Clock& clock)
+      : calls_(calls), registry_(registry), options_(options), clock_(clock) {}
+
+  /// Takes over what needs no user code, and says whether a representation can be made.
+  /// @param current  a refresh has just ended: its values are new enough
+  bool ready(Resource& resource, Variant variant, bool current);
+  /// Brings all properties of a resource up to date and then calls `done`, once, on the engine's thread.
+  void refresh(Resource& resource, Encodings encodings, Done done);
+  void refresh(PropertyResource& property, Encodings encodings, Done done);
+  /// A property is observed and may have a new value: refreshes it, unless that is under way.
+  void refresh_observed(PropertyResource& property);
+  /// Takes over a published value if that needs no user code.
+  void take_published(PropertyResource& property);
+  /// A client has written this value.
+  void set(PropertyResource& property, Sample sample);
+  /// The property goes: all who wait get Errc::closed.
+  void cancel(PropertyResource& property, TimePoint now);
+
+ private:
+  bool needs_user_code(const PropertyResource& property) const;
+  static bool has_encodings(const PropertyResource& property, Encodings wanted);
+  static std::vector<std::size_t> wanted_encoders(const PropertyResource& property);
+  void start(PropertyResource& property);
+  void read(PropertyResource& property);
+  void take(PropertyResource& property, std::vector<std::size_t> encoders);
+  void encode(PropertyResource& property, std::optional<Sample> sample, std::vector<std::size_t> encoders);
+  void end(PropertyResource& property, const Result<void>& result, TimePoint now);
+  void apply(PropertyResource& property, Sample sample);
+
+  HostCalls& calls_;
+  Registry& registry_;
+  const EngineOptions& options_;
+  const Clock& clock_;
+};
+
+}  // namespace lrt::engine

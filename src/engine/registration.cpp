@@ -1,0 +1,152 @@
+#include "src/engine/registration.hpp"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <lrt/base/iri.hpp>
+#include <lrt/base/media_type.hpp>
+#include <lrt/base/utf8.hpp>
+#include <lrt/rdf/codec.hpp>
+#include <lrt/rdf/lexical.hpp>
+#include <lrt/rdf/plain.hpp>
+
+#include "src/engine/variants.hpp"
+
+namespace lrt::engine {
+
+namespace {
+
+/// Reads documents about a resource into one graph, with the placeholder as base. Blank nodes of two documents are two nodes even if
+/// both are called b0.
+Result<void> read_documents(rdf::Graph& all, const std::vector<std::string>& documents, const std::string& path, const char* what) {
+  const std::string base = std::string(placeholder_base) + path;
+  rdf::ReadOptions options;
+  options.base = base;
+  for (const std::string& text : documents) {
+    Result<rdf::Graph> graph = rdf::read(text, rdf::Syntax::turtle, options);
+    if (!graph) {
+      Error error = std::move(graph).error();
+      error.message = "thing \"" + path + "\", " + what + ": " + error.message;
+      return Unexpected{std::move(error)};
+    }
+    std::map<rdf::TermId, rdf::TermId> renamed;
+    const auto import = [&](rdf::TermId id) {
+      const rdf::TermView term = graph->term(id);
+      if (!term.is_blank()) return all.intern(term);
+      const auto known = renamed.find(id);
+      return known != renamed.end() ? known->second : renamed.emplace(id, all.fresh_blank()).first->second;
+    };
+    for (const rdf::Triple& triple : graph->triples()) {
+      const rdf::TermId s = import(triple.subject), p = import(triple.predicate), o = import(triple.object);
+      all.add(s, p, o);
+    }
+  }
+  return {};
+}
+
+/// Each media type once, as clients ask for it; numbers where octets are wanted.
+Result<void> check_formats(model::PropertySpec& property, const std::string& name) {
+  if (property.octets && !rdf::octets_of(*property.type))
+    return unexpected(Errc::invalid_option, name + ": octets() needs a number or lists of numbers");
+  if (property.representations.size() > 100) return unexpected(Errc::limit_exceeded, name + ": more than 100 representations");
+  std::vector<std::string> taken;
+  for (const std::string_view type : value_variants().with_page) taken.emplace_back(type.substr(0, type.find(';')));
+  if (property.octets) taken.emplace_back(rdf::media_type(rdf::Plain::octets));
+  const auto is_taken = [&](const std::string& type) { return std::find(taken.begin(), taken.end(), type) != taken.end(); };
+  for (model::RepresentationSpec& r : property.representations) {
+    const Result<MediaType> type = MediaType::parse(r.media_type);
+    if (!type || type->type == "*" || type->subtype == "*")
+      return unexpected(Errc::expected_media_type, name + ": expected a media type, found \"" + r.media_type + "\"");
+    r.media_type = type->to_string();
+    if (is_taken(type->essence()) || is_taken(r.media_type)) return unexpected(Errc::duplicate_path, name + ": there is " + r.media_type + " of it already");
+    taken.push_back(r.media_type);
+    if (!r.element_type.empty() && !iri::is_absolute(r.element_type))
+      return unexpected(Errc::expected_iri, name + ": expected an absolute IRI as element type");
+  }
+  return {};
+}
+
+/// Everything that the user said of a Thing, but its Turtle.
+Result<void> check(model::ThingSpec& described) {
+  model::ThingSpec* const spec = &described;
+  const auto check_iris = [&](const std::vector<std::string>& iris, const char* what) -> Result<void> {
+    for (const std::string& text : iris)
+      if (!iri::is_absolute(text))
+        return unexpected(Errc::expected_iri, "thing \"" + spec->path + "\": expected an absolute IRI as " + what + ", found \"" + text + "\"");
+    return {};
+  };
+  const auto check_text = [&](const std::string& text) -> Result<void> {
+    if (utf8::find_invalid(text) || text.find('\0') != std::string::npos)
+      return unexpected(Errc::expected_rdf, "thing \"" + spec->path + "\": expected UTF-8 without NUL as text");
+    return {};
+  };
+  const auto check_statements = [&](const std::vector<Statement>& statements) -> Result<void> {
+    for (const Statement& s : statements) {
+      if (Result<void> r = check_iris({s.predicate}, "predicate"); !r) return r;
+      const Object& o = s.object;
+      if (o.kind() == Object::Kind::iri) {
+        if (Result<void> r = check_iris({o.text()}, "object"); !r) return r;
+      } else if (o.kind() == Object::Kind::resource) {
+        if (Result<std::string> r = model::encode_path(o.text()); !r) return Unexpected{std::move(r).error()};
+      } else {
+        if (!o.datatype().empty())
+          if (Result<void> r = check_iris({o.datatype()}, "datatype"); !r) return r;
+        if (!o.language().empty() && !rdf::lexical::is_well_formed(o.language(), rdf::lexical::Datatype::language))
+          return unexpected(Errc::expected_rdf, "thing \"" + spec->path + "\": expected a language tag, found \"" + o.language() + "\"");
+        if (Result<void> r = check_text(o.text()); !r) return r;
+      }
+    }
+    return {};
+  };
+  const auto check_facets = [&](const std::string& path, const rdf::Facets& f) -> Result<void> {
+    const bool empty = f.min() && f.max() && (*f.min() > *f.max() || (*f.min() == *f.max() && (f.min_exclusive() || f.max_exclusive())));
+    if (empty || f.min_length() > f.max_length())
+      return unexpected(Errc::invalid_option, "\"" + spec->path + "/" + path + "\": the bounds leave no value");
+    return {};
+  };
+  const auto check_resource = [&](const model::ResourceSpec& r) -> Result<void> {
+    if (Result<void> e = check_iris(r.classes, "type"); !e) return e;
+    if (Result<void> e = check_iris(r.predicates, "predicate"); !e) return e;
+    return check_statements(r.statements);
+  };
+  if (Result<void> e = check_text(spec->title); !e) return e;
+  if (Result<void> e = check_iris(spec->classes, "type"); !e) return e;
+  if (Result<void> e = check_statements(spec->statements); !e) return e;
+  if (!spec->blueprint.empty())
+    if (Result<void> e = check_iris({spec->blueprint}, "blueprint"); !e) return e;
+  for (const auto& p : spec->properties) {
+    if (Result<void> e = check_resource(*p); !e) return e;
+    if (Result<void> e = check_facets(p->path, p->facets); !e) return e;
+    if (p->frame)
+      if (Result<void> e = check_statements({{std::string(vocab::lrt::frame.text), *p->frame}}); !e) return e;
+    if (Result<void> e = check_formats(*p, "property \"" + spec->path + "/" + p->path + "\""); !e) return e;
+  }
+  for (const auto& a : spec->actions) {
+    if (Result<void> e = check_resource(*a); !e) return e;
+    for (const rdf::Facets* f : {&a->input_facets, &a->output_facets})
+      if (Result<void> e = check_facets("actions/" + a->path, *f); !e) return e;
+  }
+  for (const auto& c : spec->collections) {
+    if (Result<void> e = check_resource(*c); !e) return e;
+    if (Result<void> e = check_facets(c->path, c->facets); !e) return e;
+  }
+
+  return {};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ThingNode>> build_thing(Thing thing) {
+  std::unique_ptr<model::ThingSpec> spec = std::move(thing).release();
+  if (!spec) return unexpected(Errc::closed, "the thing was given away already");
+  if (spec->first_error) return Unexpected{*spec->first_error};
+  if (Result<void> checked = check(*spec); !checked) return Unexpected{std::move(checked).error()};
+  auto node = std::make_unique<ThingNode>(std::move(spec));
+  if (Result<void> r = read_documents(node->statements, node->spec->turtle, node->self.path, "its Turtle"); !r) return Unexpected{std::move(r).error()};
+  if (Result<void> r = read_documents(node->user_shapes, node->spec->shapes, node->blueprint.path, "its shapes"); !r) return Unexpected{std::move(r).error()};
+  return node;
+}
+
+}  // namespace lrt::engine

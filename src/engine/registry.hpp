@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+
+#include "src/engine/representation_cache.hpp"
+#include "src/engine/resource.hpp"
+
+namespace lrt::engine {
+
+/// A reference to a resource that may be gone by the time it is used.
+template <class R>
+struct Ref {
+  Ref() = default;
+  explicit Ref(const R& resource) : id(resource.id) {}
+  ResourceId id{};
+};
+
+/// Which resource has which path, and the tree of Things.
+class Registry {
+ public:
+  explicit Registry(RepresentationCache& cache);
+  ~Registry();
+
+  /// Gives the resource an id and its path.
+  /// @return false: another resource has the path
+  bool add(Resource& resource);
+  /// Takes the path back: observers are told, cached representations go. To be called before a resource goes.
+  void remove(Resource& resource);
+
+  /// @param path  percent-encoded as canonical_path() does it
+  Resource* find(std::string_view path) const;
+  Resource* find(ResourceId id) const;
+  template <class R>
+  R* find(Ref<R> ref) const {
+    return static_cast<R*>(find(ref.id));
+  }
+
+  /// Takes a Thing into the tree; its resources have been added. Things whose paths are below become its children.
+  ThingNode& add_thing(std::unique_ptr<ThingNode> thing);
+  /// Takes a Thing out of the tree. Its children move up to its parent.
+  std::unique_ptr<ThingNode> remove_thing(ThingNode& thing);
+  /// Ends all Things, before what their resources refer to.
+  void clear();
+  /// @param path  "/baxter/right_s1"
+  ThingNode* find_thing(std::string_view path) const;
+  const std::vector<ThingNode*>& roots() const noexcept { return roots_; }
+  const std::map<std::string, std::unique_ptr<ThingNode>, std::less<>>& things() const noexcept { return things_; }
+
+  /// Moves with every change of the structure: Things, what they promise.
+  std::uint64_t structure() const noexcept { return structure_; }
+  void structure_changed() noexcept { ++structure_; }
+
+ private:
+  std::vector<ThingNode*>& siblings_of(const ThingNode& thing);
+
+  RepresentationCache& cache_;
+  std::unordered_map<std::string_view, Resource*> by_path_;
+  std::unordered_map<std::uint64_t, Resource*> by_id_;
+  std::map<std::string, std::unique_ptr<ThingNode>, std::less<>> things_;  ///< by path
+  std::vector<ThingNode*> roots_;                                          ///< in the order of registration
+  std::uint64_t next_id_ = 1;
+  std::uint64_t structure_ = 1;
+};
+
+/// A path with its segments percent-encoded as the registry's are.
+/// @par Errors  expected_iri: no resource can have such a path
+Result<std::string> canonical_path(std::string_view path);
+
+}  // namespace lrt::engine

@@ -1,0 +1,48 @@
+#include "src/engine/representation_cache.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+namespace lrt::engine {
+
+Representation* RepresentationCache::find(const Resource& resource, std::size_t base, Variant variant, std::size_t page) noexcept {
+  for (const Place place : resource.representations)
+    if (place->base == base && place->variant == variant && place->page == page) return &*place;
+  return nullptr;
+}
+
+Representation& RepresentationCache::keep(Representation made) {
+  Resource& resource = *made.resource;
+  for (const Place place : resource.representations) {
+    if (place->base != made.base || place->variant != made.variant || place->page != made.page) continue;
+    erase(place);
+    break;
+  }
+  bytes_ += made.bytes();
+  kept_.push_front(std::move(made));
+  resource.representations.push_back(kept_.begin());
+  while (bytes_ > max_bytes_ && kept_.size() > 1) erase(std::prev(kept_.end()));
+  return kept_.front();
+}
+
+void RepresentationCache::mark_used(Representation& kept) noexcept {
+  for (const Place place : kept.resource->representations)
+    if (&*place == &kept) return kept_.splice(kept_.begin(), kept_, place);
+}
+
+void RepresentationCache::forget(Resource& resource) noexcept {
+  while (!resource.representations.empty()) erase(resource.representations.back());
+}
+
+void RepresentationCache::clear() noexcept {
+  while (!kept_.empty()) erase(kept_.begin());
+}
+
+void RepresentationCache::erase(Place place) noexcept {
+  auto& of_resource = place->resource->representations;
+  of_resource.erase(std::find(of_resource.begin(), of_resource.end(), place));
+  bytes_ -= place->bytes();
+  kept_.erase(place);
+}
+
+}  // namespace lrt::engine

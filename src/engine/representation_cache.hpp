@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <list>
+#include <utility>
+
+#include "src/engine/resource.hpp"
+
+namespace lrt::engine {
+
+/// The representations that are kept, least recently used go first when there are too many bytes.
+class RepresentationCache {
+ public:
+  explicit RepresentationCache(std::size_t max_bytes) : max_bytes_(max_bytes) {}
+
+  /// The one of that kind; nullptr: there is none. It may be of an earlier state of the resource.
+  Representation* find(const Resource& resource, std::size_t base, Variant variant, std::size_t page) noexcept;
+  /// Keeps a representation, and removes the one of the same kind.
+  Representation& keep(Representation made);
+  void mark_used(Representation& kept) noexcept;
+  /// A representation has grown.
+  void grown(std::size_t bytes) noexcept { bytes_ += bytes; }
+  /// Removes all representations of a resource. To be called before the resource goes.
+  void forget(Resource& resource) noexcept;
+  void clear() noexcept;
+
+ private:
+  using Place = std::list<Representation>::iterator;
+  void erase(Place place) noexcept;
+
+  const std::size_t max_bytes_;
+  std::list<Representation> kept_;  ///< least recently used last; each resource knows the places of its own
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace lrt::engine

@@ -1,0 +1,354 @@
+#include "src/engine/representations.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include <lrt/engine/page_source.hpp>
+#include <lrt/http/etag.hpp>
+#include <lrt/http/negotiate.hpp>
+#include <lrt/http/range.hpp>
+#include <lrt/rdf/vocab.hpp>
+
+#include "src/engine/resources/property.hpp"
+#include "src/engine/resources/thing.hpp"
+
+namespace lrt::engine {
+
+namespace {
+
+/// LDP 7.2: only what the container says of itself.
+bool wants_minimal_container(const Context& context) {
+  const http::Preferences& preferences = context.preferences();
+  if (context.wants_minimal()) return true;
+  if (!context.wants_representation()) return false;
+  const auto has = [](const std::vector<std::string>& list, std::string_view iri) { return std::find(list.begin(), list.end(), iri) != list.end(); };
+  if (has(preferences.include, vocab::ldp::PreferContainment.text)) return false;
+  return has(preferences.include, vocab::ldp::PreferMinimalContainer.text) || has(preferences.omit, vocab::ldp::PreferContainment.text);
+}
+
+std::string_view vary_of(bool minimal) noexcept { return minimal ? "Accept, Prefer" : "Accept"; }
+
+}  // namespace
+
+std::size_t page_count(std::size_t members, std::size_t max_page_members) noexcept {
+  return std::max<std::size_t>(1, (members + max_page_members - 1) / max_page_members);
+}
+
+// ------------------------------------------------------------------------------------------------------------- requests
+
+Outcome Representations::get(Context& context) {
+  return attempt(context, [this](Context& c, bool current) -> Attempt {
+    std::optional<Representation> page;
+    Selected selected = select(c, &page, current);
+    if (auto* missing = std::get_if<Missing>(&selected)) return *missing;
+    if (auto* response = std::get_if<http::Response>(&selected)) return Outcome(std::move(*response));
+    return Outcome(respond_with(*std::get<Representation*>(selected), c));
+  });
+}
+
+http::Response Representations::options(const Context& context) const {
+  http::Response response;
+  response.status = 204;
+  responses_.add_allow(response.fields, *context.resource);
+  add_links(response.fields, *context.resource, context.base, context.page);
+  return response;
+}
+
+http::Response Representations::respond(Context& context) {
+  std::optional<Representation> page;
+  Selected selected = select(context, &page, true);
+  if (auto* response = std::get_if<http::Response>(&selected)) return std::move(*response);
+  if (std::get_if<Missing>(&selected)) return responses_.problem(context, 500, "the value has not been encoded");
+  return respond_with(*std::get<Representation*>(selected), context);
+}
+
+Outcome Representations::attempt(Context& context, Step step) {
+  Attempt first = step(context, false);
+  if (auto* outcome = std::get_if<Outcome>(&first)) return std::move(*outcome);
+  const auto ticket = pending_.defer(context, options_.host_timeout, [this](Ticket late, Context& c) {
+    pending_.respond(late, responses_.timed_out(c));
+  });
+  if (!ticket) return responses_.overloaded(context);
+  go_on(*ticket, *context.resource, std::get<Missing>(first).encodings, std::move(step));
+  return Deferred{*ticket};
+}
+
+void Representations::respond_when_read(Ticket ticket, Resource& resource, std::function<http::Response(Context&)> respond) {
+  Step step = [this, respond = std::move(respond)](Context& c, bool current) -> Attempt {
+    std::optional<Representation> page;
+    Selected selected = select(c, &page, current);
+    if (auto* missing = std::get_if<Missing>(&selected)) return *missing;
+    return Outcome(respond(c));
+  };
+  Context* context = pending_.resume(ticket, {});
+  if (!context || !context->resource) return;
+  go_on(ticket, resource, {}, std::move(step));
+}
+
+/// Refreshes the values, and then tries the step again.
+void Representations::go_on(Ticket ticket, Resource& resource, Encodings encodings, Step step) {
+  values_.refresh(resource, encodings, [this, ticket, step = std::move(step)](const Result<void>& result, TimePoint now) {
+    Context* context = pending_.resume(ticket, now);
+    if (!context) return;
+    if (!context->resource) return pending_.respond(ticket, responses_.gone(*context));
+    if (!result) {
+      const Errc code = result.error().code;
+      const int status = code == Errc::closed ? 404 : code == Errc::timed_out ? 503 : 500;
+      return pending_.respond(ticket, responses_.problem(*context, status, result.error().message));
+    }
+    Attempt next = step(*context, true);
+    if (auto* missing = std::get_if<Missing>(&next)) return go_on(ticket, *context->resource, missing->encodings, step);
+    Outcome& outcome = std::get<Outcome>(next);
+    if (auto* response = std::get_if<http::Response>(&outcome)) pending_.respond(ticket, std::move(*response));
+    else if (auto* upgraded = std::get_if<Upgraded>(&outcome)) pending_.respond(ticket, std::move(upgraded->response), upgraded->channel);
+    else if (auto* streamed = std::get_if<Streamed>(&outcome)) pending_.respond(ticket, std::move(streamed->response), streamed->channel);
+  });
+}
+
+Representations::Selected Representations::select(Context& context, std::optional<Representation>* page, bool current) {
+  Resource& resource = *context.resource;
+  const Variants& all = resource.variants();
+  std::vector<std::string_view> fewer;  // only when a variant turned out not to carry the value
+  std::string why;
+  const bool offers_page = page && options_.page;
+  const std::vector<std::string_view>* offers = offers_page ? &all.with_page : &all.types;
+  while (true) {
+    const auto choice = http::negotiate(context.accept(), *offers);
+    if (!choice) {
+      const std::string list = all.list() + (offers_page ? ", " + std::string(page_type) : "");
+      return responses_.problem(context, 406, !why.empty() ? why : "none of the accepted media types is available; there are " + list);
+    }
+    const std::string_view type = (*offers)[*choice];
+    if (type == page_type && offers_page) return &page->emplace(html_page(resource, context.base, context.page));
+    const Variant variant = *all.find(type);
+    if (!values_.ready(resource, variant, current)) return Missing{Encodings::of(variant)};
+    const bool minimal = resource.is_container() && wants_minimal_container(context);
+    Result<Representation*> made = make(resource, context.base, variant, minimal ? minimal_page : context.page);
+    if (made) return *made;
+    why = made.error().message;
+    const Errc code = made.error().code;
+    if (code != Errc::limit_exceeded && (code != Errc::unsupported_syntax || variant == Variant())) {  // Turtle carries everything
+      responses_.log(LogLevel::error, resource.path + ": " + why);
+      return responses_.problem(context, 500, why);
+    }
+    if (fewer.empty()) fewer = *offers;
+    fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(*choice));
+    offers = &fewer;
+  }
+}
+
+http::Response Representations::respond_with(const Representation& representation, const Context& context) const {
+  const http::Request& request = context.request();
+  const Resource& resource = *context.resource;
+  const bool minimal = representation.page == minimal_page;
+  // RFC 9110 13.2.2
+  if (!context.ignores_conditions && request.find("If-Match")) {
+    const http::Match match = http::matches(request.joined("If-Match"), representation.tag, false);
+    if (match == http::Match::malformed) return responses_.problem(context, 400, "If-Match: expected a list of entity tags or *");
+    if (match == http::Match::no) return responses_.problem(context, 412, "If-Match: the entity tag is " + representation.tag);
+  }
+  if (!context.ignores_conditions && request.find("If-None-Match")) {
+    const http::Match match = http::matches(request.joined("If-None-Match"), representation.tag, true);
+    if (match == http::Match::malformed) return responses_.problem(context, 400, "If-None-Match: expected a list of entity tags or *");
+    if (match == http::Match::yes) {
+      http::Response response;
+      response.status = 304;
+      responses_.add_types(response.fields, &resource);
+      response.fields.add("ETag", representation.tag);
+      response.fields.add("Vary", vary_of(minimal));
+      response.fields.add("Cache-Control", resource.cache_control());
+      return response;
+    }
+  }
+  http::Response response;
+  response.fields = representation.fields;
+  response.body = representation.body;
+  if (minimal) response.fields.add("Preference-Applied", context.wants_minimal() ? "return=minimal" : "return=representation");
+  // RFC 9110 14: a part, if the client has the rest of the same representation.
+  const auto range_field = request.find("Range");
+  const auto if_range = request.find("If-Range");
+  if (!range_field || request.method != "GET" || (if_range && *if_range != representation.tag)) return response;
+  const std::string size = std::to_string(representation.body->size());
+  const http::ByteRange range = http::parse_range(*range_field, representation.body->size());
+  if (range.kind == http::ByteRange::Kind::unsatisfiable) {
+    response = responses_.problem(context, 416, "Range: the representation has " + size + " bytes");
+    response.fields.add("Content-Range", "bytes */" + size);
+  } else if (range.kind == http::ByteRange::Kind::part) {
+    response.status = 206;
+    response.fields.add("Content-Range", "bytes " + std::to_string(range.first) + "-" + std::to_string(range.first + range.length - 1) + "/" + size);
+    response.set_body(representation.body->substr(range.first, range.length));
+  }
+  return response;
+}
+
+// ------------------------------------------------------------------------------------------------------ representations
+
+Representation Representations::html_page(Resource& resource, std::size_t base, std::size_t page) const {
+  Representation made{&resource, base, {}, page, 0, 0, {}, {}, options_.page->tag(), options_.page->html()};
+  options_.page->add_fields(made.fields);
+  made.fields.add("ETag", made.tag);
+  made.fields.append(structure_fields(resource, base, page, "no-cache"));
+  return made;
+}
+
+/// The fields of a 200 that only the structure changes.
+http::Fields Representations::structure_fields(const Resource& resource, std::size_t base, std::size_t page, std::string_view cache_control) const {
+  http::Fields fields;
+  fields.add("Vary", vary_of(page == minimal_page));
+  fields.add("Cache-Control", cache_control);
+  fields.add("Accept-Ranges", "bytes");
+  responses_.add_allow(fields, resource);
+  add_links(fields, resource, base, page);
+  return fields;
+}
+
+Result<Representation*> Representations::make(Resource& resource, std::size_t base, Variant variant, std::size_t page) {
+  const std::uint64_t structure = view_.registry.structure(), state = resource.state(structure);
+  Representation* kept = cache_.find(resource, base, variant, page);
+  if (kept && kept->state == state) {
+    cache_.mark_used(*kept);
+    return kept;
+  }
+  Result<Bytes> body = body_of(resource, base, variant, page);
+  if (!body) return Unexpected{std::move(body).error()};
+
+  Representation made{&resource, base, variant, page, state, structure, {}, {}, {}, *std::move(body)};
+  if (kept && kept->structure == structure && resource.has_fixed_links()) made.links = std::move(kept->links);
+  if (made.links.block().empty()) made.links = structure_fields(resource, base, page, resource.cache_control());
+  const std::string_view type = resource.variants().type_of(variant);
+  made.tag = http::entity_tag(type, *made.body);
+  made.fields.add("Content-Type", content_type(variant, type));
+  made.fields.add("ETag", made.tag);
+  made.fields.append(made.links);
+  if (!variant.is_text()) {
+    http::LinkWriter links;
+    const std::string_view turtle = rdf::media_type(rdf::Syntax::turtle);
+    links.add(variant_iri(view_.bases[base] + resource.path, turtle), "describedby", turtle);
+    links.finish(made.fields, {});
+  }
+  return &cache_.keep(std::move(made));
+}
+
+Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Variant variant, std::size_t page) const {
+  if (variant.kind() == Variant::Kind::encoded) {
+    const auto& encodings = static_cast<PropertyResource&>(resource).encodings;
+    if (variant.encoder() < encodings.size() && encodings[variant.encoder()].made) return encodings[variant.encoder()].bytes;
+    return unexpected(Errc::failed, "the value has not been encoded");
+  }
+  Result<std::string> text = std::string();
+  if (variant.kind() == Variant::Kind::plain) {
+    const PlainValue value = *resource.plain_value();
+    text = rdf::write_plain(*value.type, *value.facets, value.value(), variant.plain());
+  } else if (const auto whole = resource.document()) {
+    text = std::string(*whole);
+  } else {
+    if (!resource.fits_rdf(options_.max_value_members))
+      return unexpected(Errc::limit_exceeded, "more than " + std::to_string(options_.max_value_members) + " values are too many for RDF, but not for application/json");
+    rdf::Graph graph;
+    describe(graph, resource, base, page);
+    if (variant == Variant(rdf::Syntax::rdf_xml) && graph.size() > options_.max_rdf_xml_triples)
+      return unexpected(Errc::limit_exceeded, std::to_string(graph.size()) + " triples are too many for RDF/XML, which takes " +
+                                                  std::to_string(options_.max_rdf_xml_triples) + ", but not for text/turtle");
+    text = responses_.write(graph, variant, base);
+  }
+  if (!text) return Unexpected{std::move(text).error()};
+  return std::make_shared<const std::string>(*std::move(text));
+}
+
+const std::shared_ptr<const std::string>& Representations::event_of(Representation& kept) {
+  if (kept.event) return kept.event;
+  const std::string& body = *kept.body;
+  std::string event = "id: " + kept.tag + "\n";
+  event.reserve(event.size() + body.size() + 64);
+  // WHATWG HTML 9.2.6: a line of data for each line of the body. A line feed at the end makes an empty last line.
+  for (std::size_t start = 0; start <= body.size();) {
+    const std::size_t end = std::min(body.find('\n', start), body.size());
+    event.append("data: ").append(body, start, end - start).append("\n");
+    start = end + 1;
+  }
+  event += "\n";
+  cache_.grown(event.size());
+  kept.event = std::make_shared<const std::string>(std::move(event));
+  return kept.event;
+}
+
+// ----------------------------------------------------------------------------------------------------------- conditions
+
+/// A tag of any variant under this base counts, because the client chose one of them.
+std::optional<http::Response> Representations::failed_precondition(const Context& context, bool* lacks_encodings) {
+  const http::Request& request = context.request();
+  const bool if_match = request.find("If-Match").has_value(), if_none_match = request.find("If-None-Match").has_value();
+  if (!if_match && !if_none_match) return std::nullopt;
+  Resource& resource = *context.resource;
+  const std::string wanted = request.joined("If-Match"), unwanted = request.joined("If-None-Match");
+  bool matched = false, excluded = false;
+  // Those that are kept first: the client probably has one of them, and to make the others of a large value takes time.
+  std::vector<Variant> variants = resource.variants().variants;
+  std::stable_partition(variants.begin(), variants.end(), [&](Variant variant) {
+    const Representation* kept = cache_.find(resource, context.base, variant, context.page);
+    return kept && kept->state == resource.state(view_.registry.structure());
+  });
+  for (const Variant variant : variants) {
+    if (matched && !if_none_match) break;
+    if (!values_.ready(resource, variant, true)) {
+      if (lacks_encodings) *lacks_encodings = true;
+      continue;
+    }
+    const Result<Representation*> made = make(resource, context.base, variant, context.page);
+    if (!made) continue;
+    const auto is_well_formed = [&](bool given, const std::string& field, bool weak, bool& found) {
+      if (!given) return true;
+      const http::Match match = http::matches(field, (*made)->tag, weak);
+      found |= match == http::Match::yes;
+      return match != http::Match::malformed;
+    };
+    if (!is_well_formed(if_match, wanted, false, matched)) return responses_.problem(context, 400, "If-Match: expected a list of entity tags or *");
+    if (!is_well_formed(if_none_match, unwanted, true, excluded))
+      return responses_.problem(context, 400, "If-None-Match: expected a list of entity tags or *");
+  }
+  if (if_match && !matched) return responses_.problem(context, 412, "If-Match: the resource has changed, no entity tag of it is " + wanted);
+  if (excluded) return responses_.problem(context, 412, "If-None-Match: the resource has an entity tag that was named");
+  return std::nullopt;
+}
+
+// ---------------------------------------------------------------------------------------------------------------- links
+
+/// RFC 8288 links of a resource: R0.9, LDP 4.2.1.4, 5.2.1.4.
+void Representations::add_links(http::Fields& fields, const Resource& resource, std::size_t base_number, std::size_t page) const {
+  const std::string& base = view_.bases[base_number];
+  const std::string self = base + resource.path;
+  http::LinkWriter links(options_.max_link_bytes);
+  links.add(vocab::ldp::Resource.text, "type");
+  if (resource.is_rdf_source()) links.add(vocab::ldp::RDFSource.text, "type");
+  if (resource.is_container()) {
+    links.add(vocab::ldp::Container.text, "type");
+    links.add(vocab::ldp::BasicContainer.text, "type");
+  }
+  if (const std::string up = resource.up(); !up.empty()) links.add(base + up, "up");
+  if (const std::string described_by = resource.described_by(base); !described_by.empty()) links.add(described_by, "describedby");
+  if (const Methods methods = resource.methods(); resource.thing && (methods.put || methods.post))
+    links.add(resource.thing->names_base(base), vocab::ldp::constrainedBy.text);
+  if (resource.is_container()) {
+    if (page == minimal_page) return links.finish(fields, self, "describedby");
+    const std::vector<Resource*> members = resource.members();
+    const std::size_t pages = page_count(members.size(), options_.max_page_members);
+    if (pages > 1) {
+      const auto page_iri = [&](std::size_t n) { return self + "?page=" + std::to_string(n); };
+      links.add(page_iri(1), "first");
+      links.add(page_iri(pages), "last");
+      if (page > 1) links.add(page_iri(page - 1), "prev");
+      if (page < pages) links.add(page_iri(page + 1), "next");
+    }
+    const std::size_t first = std::min(members.size(), (page - 1) * options_.max_page_members);
+    const std::size_t last = std::min(members.size(), first + options_.max_page_members);
+    for (std::size_t i = first; i < last; ++i) links.add(base + members[i]->path, "related");
+  }
+  resource.link_related(links, base);
+  const Variants& variants = resource.variants();
+  for (std::size_t i = 0; i < variants.types.size(); ++i)
+    if (!variants.variants[i].is_profile() && !resource.document()) links.add(variant_iri(self, variants.types[i], page), "alternate", variants.types[i]);
+  links.finish(fields, self, "describedby");
+}
+
+}  // namespace lrt::engine

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include <lrt/base/result.hpp>
+#include <lrt/engine/engine.hpp>
+
+#include "src/engine/context.hpp"
+#include "src/engine/description.hpp"
+#include "src/engine/pending_requests.hpp"
+#include "src/engine/property_values.hpp"
+#include "src/engine/representation_cache.hpp"
+#include "src/engine/responses.hpp"
+
+namespace lrt::engine {
+
+/// Makes representations and responds with them: negotiation, conditions, ranges (R0.9-R0.11, R1.2).
+class Representations {
+ public:
+  /// A representation needs values or encodings that are not there yet.
+  struct Missing {
+    Encodings encodings;
+  };
+  /// What a request comes to, or what it needs first.
+  using Attempt = std::variant<Outcome, Missing>;
+  /// @param current  a refresh has just ended: its values are new enough
+  using Step = std::function<Attempt(Context&, bool current)>;
+  using Selected = std::variant<Representation*, http::Response, Missing>;
+
+  Representations(const EngineOptions& options, const EngineView& view, const Responses& responses, RepresentationCache& cache,
+                  PropertyValues& values, PendingRequests& pending)
+      : options_(options), view_(view), responses_(responses), cache_(cache), values_(values), pending_(pending) {}
+
+  /// GET and HEAD.
+  Outcome get(Context& context);
+  /// OPTIONS.
+  http::Response options(const Context& context) const;
+  /// The present representation as a response: 200, 206, 304, 406, 412, 416. The values are taken as they are.
+  http::Response respond(Context& context);
+  /// Tries a step; while it misses something, defers the request, refreshes the properties of its resource, and tries again.
+  Outcome attempt(Context& context, Step step);
+  /// The same for a request that is deferred already.
+  void respond_when_read(Ticket ticket, Resource& resource, std::function<http::Response(Context&)> respond);
+
+  /// The representation that suits the request best; the response if there is none.
+  /// @param page  where the HTML page goes if it suits best; nullptr: it is not offered
+  Selected select(Context& context, std::optional<Representation>* page, bool current);
+  /// The representation in one variant, as it is now.
+  /// @par Errors  unsupported_syntax, limit_exceeded: the variant cannot carry the value; others: it could not be made
+  Result<Representation*> make(Resource& resource, std::size_t base, Variant variant, std::size_t page = 1);
+  /// The representation as one event of an event stream.
+  const std::shared_ptr<const std::string>& event_of(Representation& representation);
+  /// If-Match and If-None-Match of a PUT, POST or DELETE: the response if they exclude it.
+  /// @param lacks_encodings  set if a variant could not be judged because an encoder has to run first
+  std::optional<http::Response> failed_precondition(const Context& context, bool* lacks_encodings = nullptr);
+  bool ready(Resource& resource, Variant variant, bool current) { return values_.ready(resource, variant, current); }
+
+  /// The graph of a resource.
+  void describe(rdf::Graph& graph, const Resource& resource, std::size_t base, std::size_t page = 1) const {
+    resource.describe({graph, view_.bases[base], page, view_});
+  }
+
+ private:
+  http::Response respond_with(const Representation& representation, const Context& context) const;
+  void go_on(Ticket ticket, Resource& resource, Encodings encodings, Step step);
+  Result<Bytes> body_of(Resource& resource, std::size_t base, Variant variant, std::size_t page) const;
+  Representation html_page(Resource& resource, std::size_t base, std::size_t page) const;
+  http::Fields structure_fields(const Resource& resource, std::size_t base, std::size_t page, std::string_view cache_control) const;
+  void add_links(http::Fields& fields, const Resource& resource, std::size_t base, std::size_t page) const;
+
+  const EngineOptions& options_;
+  const EngineView& view_;
+  const Responses& responses_;
+  RepresentationCache& cache_;
+  PropertyValues& values_;
+  PendingRequests& pending_;
+};
+
+/// How many pages a container has.
+std::size_t page_count(std::size_t members, std::size_t max_page_members) noexcept;
+
+}  // namespace lrt::engine

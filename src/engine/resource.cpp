@@ -1,0 +1,82 @@
+#include "src/engine/resource.hpp"
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+
+#include "src/engine/resources/thing.hpp"
+
+namespace lrt::engine {
+
+namespace {
+
+/// The router asks methods() first, so this is a kind of resource that allows a method it does not have.
+[[noreturn]] void announced_only(const Resource& resource, const char* method) {
+  throw std::logic_error(resource.path + " allows " + method + " and does not implement it");
+}
+
+}  // namespace
+
+std::string Methods::text() const {
+  std::string text = "GET, HEAD, OPTIONS";
+  if (put) text += ", PUT";
+  if (post) text += ", POST";
+  if (remove) text += ", DELETE";
+  return text;
+}
+
+Outcome Resource::put(Context&, Parts&) { announced_only(*this, "PUT"); }
+Outcome Resource::post(Context&, Parts&) { announced_only(*this, "POST"); }
+Outcome Resource::remove(Context&, Parts&) { announced_only(*this, "DELETE"); }
+
+void Resource::link_related(http::LinkWriter&, const std::string&) const {}
+
+std::string Resource::up() const { return thing ? thing->self.path : std::string(); }
+
+std::string Resource::described_by(const std::string& base) const { return thing ? thing->blueprint_iri(base) : std::string(); }
+
+void Resource::mark_changed() {
+  ++revision;
+  tell_observers();
+}
+
+void Resource::tell_observers() {
+  for (std::size_t i = 0; i < observers.size(); ++i) observers[i]->resource_changed();
+}
+
+void Resource::add_observer(Observer& observer, ChangeScanner& scanner) {
+  observers.push_back(&observer);
+  if (observers.size() == 1) set_observed(true, scanner);
+}
+
+void Resource::remove_observer(Observer& observer, ChangeScanner& scanner) {
+  observers.erase(std::find(observers.begin(), observers.end(), &observer));
+  if (observers.empty()) set_observed(false, scanner);
+}
+
+void add_placed(rdf::Graph& graph, const rdf::Graph& kept, const std::string& base) {
+  std::map<rdf::TermId, rdf::TermId> blanks;
+  const auto placed = [&](rdf::TermId id) {
+    const rdf::TermView term = kept.term(id);
+    if (term.is_blank()) {
+      const auto known = blanks.find(id);
+      return known != blanks.end() ? known->second : blanks.emplace(id, graph.fresh_blank()).first->second;
+    }
+    if (!term.is_iri() || term.text.substr(0, placeholder_base.size()) != placeholder_base) return graph.intern(term);
+    return graph.intern(rdf::iri(base + std::string(term.text.substr(placeholder_base.size()))));
+  };
+  for (const rdf::Triple& t : kept.triples()) {
+    const rdf::TermId s = placed(t.subject), p = placed(t.predicate), o = placed(t.object);
+    graph.add(s, p, o);
+  }
+}
+
+bool fits(const rdf::Value& value, std::size_t& left) {
+  if (const rdf::Value::Sequence* members = value.sequence(); members && !members->empty())
+    return std::all_of(members->begin(), members->end(), [&](const rdf::Value& member) { return fits(member, left); });
+  if (left == 0) return false;
+  --left;
+  return true;
+}
+
+}  // namespace lrt::engine

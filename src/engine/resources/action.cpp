@@ -1,0 +1,168 @@
+#include "src/engine/resources/action.hpp"
+
+#include <lrt/rdf/lexical.hpp>
+#include <lrt/rdf/traits.hpp>
+#include <lrt/rdf/value_codec.hpp>
+
+#include "src/engine/change_scanner.hpp"
+#include "src/engine/description.hpp"
+#include "src/engine/parts.hpp"
+#include "src/engine/resources/blueprint.hpp"
+#include "src/engine/resources/thing.hpp"
+
+namespace lrt::engine {
+
+namespace {
+
+Iri status_iri(Status status) {
+  switch (status) {
+    case Status::pending: return vocab::lrt::pending;
+    case Status::running: return vocab::lrt::running;
+    case Status::succeeded: return vocab::lrt::succeeded;
+    case Status::failed: return vocab::lrt::failed;
+    case Status::cancelled: return vocab::lrt::cancelled;
+  }
+  return {};
+}
+
+std::string status_name(Status status) {
+  const std::string_view iri = status_iri(status).text;
+  return std::string(iri.substr(iri.find('#') + 1));
+}
+
+/// Of invocations without RDF.
+rdf::Type invocation_record(const model::ActionSpec& action) {
+  rdf::Type record;
+  record.kind = rdf::Type::Kind::record;
+  const auto field = [&](std::string_view name, const rdf::Type& type, const rdf::Facets& facets = {}) {
+    record.fields.push_back({std::string(name), "#" + std::string(name), &type, facets});
+  };
+  field("status", rdf::traits<std::string>::type());
+  field("progress", rdf::traits<double>::type());
+  for (const char* time : {"created", "startedAtTime", "endedAtTime"}) field(time, rdf::traits<Utc>::type());
+  field("error", rdf::traits<std::string>::type());
+  if (action.input) field("input", *action.input, action.input_facets);
+  if (action.output) field("result", *action.output, action.output_facets);
+  return record;
+}
+
+rdf::Value instant(Utc time) { return time == Utc{} ? rdf::Value() : rdf::traits<Utc>::encode(time); }
+
+}  // namespace
+
+// ------------------------------------------------------------------------------------------------------------ invocation
+
+InvocationResource::InvocationResource(std::string its_path, ActionResource& its_action)
+    : Resource(std::move(its_path), its_action.thing), action(its_action) {}
+
+Methods InvocationResource::methods() const noexcept {
+  Methods methods;
+  methods.remove = true;
+  return methods;
+}
+
+Outcome InvocationResource::remove(Context& context, Parts& parts) { return parts.invocations.remove(*this, context); }
+
+void InvocationResource::describe(const Description& d) const {
+  About about(d.graph, d.base + path);
+  const std::string names = thing->names_base(d.base);
+  describe_types(about);
+  about.link(vocab::rdfs::seeAlso, d.base + action.path);
+  about.add(vocab::lrt::status, rdf::TermView(status_iri(status)));
+  about.add(vocab::lrt::progress, rdf::literal(rdf::lexical::format(progress), vocab::xsd::double_));
+  about.when(vocab::dcterms::created, created);
+  about.when(vocab::prov::startedAtTime, started);
+  about.when(vocab::prov::endedAtTime, ended);
+  const auto part = [&](Iri predicate, const char* fragment, const rdf::Type& type, const rdf::Facets& facets, const rdf::Value& value) {
+    const rdf::TermId node = d.graph.intern(rdf::iri(d.base + path + fragment));
+    about.add(predicate, node);
+    rdf::write_value(d.graph, node, type, facets, value, names);
+  };
+  const model::ActionSpec& spec = *action.spec;
+  if (spec.input && !input.is_null()) part(vocab::lrt::input, "#input", *spec.input, spec.input_facets, input);
+  if (status == Status::failed) about.add(vocab::lrt::error, rdf::literal(result.error().message));
+  if (status == Status::succeeded && spec.output && !result->is_null())
+    part(vocab::lrt::result, "#result", *spec.output, spec.output_facets, *result);
+}
+
+void InvocationResource::describe_types(About& about) const { about.a(vocab::lrt::Invocation).a(vocab::prov::Activity); }
+
+std::optional<PlainValue> InvocationResource::plain_value() const {
+  static const rdf::Facets no_facets;
+  rdf::Value::Sequence values = {rdf::Value(status_name(status)), rdf::Value(progress), instant(created), instant(started), instant(ended),
+                                 status == Status::failed ? rdf::Value(result.error().message) : rdf::Value()};
+  if (action.spec->input) values.push_back(input);
+  if (action.spec->output) values.push_back(status == Status::succeeded ? *result : rdf::Value());
+  return PlainValue{&action.invocation_type, &no_facets, nullptr, rdf::Value(std::move(values))};
+}
+
+bool InvocationResource::fits_rdf(std::size_t max_values) const { return fits(input, max_values) && (!result || fits(*result, max_values)); }
+
+std::string InvocationResource::up() const { return action.path; }
+
+void InvocationResource::refresh() {
+  const double now = control->fraction();
+  if (finished() || now == progress) return;
+  progress = now;
+  mark_changed();
+}
+
+void InvocationResource::set_observed(bool observed, ChangeScanner& scanner) {
+  if (observed) scanner.watch(*this);
+  else scanner.unwatch(*this);
+}
+
+// ---------------------------------------------------------------------------------------------------------------- Action
+
+ActionResource::ActionResource(std::string its_path, ThingNode* its_thing, std::shared_ptr<model::ActionSpec> s)
+    : Resource(std::move(its_path), its_thing), spec(std::move(s)), invocation_type(invocation_record(*spec)) {}
+ActionResource::~ActionResource() = default;
+
+Methods ActionResource::methods() const noexcept {
+  Methods methods;
+  methods.post = true;
+  return methods;
+}
+
+Outcome ActionResource::post(Context& context, Parts& parts) { return parts.invocations.invoke(*this, context); }
+
+void ActionResource::describe(const Description& d) const {
+  About about(d.graph, d.base + path);
+  describe_types(about);
+  about.link(vocab::rdfs::seeAlso, d.base + thing->self.path);
+  const std::string shapes = thing->names_base(d.base) + "#";
+  if (spec->input) about.link(vocab::hybrit::consumes, shapes + input_shape());
+  if (spec->output) about.link(vocab::hybrit::produces, shapes + output_shape());
+  const rdf::TermId binding = d.graph.fresh_blank();
+  about.add(vocab::hybrit::binding, binding);
+  About request(d.graph, binding);
+  request.a(vocab::http_core::Request)
+      .add(vocab::http_core::mthd, rdf::TermView(vocab::http_methods::POST))
+      .link(vocab::http_core::requestURI, d.base + path);
+  if (spec->input) {
+    const rdf::TermId body = d.graph.fresh_blank();
+    request.add(vocab::http_core::body, body);
+    About(d.graph, body).link(vocab::dcterms::conformsTo, shapes + input_shape());
+  }
+  constexpr std::string_view names[] = {"preempt", "queue", "reject", "parallel"};
+  about.add(vocab::lrt::policy, rdf::literal(names[static_cast<std::size_t>(spec->policy.kind)]));
+  about.statements(spec->statements, d.base);
+  for (const auto& i : invocations) about.link(vocab::lrt::invocation, d.base + i->path);
+  const auto shape = [&](const std::string& name, const rdf::Type* type, const rdf::Facets& facets) {
+    if (type) describe_shape(d.graph, *thing, d.base, name, *type, facets);
+  };
+  shape(input_shape(), spec->input, spec->input_facets);
+  shape(output_shape(), spec->output, spec->output_facets);
+}
+
+void ActionResource::describe_types(About& about) const {
+  about.a(vocab::hybrit::Action);
+  if (spec->asynchronous) about.a(vocab::hybrit::AsynchronousAction);
+  about.a(spec->classes);
+}
+
+void ActionResource::link_related(http::LinkWriter& links, const std::string& base) const {
+  for (const auto& i : invocations) links.add(base + i->path, "related");
+}
+
+}  // namespace lrt::engine

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+#include <lrt/model/detail/spec.hpp>
+
+#include "src/engine/deadline_queue.hpp"
+#include "src/engine/invocation_control.hpp"
+#include "src/engine/resource.hpp"
+
+namespace lrt::engine {
+
+class ActionResource;
+
+enum class Status : std::uint8_t { pending, running, succeeded, failed, cancelled };
+
+/// One invocation of an Action: status, progress, times, input and result (SPEC 3.1).
+class InvocationResource final : public Resource {
+ public:
+  InvocationResource(std::string path, ActionResource& its_action);
+
+  Methods methods() const noexcept override;
+  /// DELETE cancels an invocation that has not finished, and removes one that has.
+  Outcome remove(Context& context, Parts& parts) override;
+
+  void describe(const Description& d) const override;
+  void describe_types(About& about) const override;
+  const Variants& variants() const override { return value_variants(); }
+  std::optional<PlainValue> plain_value() const override;
+  bool fits_rdf(std::size_t max_values) const override;
+  std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
+  std::string up() const override;
+  void refresh() override;
+  bool observable() const noexcept override { return true; }
+  bool is_urgent() const noexcept override { return true; }
+  void set_observed(bool observed, ChangeScanner& scanner) override;
+  bool has_final_state() const noexcept override { return true; }
+  bool survives_restart() const noexcept override { return false; }
+
+  bool finished() const noexcept { return status >= Status::succeeded; }
+
+  ActionResource& action;
+  std::shared_ptr<InvocationControl> control;
+  rdf::Value input;
+  Status status = Status::pending;
+  double progress = 0;
+  Result<rdf::Value> result{rdf::Value()};
+  Utc created{}, started{}, ended{};
+  std::shared_ptr<CancelToken> token;      ///< of the call that starts it, once there is one
+  DeadlineQueue<ResourceId>::Place start_deadline;
+  std::vector<Ticket> waiting;             ///< requests to be responded to when it ends
+};
+
+/// A command: what it consumes and produces, its binding, its invocations (R1.10, paper 5.4).
+class ActionResource final : public Resource {
+ public:
+  ActionResource(std::string path, ThingNode* thing, std::shared_ptr<model::ActionSpec> s);
+  ~ActionResource() override;
+
+  Methods methods() const noexcept override;
+  /// POST invokes.
+  Outcome post(Context& context, Parts& parts) override;
+  std::string input_shape() const override { return "actions/" + spec->path + "/input"; }
+  std::string output_shape() const { return "actions/" + spec->path + "/output"; }
+  bool takes_plain_values() const noexcept override { return true; }
+
+  void describe(const Description& d) const override;
+  void describe_types(About& about) const override;
+  std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
+  void link_related(http::LinkWriter& links, const std::string& base) const override;
+  bool observable() const noexcept override { return true; }
+  bool is_urgent() const noexcept override { return true; }
+
+  const std::shared_ptr<model::ActionSpec> spec;
+  const rdf::Type invocation_type;                             ///< of its invocations as records
+  std::list<std::unique_ptr<InvocationResource>> invocations;  ///< oldest first
+  std::deque<InvocationResource*> queue;                       ///< pending ones that wait for their turn
+  std::size_t active = 0;                                      ///< handed to the host and not ended
+};
+
+}  // namespace lrt::engine

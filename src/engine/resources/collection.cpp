@@ -1,0 +1,174 @@
+#include "src/engine/resources/collection.hpp"
+
+#include <algorithm>
+
+#include <lrt/base/ids.hpp>
+#include <lrt/rdf/value_codec.hpp>
+
+#include "src/engine/description.hpp"
+#include "src/engine/parts.hpp"
+#include "src/engine/resources/thing.hpp"
+
+namespace lrt::engine {
+
+void describe_container_types(About& about) { about.a(vocab::ldp::BasicContainer).a(vocab::ldp::Container).a(vocab::ldp::RDFSource); }
+
+void describe_container(About& about, const Resource& container, const Description& d) {
+  if (d.page == minimal_page) return;
+  const std::vector<Resource*> members = container.members();
+  const std::size_t first = std::min(members.size(), (d.page - 1) * d.engine.options.max_page_members);
+  const std::size_t last = std::min(members.size(), first + d.engine.options.max_page_members);
+  for (std::size_t i = first; i < last; ++i) about.link(vocab::ldp::contains, d.base + members[i]->path);
+  for (std::size_t i = first; i < last; ++i) describe_types_of(*members[i], d);
+}
+
+// ---------------------------------------------------------------------------------------------------------------- member
+
+MemberResource::MemberResource(std::string its_path, CollectionResource& its_collection, std::string its_id, rdf::Value its_value)
+    : Resource(std::move(its_path), its_collection.thing), collection(its_collection), member_id(std::move(its_id)), value(std::move(its_value)) {}
+
+Methods MemberResource::methods() const noexcept {
+  Methods methods;
+  methods.remove = static_cast<bool>(collection.spec->remove);
+  return methods;
+}
+
+Outcome MemberResource::remove(Context& context, Parts& parts) {
+  if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
+  if (removing_) return parts.responses.problem(context, 409, "the member is being removed already");
+  const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out());
+  if (!ticket) return parts.responses.overloaded(context);
+  removing_ = true;
+  auto token = parts.calls.call<void>(
+      thing->where(), [spec = collection.spec, known_id = member_id] { return spec->remove(known_id); },
+      [ref = Ref(*this), &parts, ticket = *ticket](const Result<void>& result, TimePoint now) {
+        if (MemberResource* member = parts.registry.find(ref)) member->removed(result, ticket, parts, now);
+        else parts.respond_gone(ticket);
+      });
+  parts.pending.waits_for(*ticket, token);
+  collection.calls_[*ticket] = std::move(token);
+  return Deferred{*ticket};
+}
+
+void MemberResource::removed(const Result<void>& result, Ticket ticket, Parts& parts, TimePoint now) {
+  CollectionResource& its_collection = collection;
+  its_collection.calls_.erase(ticket);
+  removing_ = false;
+  if (const Context* context = parts.pending.resume(ticket, now)) {
+    parts.pending.respond(ticket, result ? parts.responses.no_content(*context)
+                                         : parts.responses.refused(*context, "the member \"" + path + "\" was not removed", result.error()));
+  }
+  if (!result) return;
+  parts.registry.remove(*this);
+  auto& members = its_collection.members_;
+  members.erase(std::find_if(members.begin(), members.end(), [this](const auto& m) { return m.get() == this; }));  // this is gone now
+  its_collection.mark_changed();
+}
+
+void MemberResource::describe(const Description& d) const {
+  About about(d.graph, d.base + path);
+  describe_types(about);
+  rdf::write_value(d.graph, about.subject(), *collection.spec->type, collection.spec->facets, value, thing->names_base(d.base));
+}
+
+void MemberResource::describe_types(About& about) const {
+  about.a(vocab::ldp::RDFSource);
+  describe_value_types(about, *collection.spec->type);
+}
+
+std::optional<PlainValue> MemberResource::plain_value() const { return PlainValue{collection.spec->type, &collection.spec->facets, &value}; }
+
+std::string MemberResource::up() const { return collection.path; }
+
+// ------------------------------------------------------------------------------------------------------------ collection
+
+CollectionResource::CollectionResource(std::string its_path, ThingNode* its_thing, std::shared_ptr<model::CollectionSpec> s)
+    : Resource(std::move(its_path), its_thing), spec(std::move(s)) {}
+CollectionResource::~CollectionResource() = default;
+
+Methods CollectionResource::methods() const noexcept {
+  Methods methods;
+  methods.post = static_cast<bool>(spec->create);
+  return methods;
+}
+
+Outcome CollectionResource::post(Context& context, Parts& parts) {
+  // LDP 5.2.3.4: the requested interaction model must be one that a member has.
+  if (asks_for_other_model(context.request().joined("Link"))) return parts.responses.problem(context, 409, "members of this container are ldp:RDFSource");
+  auto read = parts.bodies.read_value(context, *spec->type, spec->facets);
+  if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
+  if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
+  if (members_.size() + creating_ >= spec->most)
+    return parts.responses.problem(context, 409, "the collection is full with " + std::to_string(spec->most) + " members");
+  const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out());
+  if (!ticket) return parts.responses.overloaded(context);
+  ++creating_;
+  const std::string new_id = parts.options.ids->next();
+  rdf::Value& value = std::get<rdf::Value>(read);
+  auto token = parts.calls.call<void>(
+      thing->where(), [s = spec, new_id, value] { return s->create(new_id, value); },
+      [ref = Ref(*this), &parts, new_id, value, ticket = *ticket](const Result<void>& result, TimePoint now) mutable {
+        if (CollectionResource* collection = parts.registry.find(ref)) collection->created(new_id, std::move(value), result, ticket, parts, now);
+        else parts.respond_gone(ticket);
+      });
+  parts.pending.waits_for(*ticket, token);
+  calls_[*ticket] = std::move(token);
+  return Deferred{*ticket};
+}
+
+void CollectionResource::created(const std::string& new_id, rdf::Value value, const Result<void>& result, Ticket ticket, Parts& parts, TimePoint now) {
+  calls_.erase(ticket);
+  --creating_;
+  MemberResource* member = nullptr;
+  if (result) {
+    auto made = std::make_unique<MemberResource>(path + "/" + new_id, *this, new_id, std::move(value));
+    member = made.get();
+    members_.push_back(std::move(made));
+    parts.registry.add(*member);
+    mark_changed();
+  }
+  const Context* context = parts.pending.resume(ticket, now);
+  if (!context) return;
+  if (!member) return parts.pending.respond(ticket, parts.responses.refused(*context, "the collection \"" + path + "\" did not take the member", result.error()));
+  const std::string location = parts.responses.iri(*context, member->path);
+  http::Response response;
+  if (context->wants_representation()) {
+    rdf::Graph graph;
+    parts.representations.describe(graph, *member, context->base);
+    const PlainValue plain = *member->plain_value();
+    response = parts.responses.graph(*context, 201, graph, &plain);
+    response.fields.add("Content-Location", location);
+    response.fields.add("Preference-Applied", "return=representation");
+  } else {
+    response = parts.responses.no_content(*context, 201);  // LDP 5.2.3.1
+  }
+  response.fields.add("Location", location);
+  parts.pending.respond(ticket, std::move(response));
+}
+
+void CollectionResource::removed(Parts& parts) {
+  for (const auto& [ticket, token] : calls_) {
+    token->cancel();
+    parts.respond_gone(ticket);
+  }
+  calls_.clear();
+  for (const auto& member : members_) parts.registry.remove(*member);
+}
+
+void CollectionResource::describe(const Description& d) const {
+  About about(d.graph, d.base + path);
+  describe_types(about);
+  about.link(vocab::rdfs::seeAlso, d.base + thing->self.path);
+  about.statements(spec->statements, d.base);
+  describe_container(about, *this, d);
+}
+
+void CollectionResource::describe_types(About& about) const { describe_container_types(about); }
+
+std::vector<Resource*> CollectionResource::members() const {
+  std::vector<Resource*> all;
+  for (const auto& m : members_) all.push_back(m.get());
+  return all;
+}
+
+}  // namespace lrt::engine

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+#include <lrt/model/detail/spec.hpp>
+
+#include "src/engine/host_calls.hpp"
+#include "src/engine/resource.hpp"
+
+namespace lrt::engine {
+
+class CollectionResource;
+
+/// A member of a collection: the value that a client created it with.
+class MemberResource final : public Resource {
+ public:
+  MemberResource(std::string its_path, CollectionResource& its_collection, std::string its_id, rdf::Value its_value);
+
+  Methods methods() const noexcept override;
+  Outcome remove(Context& context, Parts& parts) override;
+  void describe(const Description& d) const override;
+  void describe_types(About& about) const override;
+  const Variants& variants() const override { return value_variants(); }
+  std::optional<PlainValue> plain_value() const override;
+  bool fits_rdf(std::size_t max_values) const override { return fits(value, max_values); }
+  std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
+  std::string up() const override;
+
+  CollectionResource& collection;
+  const std::string member_id;  ///< by which the user's lambdas know it
+  const rdf::Value value;
+
+ private:
+  void removed(const Result<void>& result, Ticket ticket, Parts& parts, TimePoint now);
+  bool removing_ = false;
+};
+
+/// A container whose members clients create and remove (SPEC 2, LDP 5).
+class CollectionResource final : public Resource {
+ public:
+  CollectionResource(std::string its_path, ThingNode* its_thing, std::shared_ptr<model::CollectionSpec> s);
+  ~CollectionResource() override;
+
+  Methods methods() const noexcept override;
+  Outcome post(Context& context, Parts& parts) override;
+  std::string input_shape() const override { return spec->path; }
+  bool takes_plain_values() const noexcept override { return true; }
+  void describe(const Description& d) const override;
+  void describe_types(About& about) const override;
+  std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
+  bool is_container() const noexcept override { return true; }
+  std::vector<Resource*> members() const override;
+
+  /// The collection goes. Requests that wait for its lambdas are answered 404.
+  void removed(Parts& parts);
+
+  const std::shared_ptr<model::CollectionSpec> spec;
+
+ private:
+  friend class MemberResource;
+  void created(const std::string& new_id, rdf::Value value, const Result<void>& result, Ticket ticket, Parts& parts, TimePoint now);
+
+  std::vector<std::unique_ptr<MemberResource>> members_;
+  std::size_t creating_ = 0;                                ///< on their way through the create lambda
+  std::map<Ticket, std::shared_ptr<CancelToken>> calls_;    ///< create and remove lambdas under way
+};
+
+/// What every container says of itself: its types, and its members page by page (LDP 5.2, 7.2).
+void describe_container(About& about, const Resource& container, const Description& d);
+void describe_container_types(About& about);
+
+}  // namespace lrt::engine

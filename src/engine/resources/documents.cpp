@@ -1,0 +1,36 @@
+#include "src/engine/resources/documents.hpp"
+
+#include <lrt/engine/engine.hpp>
+#include <lrt/rdf/codec.hpp>
+
+#include "src/engine/description.hpp"
+#include "src/engine/registry.hpp"
+#include "src/engine/resources/collection.hpp"
+#include "src/engine/resources/thing.hpp"
+#include "src/engine/terms.hpp"
+
+namespace lrt::engine {
+
+void RootResource::describe(const Description& d) const {
+  About about(d.graph, d.base + path);
+  describe_types(about);
+  about.add(vocab::dcterms::title, rdf::literal("Robotic Things"));
+  about.link(vocab::rdfs::seeAlso, d.base + terms_);
+  describe_container(about, *this, d);
+}
+
+void RootResource::describe_types(About& about) const { describe_container_types(about); }
+
+std::vector<Resource*> RootResource::members() const {
+  std::vector<Resource*> all;
+  for (ThingNode* root : registry_.roots()) all.push_back(&root->self);
+  return all;
+}
+
+void TermsResource::describe(const Description& d) const {
+  rdf::ReadOptions options;
+  options.base = vocab::lrt::state.text.substr(0, vocab::lrt::state.text.find('#'));
+  if (const Result<rdf::Graph> terms = rdf::read(term_list(), rdf::Syntax::turtle, options)) d.graph.merge(*terms);
+}
+
+}  // namespace lrt::engine

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "src/engine/resource.hpp"
+
+namespace lrt::engine {
+
+/// "/": the list of Things (R0.4).
+class RootResource final : public Resource {
+ public:
+  explicit RootResource(const Registry& registry, std::string terms) : Resource("/", nullptr), registry_(registry), terms_(std::move(terms)) {}
+  void describe(const Description& d) const override;
+  void describe_types(About& about) const override;
+  bool is_container() const noexcept override { return true; }
+  std::vector<Resource*> members() const override;
+  std::string described_by(const std::string& base) const override { return base + terms_; }
+
+ private:
+  const Registry& registry_;
+  const std::string terms_;
+};
+
+/// "/ns/lrt": the terms of lrt, and those of hybrit that it uses.
+class TermsResource final : public Resource {
+ public:
+  static constexpr const char* location = "/ns/lrt";
+  TermsResource() : Resource(location, nullptr) {}
+  void describe(const Description& d) const override;
+  void describe_types(About&) const override {}
+  std::uint64_t state(std::uint64_t) const noexcept override { return 1; }
+  bool is_rdf_source() const noexcept override { return false; }
+};
+
+/// "/ns/context.jsonld": the JSON-LD context. Representations refer to it with a version of its text in the query, so that it may be kept
+/// for a day.
+class ContextResource final : public Resource {
+ public:
+  static constexpr const char* location = "/ns/context.jsonld";
+  explicit ContextResource(std::string text) : Resource(location, nullptr), text_(std::move(text)) {}
+  void describe(const Description&) const override {}
+  void describe_types(About&) const override {}
+  const Variants& variants() const override { return context_variants(); }
+  std::optional<std::string_view> document() const override { return text_; }
+  std::uint64_t state(std::uint64_t) const noexcept override { return 1; }
+  std::string_view cache_control() const noexcept override { return "max-age=86400"; }
+  bool is_rdf_source() const noexcept override { return false; }
+
+ private:
+  const std::string text_;
+};
+
+}  // namespace lrt::engine

@@ -1,0 +1,222 @@
+#include "src/engine/resources/property.hpp"
+
+#include <algorithm>
+
+#include <lrt/rdf/value_codec.hpp>
+
+#include "src/engine/change_scanner.hpp"
+#include "src/engine/description.hpp"
+#include "src/engine/parts.hpp"
+#include "src/engine/resources/thing.hpp"
+
+namespace lrt::engine {
+
+PropertyResource::PropertyResource(std::string its_path, ThingNode* its_thing, std::shared_ptr<model::PropertySpec> s)
+    : Resource(std::move(its_path), its_thing), spec(std::move(s)) {
+  if (spec->octets || !spec->representations.empty()) own_variants_ = std::make_unique<const Variants>(variants_of(*spec));
+}
+
+Methods PropertyResource::methods() const noexcept {
+  Methods methods;
+  methods.put = static_cast<bool>(spec->write);
+  return methods;
+}
+
+void PropertyResource::for_each_property(const std::function<void(PropertyResource&)>& visit) const {
+  visit(const_cast<PropertyResource&>(*this));
+}
+
+// ------------------------------------------------------------------------------------------------------- what it says
+
+void PropertyResource::describe(const Description& d) const {
+  About about(d.graph, d.base + path);
+  describe_types(about);
+  about.link(vocab::rdfs::seeAlso, d.base + thing->self.path);
+  if (!value.is_null() && !only_octets)
+    rdf::write_value(d.graph, about.subject(), *spec->type, spec->facets, value, thing->names_base(d.base));
+  about.when(vocab::dcterms::modified, modified);
+  if (spec->frame) about.add(vocab::lrt::frame, object_term(d.graph, *spec->frame, d.base));
+  about.statements(spec->statements, d.base);
+  describe_formats(about, d);
+}
+
+void PropertyResource::describe_types(About& about) const {
+  about.a(vocab::hybrit::Property);
+  describe_value_types(about, *spec->type);
+  about.a(spec->classes);
+}
+
+/// Which formats there are of the present value, their sizes, and how numbers lie in them: binary and semantic data together (the paper's
+/// D5).
+void PropertyResource::describe_formats(About& about, const Description& d) const {
+  rdf::Graph& graph = d.graph;
+  const auto add = [&](const std::string& type, std::size_t bytes, const Layout& layout, Iri element_type) {
+    const std::string iri = variant_iri(d.base + path, type);
+    about.link(vocab::dcterms::hasFormat, iri);
+    About format(graph, iri);
+    const auto count = [&](std::size_t n) { return graph.intern(rdf::literal(std::to_string(n), vocab::xsd::nonNegativeInteger)); };
+    format.a(vocab::dcat::Distribution).add(vocab::dcterms::format, rdf::literal(type));
+    format.link(vocab::dcat::mediaType, "https://www.iana.org/assignments/media-types/" + escaped(type.substr(0, type.find(';'))));
+    format.add(vocab::dcat::byteSize, count(bytes));
+    if (element_type.empty()) return;
+    std::vector<rdf::TermId> shape;
+    for (const std::size_t n : layout.shape) shape.push_back(count(n));
+    format.add(vocab::lrt::elementType, rdf::TermView(element_type)).add(vocab::lrt::shape, graph.add_list(shape));
+    format.add(vocab::lrt::byteOrder, rdf::TermView(layout.byte_order == Layout::ByteOrder::little_endian ? vocab::lrt::littleEndian
+                                                                                                          : vocab::lrt::bigEndian));
+    const Unit& unit = layout.unit.empty() ? spec->facets.unit() : layout.unit;
+    if (!unit.vom.empty()) format.add(vocab::vom::unit, rdf::TermView(unit.vom));
+    if (!unit.qudt.empty()) format.add(vocab::qudt::unit, rdf::TermView(unit.qudt));
+    if (spec->frame) format.add(vocab::lrt::frame, object_term(graph, *spec->frame, d.base));
+  };
+  for (std::size_t i = 0; i < spec->representations.size() && i < encodings.size(); ++i) {
+    const model::RepresentationSpec& representation = spec->representations[i];
+    const Result<Bytes>& bytes = encodings[i].bytes;
+    if (encodings[i].made && bytes)
+      add(representation.media_type, (*bytes)->size(), representation.layout, Iri(std::string_view(representation.element_type)));
+  }
+  if (!spec->octets) return;
+  if (const auto octets = rdf::octets_of(*spec->type, value)) {
+    const Layout layout{octets->datatype, octets->shape, Layout::ByteOrder::little_endian, {}};
+    add(std::string(rdf::media_type(rdf::Plain::octets)), octets->size(), layout, layout.element_type);
+  }
+}
+
+// ------------------------------------------------------------------------------------------------- who observes it
+
+void PropertyResource::set_watched(bool watched, ChangeScanner& scanner) {
+  if (watched ? ++watchers == 1 : --watchers == 0) watched ? scanner.watch(*this) : scanner.unwatch(*this);
+}
+
+void PropertyResource::mark_changed() {
+  Resource::mark_changed();
+  thing->state.tell_observers();
+  if (!spec->slot) return;
+  const std::uint64_t lost = spec->slot->lost();
+  if (lost == seen_lost) return;
+  for (Observer* observer : observers) observer->values_missed(lost - seen_lost);
+  seen_lost = lost;
+}
+
+// ---------------------------------------------------------------------------------------------------------- writing
+
+Outcome PropertyResource::put(Context& context, Parts& parts) {
+  auto read = parts.bodies.read_value(context, *spec->type, spec->facets);
+  if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
+  const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out());
+  if (!ticket) return parts.responses.overloaded(context);
+  if (writes_.size() > 64) {  // most of their clients were answered 503 meanwhile; the first may be under way
+    const auto is_over = [&](const Write& w) { return !parts.pending.is_pending(w.ticket); };
+    writes_.erase(std::remove_if(writes_.begin() + 1, writes_.end(), is_over), writes_.end());
+  }
+  writes_.push_back({*ticket, std::move(std::get<rdf::Value>(read))});
+  if (!writing_) begin_next_write(parts, context.now);
+  return Deferred{*ticket};
+}
+
+/// Takes up the first write that has a client. Its preconditions are judged now, so that the second of two writers with the same If-Match
+/// meets what the first has written.
+void PropertyResource::begin_next_write(Parts& parts, TimePoint now) {
+  writing_ = false;
+  while (!writes_.empty()) {
+    const Ticket ticket = writes_.front().ticket;
+    const Context* context = parts.pending.resume(ticket, now);
+    if (!context) {
+      writes_.pop_front();
+      continue;
+    }
+    writing_ = true;
+    const bool conditional = context->request().find("If-Match") || context->request().find("If-None-Match");
+    parts.values.take_published(*this);
+    const bool is_behind = spec->slot && spec->slot->has_news();
+    if (conditional || is_behind) return judge_after_refresh({}, parts);
+    return judge_write(parts, now, true);
+  }
+}
+
+/// Judges the first write with the present value, which user code may have to make.
+void PropertyResource::judge_after_refresh(Encodings wanted, Parts& parts) {
+  const Ticket ticket = writes_.front().ticket;
+  parts.values.refresh(*this, wanted, [this, &parts, ref = Ref(*this), ticket, all = wanted.all](const Result<void>& result, TimePoint now) {
+    if (!parts.registry.find(ref) || writes_.empty() || writes_.front().ticket != ticket) return;
+    if (result) return judge_write(parts, now, all);
+    if (const Context* c = parts.pending.resume(ticket, now)) parts.pending.respond(ticket, parts.responses.problem(*c, 500, result.error().message));
+    drop_write();
+    begin_next_write(parts, now);
+  });
+}
+
+/// @param encoded  variants that lack an encoding have no entity tag
+void PropertyResource::judge_write(Parts& parts, TimePoint now, bool encoded) {
+  const Ticket ticket = writes_.front().ticket;
+  Context* context = parts.pending.resume(ticket, now);
+  std::optional<http::Response> failed;
+  if (context) {
+    bool lacks_encodings = false;
+    failed = parts.representations.failed_precondition(*context, &lacks_encodings);
+    if (lacks_encodings && !encoded) {
+      Encodings all;
+      all.all = true;
+      return judge_after_refresh(all, parts);
+    }
+  }
+  if (!context || failed) {
+    if (failed) parts.pending.respond(ticket, *std::move(failed));
+    drop_write();
+    return begin_next_write(parts, now);
+  }
+  context->ignores_conditions = true;
+  write_token_ = parts.calls.call<Written>(
+      thing->where(),
+      [s = spec, value = writes_.front().value]() -> Result<Written> {
+        if (s->slot) s->slot->forget();
+        if (Result<void> result = s->write(value); !result) return Unexpected{std::move(result).error()};
+        // The write has succeeded: without a T of its own the value just has no encodings.
+        auto decoded = guarded<std::shared_ptr<const void>>([&]() -> Result<std::shared_ptr<const void>> { return s->whole ? s->whole(value) : nullptr; });
+        return Written{decoded ? *std::move(decoded) : nullptr};
+      },
+      [this, &parts, ref = Ref(*this)](Result<Written> written, TimePoint at) {
+        if (parts.registry.find(ref)) end_write(std::move(written), parts, at);
+      });
+  parts.pending.waits_for(ticket, write_token_);
+}
+
+void PropertyResource::end_write(Result<Written> written, Parts& parts, TimePoint now) {
+  write_token_ = nullptr;
+  const Write write = std::move(writes_.front());
+  writes_.pop_front();
+  if (written && spec->slot) {
+    // What was published since the lambda began counts, even the old value. Otherwise the written value is shown until the next publish.
+    const bool published = spec->slot->has_news();
+    parts.values.take_published(*this);
+    if (!published && !rdf::same(value, write.value)) parts.values.set(*this, {write.value, std::move(written->whole), now.utc, {}});
+  }
+  const Context* context = parts.pending.resume(write.ticket, now);
+  if (context && !written) {
+    parts.pending.respond(write.ticket, parts.responses.refused(*context, "property \"" + path + "\" was not written", written.error()));
+  } else if (context && context->wants_representation()) {
+    parts.representations.respond_when_read(write.ticket, *this, [&parts](Context& c) {
+      http::Response response = parts.representations.respond(c);
+      response.fields.add("Preference-Applied", "return=representation");
+      response.fields.add("Content-Location", parts.responses.iri(c, c.resource->path));
+      return response;
+    });
+  } else if (context) {
+    parts.pending.respond(write.ticket, parts.responses.no_content(*context));
+  }
+  begin_next_write(parts, now);
+}
+
+void PropertyResource::drop_write() {
+  writes_.pop_front();
+  writing_ = false;
+}
+
+void PropertyResource::removed(Parts& parts) {
+  for (const Write& w : writes_) parts.respond_gone(w.ticket);
+  writes_.clear();
+  if (write_token_) write_token_->cancel();
+  parts.values.cancel(*this, parts.clock.now());
+}
+
+}  // namespace lrt::engine

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+#include <lrt/model/detail/spec.hpp>
+#include <lrt/model/representation.hpp>
+
+#include "src/engine/deadline_queue.hpp"
+#include "src/engine/property_values.hpp"
+#include "src/engine/resource.hpp"
+
+namespace lrt::engine {
+
+/// A Property: its value with time, unit and frame, readable, observable, and writable if the user says so (R1.9, paper 5.2).
+class PropertyResource final : public Resource {
+ public:
+  PropertyResource(std::string path, ThingNode* thing, std::shared_ptr<model::PropertySpec> s);
+
+  Methods methods() const noexcept override;
+  Outcome put(Context& context, Parts& parts) override;
+  std::string input_shape() const override { return spec->path; }
+  bool takes_plain_values() const noexcept override { return true; }
+
+  void describe(const Description& d) const override;
+  void describe_types(About& about) const override;
+  const Variants& variants() const override { return own_variants_ ? *own_variants_ : value_variants(); }
+  std::optional<PlainValue> plain_value() const override { return PlainValue{spec->type, &spec->facets, &value}; }
+  bool fits_rdf(std::size_t max_values) const override { return only_octets || fits(value, max_values); }
+  std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
+  bool has_fixed_links() const noexcept override { return true; }
+
+  Reads reads() const noexcept override { return Reads::values; }
+  void for_each_property(const std::function<void(PropertyResource&)>& visit) const override;
+
+  bool observable() const noexcept override { return true; }
+  void set_observed(bool observed, ChangeScanner& scanner) override { set_watched(observed, scanner); }
+  /// Its own observers, and those of its Thing's state, want to know of new values.
+  void set_watched(bool watched, ChangeScanner& scanner);
+  void mark_changed() override;
+
+  /// It has a value, or is read for one. A pushed property promises none before the first publish.
+  bool promises_triples() const noexcept { return (spec->read || !value.is_null()) && !only_octets; }
+  /// The registration is final: the resource goes. Requests that wait for a write are answered 404.
+  void removed(Parts& parts);
+
+  const std::shared_ptr<model::PropertySpec> spec;
+  rdf::Value value;                   ///< null: none yet
+  std::shared_ptr<const void> whole;  ///< the T of the value, for the user's encoders
+  Utc modified{};
+  bool only_octets = false;           ///< the value has too many members for RDF, which describes its octets instead
+
+  std::vector<Encoding> encodings;    ///< of the present value, by the user's encoders; of the same index
+  PropertyRefresh refresh_state;      ///< PropertyValues'
+  std::size_t watchers = 0;
+  DeadlineQueue<ResourceId>::Place next_sample;  ///< ChangeScanner's, of a pulled property
+  std::uint64_t seen_lost = 0;        ///< of the slot's lost values, those that observers know of
+
+ private:
+  struct Write {
+    Ticket ticket;
+    rdf::Value value;
+  };
+  /// What the write lambda has left.
+  struct Written {
+    std::shared_ptr<const void> whole;
+  };
+
+  void describe_formats(About& about, const Description& d) const;
+  void begin_next_write(Parts& parts, TimePoint now);
+  void judge_after_refresh(Encodings wanted, Parts& parts);
+  void judge_write(Parts& parts, TimePoint now, bool encoded);
+  void end_write(Result<Written> written, Parts& parts, TimePoint now);
+  void drop_write();
+
+  std::unique_ptr<const Variants> own_variants_;  ///< nullptr: those of any value
+  std::deque<Write> writes_;                      ///< carried out one at a time, each after its own look at the preconditions
+  bool writing_ = false;
+  std::shared_ptr<CancelToken> write_token_;
+};
+
+}  // namespace lrt::engine

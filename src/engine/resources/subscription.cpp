@@ -1,0 +1,149 @@
+#include "src/engine/resources/subscription.hpp"
+
+#include <lrt/engine/engine.hpp>
+#include <lrt/rdf/lexical.hpp>
+#include <lrt/subscription/allowed_hosts.hpp>
+
+#include "src/engine/bases.hpp"
+#include "src/engine/description.hpp"
+#include "src/engine/parts.hpp"
+#include "src/engine/resources/collection.hpp"
+#include "src/engine/resources/thing.hpp"
+
+namespace lrt::engine {
+
+namespace {
+
+std::string receiver_of(const std::string& url) {
+  const Result<subscription::CallbackUrl> parsed = subscription::parse_callback_url(url);
+  return parsed ? (parsed->secure ? "https://" : "http://") + parsed->authority : std::string();
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------------------------------------- subscription
+
+SubscriptionResource::SubscriptionResource(std::string its_path, std::string its_id, Channel its_channel, SubscriptionRequest request,
+                                           std::size_t its_base, Utc at, Subscriptions& owner, const subscription::Options& options,
+                                           std::size_t& queued_bytes)
+    : Resource(std::move(its_path), request.observed->thing),
+      subscription_id(std::move(its_id)),
+      channel(its_channel),
+      observed(*request.observed),
+      protocol(request.protocol),
+      base(its_base),
+      its_variant(request.variant),
+      url(request.url),
+      receiver(receiver_of(request.url)),
+      secret(std::move(request.secret)),
+      created(at),
+      backlog(request.policy, options.queue_bytes, options.all_queue_bytes, queued_bytes),
+      retry(options.callbacks),
+      owner_(owner) {}
+
+Methods SubscriptionResource::methods() const noexcept {
+  Methods methods;
+  methods.remove = true;
+  return methods;
+}
+
+Outcome SubscriptionResource::remove(Context& context, Parts& parts) {
+  if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
+  http::Response response = parts.responses.no_content(context);
+  owner_.end(*this, 1000, "the subscription was cancelled");  // this is gone now
+  return response;
+}
+
+void SubscriptionResource::resource_changed() { owner_.changed(*this); }
+void SubscriptionResource::values_missed(std::uint64_t count) {
+  if (queues()) backlog.count_dropped(count);
+}
+void SubscriptionResource::resource_removed() { owner_.resource_removed(*this); }
+
+void SubscriptionResource::describe(const Description& d) const {
+  About about(d.graph, d.base + path);
+  const subscription::Policy& policy = backlog.policy();
+  describe_types(about);
+  about.link(vocab::hybrit::onResource, d.engine.bases[base] + observed.path);
+  if (protocol == Protocol::callback) about.add(vocab::hybrit::callbackURL, rdf::literal(url, vocab::xsd::anyURI));
+  about.add(vocab::hybrit::mediaType, rdf::literal(observed.variants().type_of(its_variant)));
+  about.add(vocab::dcterms::identifier, rdf::literal(subscription_id));
+  about.when(vocab::dcterms::created, created);
+  about.add(vocab::lrt::delivery, rdf::TermView(policy.queues() ? vocab::lrt::queue : vocab::lrt::latest));
+  const auto count = [&](Iri predicate, std::uint64_t n) { about.add(predicate, rdf::literal(std::to_string(n), vocab::xsd::integer)); };
+  if (policy.queues()) count(vocab::lrt::queueLength, policy.queue_length);
+  if (policy.minimum_interval.count() > 0) {
+    const double seconds = std::chrono::duration<double>(policy.minimum_interval).count();
+    about.add(vocab::lrt::minimumInterval, rdf::literal(rdf::lexical::format(seconds), vocab::xsd::double_));
+  }
+  count(vocab::lrt::delivered, delivered);
+  count(vocab::lrt::dropped, backlog.dropped());
+  if (!last_error.empty()) about.add(vocab::lrt::lastError, rdf::literal(last_error));
+  if (retry.suspended()) about.add(vocab::lrt::suspended, rdf::literal("true", vocab::xsd::boolean));
+}
+
+void SubscriptionResource::describe_types(About& about) const {
+  about.a(vocab::hybrit::Subscription);
+  switch (protocol) {
+    case Protocol::websocket: about.a(vocab::hybrit::WebSocket); break;
+    case Protocol::callback: about.a(vocab::hybrit::WebCallback); break;
+    case Protocol::event_stream: about.a(vocab::lrt::EventStream); break;
+  }
+}
+
+std::string SubscriptionResource::up() const { return thing->subscriptions.path; }
+
+// ------------------------------------------------------------------------------------------------------------- container
+
+Methods SubscriptionsResource::methods() const noexcept {
+  Methods methods;
+  methods.post = true;
+  return methods;
+}
+
+Outcome SubscriptionsResource::post(Context& context, Parts& parts) { return parts.subscriptions.create(context); }
+
+void SubscriptionsResource::describe(const Description& d) const {
+  About about(d.graph, d.base + path);
+  describe_types(about);
+  about.link(vocab::rdfs::seeAlso, d.base + thing->self.path);
+  describe_container(about, *this, d);
+}
+
+void SubscriptionsResource::describe_types(About& about) const { describe_container_types(about); }
+
+std::vector<Resource*> SubscriptionsResource::members() const {
+  std::vector<Resource*> all;
+  for (const auto& s : subscriptions) all.push_back(s.get());
+  return all;
+}
+
+void describe_subscription_shape(rdf::Graph& graph, const std::string& iri, const subscription::Options& options) {
+  const rdf::TermId shape = graph.intern(rdf::iri(iri));
+  About(graph, shape).a(vocab::sh::NodeShape).add(vocab::sh::name, rdf::literal("subscriptions"));
+  const auto integer = [](std::uint64_t n) { return std::to_string(n); };
+  const auto property = [&](Iri path, bool required) {
+    const rdf::TermId p = graph.fresh_blank();
+    About(graph, shape).add(vocab::sh::property, p);
+    About about(graph, p);
+    about.add(vocab::sh::path, rdf::TermView(path));
+    if (required) about.add(vocab::sh::minCount, rdf::literal("1", vocab::xsd::integer));
+    about.add(vocab::sh::maxCount, rdf::literal("1", vocab::xsd::integer));
+    return about;
+  };
+  property(vocab::hybrit::onResource, true).add(vocab::sh::nodeKind, rdf::TermView(vocab::sh::IRI));
+  property(vocab::hybrit::callbackURL, true);
+  property(vocab::hybrit::mediaType, false).add(vocab::sh::datatype, rdf::TermView(vocab::xsd::string));
+  property(vocab::lrt::minimumInterval, false)
+      .add(vocab::sh::minInclusive, rdf::literal("0", vocab::xsd::integer))
+      .add(vocab::sh::maxInclusive, rdf::literal(integer(max_interval.count()), vocab::xsd::integer));
+  property(vocab::lrt::queueLength, false)
+      .add(vocab::sh::datatype, rdf::TermView(vocab::xsd::integer))
+      .add(vocab::sh::minInclusive, rdf::literal("0", vocab::xsd::integer))
+      .add(vocab::sh::maxInclusive, rdf::literal(integer(options.longest_queue), vocab::xsd::integer));
+  property(vocab::lrt::secret, false)
+      .add(vocab::sh::datatype, rdf::TermView(vocab::xsd::string))
+      .add(vocab::sh::maxLength, rdf::literal(integer(max_secret), vocab::xsd::integer));
+}
+
+}  // namespace lrt::engine

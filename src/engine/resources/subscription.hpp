@@ -1,0 +1,106 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <lrt/subscription/channel.hpp>
+#include <lrt/subscription/options.hpp>
+
+#include "src/engine/deadline_queue.hpp"
+#include "src/engine/resource.hpp"
+#include "src/subscription/backlog.hpp"
+#include "src/subscription/patience.hpp"
+
+namespace lrt::engine {
+
+class Subscriptions;
+
+enum class Protocol : std::uint8_t { websocket, callback, event_stream };
+
+/// What a client asks for when it subscribes.
+struct SubscriptionRequest {
+  Resource* observed = nullptr;
+  Protocol protocol = Protocol::websocket;
+  std::string url, secret;  ///< of a callback
+  Variant variant;
+  subscription::Policy policy;
+  std::string known_tag;    ///< of the representation that the client of an event stream has
+};
+
+/// A subscription: who is told of which resource, how, and what became of it (paper 5.3, Figure 4). It is also what observes the resource.
+class SubscriptionResource final : public Resource, public Observer {
+ public:
+  SubscriptionResource(std::string path, std::string id, Channel its_channel, SubscriptionRequest request, std::size_t its_base, Utc at,
+                       Subscriptions& owner, const subscription::Options& options, std::size_t& queued_bytes);
+
+  Methods methods() const noexcept override;
+  /// DELETE cancels. With If-Match it is cancelled only if its counters have not moved (R0.11).
+  Outcome remove(Context& context, Parts& parts) override;
+  void describe(const Description& d) const override;
+  void describe_types(About& about) const override;
+  std::uint64_t state(std::uint64_t) const noexcept override { return revision + delivered + backlog.dropped(); }
+  std::string up() const override;
+
+  // Observer
+  Variant variant() const noexcept override { return its_variant; }
+  void resource_changed() override;
+  void values_missed(std::uint64_t count) override;
+  void resource_removed() override;
+
+  /// It is told each change, not only the present state.
+  bool queues() const noexcept { return backlog.policy().queues(); }
+
+  const std::string subscription_id;
+  const Channel channel;
+  Resource& observed;
+  const Protocol protocol;
+  const std::size_t base;                    ///< of its representations (SPEC 3.7)
+  const Variant its_variant;
+  const std::string url, receiver, secret;   ///< of a callback; receiver: as in subscription::Due
+  const Utc created;
+
+  subscription::Backlog backlog;
+  std::string last_tag;                      ///< of the representation that was sent last
+  std::uint64_t delivered = 0;
+  bool marked = false;                       ///< has a queue, and a change that is not in it yet
+  bool failing = false;                      ///< its representation could not be made the last time
+  bool ready_announced = false;              ///< its channel was named to the transport, which has not been told «nothing» since
+  DeadlineQueue<Channel>::Place next_notification;  ///< when it waits for its minimum interval or for another attempt
+
+  // Of a callback.
+  subscription::Patience retry;
+  std::optional<subscription::Item> under_way;
+  std::string last_error;
+
+ private:
+  Subscriptions& owner_;
+};
+
+/// The container of a Thing's subscriptions (R1.8, LDP).
+class SubscriptionsResource final : public Resource {
+ public:
+  using Resource::Resource;
+  Methods methods() const noexcept override;
+  /// POST of a description creates a callback subscription (SPEC 3.5).
+  Outcome post(Context& context, Parts& parts) override;
+  std::string input_shape() const override { return "subscriptions"; }
+  void describe(const Description& d) const override;
+  void describe_types(About& about) const override;
+  std::uint64_t state(std::uint64_t structure) const noexcept override { return structure + revision; }
+  bool is_container() const noexcept override { return true; }
+  std::vector<Resource*> members() const override;
+
+  std::vector<std::unique_ptr<SubscriptionResource>> subscriptions;  ///< oldest first
+};
+
+/// What a POST to the container must say (SPEC 3.5).
+void describe_subscription_shape(rdf::Graph& graph, const std::string& shape, const subscription::Options& options);
+
+/// Limits of what a subscriber may ask for.
+inline constexpr std::chrono::seconds max_interval{86'400};
+inline constexpr std::size_t max_secret = 200;
+
+}  // namespace lrt::engine

@@ -1,0 +1,140 @@
+#include "src/engine/resources/thing.hpp"
+
+#include <algorithm>
+
+#include <lrt/engine/engine.hpp>
+
+#include "src/engine/description.hpp"
+#include "src/engine/registry.hpp"
+#include "src/engine/resources/action.hpp"
+#include "src/engine/resources/collection.hpp"
+#include "src/engine/resources/property.hpp"
+
+namespace lrt::engine {
+
+// ------------------------------------------------------------------------------------------------------------- the Thing
+
+void ThingResource::describe(const Description& d) const {
+  const ThingNode& node = *thing;
+  const model::ThingSpec& spec = *node.spec;
+  About about(d.graph, d.base + path);
+  describe_types(about);
+  about.add(vocab::dcterms::title, rdf::literal(spec.title));
+  about.link(vocab::hybrit::blueprint, node.blueprint_iri(d.base));
+  about.link(vocab::hybrit::subscriptions, d.base + node.subscriptions.path);  // R1.8
+  about.link(vocab::lrt::state, d.base + node.state.path);
+  if (node.parent) about.link(vocab::dcterms::isPartOf, d.base + node.parent->self.path);
+  for (const auto& a : node.actions) about.link(vocab::hybrit::action, d.base + a->path);        // R1.10
+  for (const auto& p : node.properties) about.link(vocab::hybrit::property, d.base + p->path);  // R1.9
+  for (const auto& c : node.collections) about.link(vocab::lrt::collection, d.base + c->path);
+  for (const ThingNode* child : node.children) about.link(vocab::dcterms::hasPart, d.base + child->self.path);
+  const auto domain_links = [&](const auto& resources) {
+    for (const auto& r : resources)
+      for (const std::string& predicate : r->spec->predicates) about.link(Iri(std::string_view(predicate)), d.base + r->path);
+  };
+  domain_links(node.actions);
+  domain_links(node.properties);
+  domain_links(node.collections);
+  about.statements(spec.statements, d.base);
+  add_placed(d.graph, node.statements, d.base);
+
+  // The types of what it links to.
+  for (const auto& a : node.actions) describe_types_of(*a, d);
+  for (const auto& p : node.properties) describe_types_of(*p, d);
+  for (const auto& c : node.collections) describe_types_of(*c, d);
+  for (const ThingNode* child : node.children) describe_types_of(child->self, d);
+  for (const Statement& s : spec.statements) {
+    if (s.object.kind() != Object::Kind::resource) continue;
+    const Result<std::string> linked_path = model::encode_path(s.object.text());
+    if (const Resource* linked = linked_path ? d.engine.registry.find("/" + *linked_path) : nullptr) describe_types_of(*linked, d);
+  }
+}
+
+void ThingResource::describe_types(About& about) const { about.a(vocab::hybrit::RoboticThing).a(thing->spec->classes); }
+
+void ThingResource::link_related(http::LinkWriter& links, const std::string& base) const {
+  const ThingNode& node = *thing;
+  links.add(base + node.state.path, "related");
+  links.add(base + node.blueprint.path, "related");
+  links.add(base + node.subscriptions.path, "related");
+  for (const auto& a : node.actions) links.add(base + a->path, "related");
+  for (const auto& p : node.properties) links.add(base + p->path, "related");
+  for (const auto& c : node.collections) links.add(base + c->path, "related");
+  for (const ThingNode* child : node.children) links.add(base + child->self.path, "related");
+}
+
+std::string ThingResource::up() const { return thing->parent ? thing->parent->self.path : "/"; }
+
+// ------------------------------------------------------------------------------------------------------------- its state
+
+void StateResource::describe(const Description& d) const {
+  thing->self.describe(d);
+  for (const auto& p : thing->properties) p->describe(d);
+}
+
+std::optional<PlainValue> StateResource::plain_value() const {
+  static const rdf::Facets no_facets;
+  rdf::Value::Sequence values;
+  for (const auto& p : thing->properties) values.push_back(p->value);
+  return PlainValue{&thing->state_type, &no_facets, nullptr, rdf::Value(std::move(values))};
+}
+
+bool StateResource::fits_rdf(std::size_t max_values) const {
+  return std::all_of(thing->properties.begin(), thing->properties.end(),
+                     [&](const auto& p) { return p->only_octets || fits(p->value, max_values); });
+}
+
+std::uint64_t StateResource::state(std::uint64_t structure) const noexcept {
+  std::uint64_t sum = structure;
+  for (const auto& p : thing->properties) sum += p->revision;
+  return sum;
+}
+
+void StateResource::link_related(http::LinkWriter& links, const std::string& base) const {
+  for (const auto& p : thing->properties) links.add(base + p->path, "related");
+}
+
+void StateResource::for_each_property(const std::function<void(PropertyResource&)>& visit) const {
+  for (const auto& p : thing->properties) visit(*p);
+}
+
+void StateResource::set_observed(bool observed, ChangeScanner& scanner) {
+  for (const auto& p : thing->properties) p->set_watched(observed, scanner);
+}
+
+// ------------------------------------------------------------------------------------------------------------- both
+
+namespace {
+
+rdf::Type record_of(const std::vector<std::shared_ptr<model::PropertySpec>>& properties) {
+  rdf::Type record;
+  record.kind = rdf::Type::Kind::record;
+  for (const auto& p : properties) record.fields.push_back({p->path, "#" + p->path, p->type, p->facets});
+  return record;
+}
+
+}  // namespace
+
+ThingNode::ThingNode(std::unique_ptr<model::ThingSpec> s)
+    : spec(std::move(s)),
+      state_type(record_of(spec->properties)),
+      self("/" + spec->path, this),
+      state(self.path + "/state", this),
+      blueprint(self.path + "/blueprint", this),
+      subscriptions(self.path + "/subscriptions", this) {
+  for (const auto& p : spec->properties) properties.push_back(std::make_unique<PropertyResource>(self.path + "/" + p->path, this, p));
+  for (const auto& a : spec->actions) actions.push_back(std::make_unique<ActionResource>(self.path + "/actions/" + a->path, this, a));
+  for (const auto& c : spec->collections) collections.push_back(std::make_unique<CollectionResource>(self.path + "/" + c->path, this, c));
+}
+
+ThingNode::~ThingNode() = default;
+
+std::vector<Resource*> ThingNode::resources() {
+  std::vector<Resource*> all = {&self, &state, &blueprint, &subscriptions};
+  for (const auto& p : properties) all.push_back(p.get());
+  for (const auto& a : actions) all.push_back(a.get());
+  for (const auto& c : collections) all.push_back(c.get());
+  return all;
+}
+
+}  // namespace lrt::engine

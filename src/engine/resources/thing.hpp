@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <lrt/model/detail/spec.hpp>
+#include <lrt/rdf/graph.hpp>
+#include <lrt/rdf/type.hpp>
+#include <lrt/shacl/shapes.hpp>
+
+#include "src/engine/resource.hpp"
+#include "src/engine/resources/blueprint.hpp"
+#include "src/engine/resources/subscription.hpp"
+
+namespace lrt::engine {
+
+class ActionResource;
+class CollectionResource;
+class PropertyResource;
+
+/// A Thing: links, the types of what it links to, and static triples, without values (SPEC 2).
+class ThingResource final : public Resource {
+ public:
+  using Resource::Resource;
+  void describe(const Description& d) const override;
+  void describe_types(About& about) const override;
+  void link_related(http::LinkWriter& links, const std::string& base) const override;
+  std::string up() const override;
+  bool observable() const noexcept override { return true; }
+};
+
+/// A Thing with the values of all its Properties (lrt:state).
+class StateResource final : public Resource {
+ public:
+  using Resource::Resource;
+  void describe(const Description& d) const override;
+  void describe_types(About&) const override {}
+  const Variants& variants() const override { return value_variants(); }
+  std::optional<PlainValue> plain_value() const override;
+  bool fits_rdf(std::size_t max_values) const override;
+  std::uint64_t state(std::uint64_t structure) const noexcept override;
+  void link_related(http::LinkWriter& links, const std::string& base) const override;
+  Reads reads() const noexcept override { return Reads::values; }
+  void for_each_property(const std::function<void(PropertyResource&)>& visit) const override;
+  bool observable() const noexcept override { return true; }
+  void set_observed(bool observed, ChangeScanner& scanner) override;
+};
+
+/// A registered Thing: the resources that each Thing has, those it was given, and its place in the tree.
+struct ThingNode {
+  explicit ThingNode(std::unique_ptr<model::ThingSpec> s);
+  ~ThingNode();
+
+  /// What "#name" predicates and shapes are resolved against: its own Blueprint, also where it refers to an external one.
+  std::string names_base(const std::string& base) const { return base + blueprint.path; }
+  /// The Blueprint that it refers to.
+  std::string blueprint_iri(const std::string& base) const { return spec->blueprint.empty() ? names_base(base) : spec->blueprint; }
+  Dispatch where() const noexcept { return spec->dispatch; }
+  /// All its resources that have been there since its registration.
+  std::vector<Resource*> resources();
+
+  const std::unique_ptr<model::ThingSpec> spec;
+  rdf::Type state_type;                                 ///< of its state as a record
+  rdf::Graph statements;                                ///< of its Turtle, with IRIs below placeholder_base
+  rdf::Graph user_shapes;                               ///< the same of the shapes that the user gave
+  std::map<std::size_t, shacl::Shapes> compiled_shapes; ///< the Blueprint by base, from the first body on
+  ThingResource self;
+  StateResource state;
+  BlueprintResource blueprint;
+  SubscriptionsResource subscriptions;
+  std::vector<std::unique_ptr<PropertyResource>> properties;
+  std::vector<std::unique_ptr<ActionResource>> actions;
+  std::vector<std::unique_ptr<CollectionResource>> collections;
+  ThingNode* parent = nullptr;                          ///< nullptr: below the root
+  std::vector<ThingNode*> children;                     ///< in the order of registration
+};
+
+}  // namespace lrt::engine

@@ -1,0 +1,189 @@
+#include "src/engine/responses.hpp"
+
+#include <vector>
+
+#include <lrt/http/etag.hpp>
+#include <lrt/http/negotiate.hpp>
+#include <lrt/http/problem.hpp>
+#include <lrt/rdf/vocab.hpp>
+
+#include <lrt/engine/page_source.hpp>
+#include "src/engine/resources/thing.hpp"
+
+namespace lrt::engine {
+
+namespace {
+
+/// Enough to say what was found. What a client sent is not sent back whole.
+constexpr std::size_t max_detail = 2000;
+
+std::string cut(std::string detail) {
+  if (detail.size() <= max_detail) return detail;
+  std::size_t end = max_detail;
+  while (end > 0 && (static_cast<unsigned char>(detail[end]) & 0xC0) == 0x80) --end;  // not within a character
+  detail.resize(end);
+  return detail + " (cut)";
+}
+
+rdf::Graph problem_graph(int status, const std::string& detail) {
+  rdf::Graph graph;
+  const rdf::TermId node = graph.fresh_blank();
+  const auto add = [&](Iri predicate, const rdf::TermView& object) { graph.add(node, graph.intern(predicate), graph.intern(object)); };
+  const std::string code = std::to_string(status);
+  add(vocab::rdf::type, vocab::http_core::Response);
+  add(vocab::http_core::statusCodeValue, rdf::literal(code, vocab::xsd::integer));
+  add(vocab::http_core::reasonPhrase, rdf::literal(http::reason_phrase(status)));
+  add(vocab::dcterms::description, rdf::literal(detail));
+  return graph;
+}
+
+}  // namespace
+
+http::Response Responses::problem(const Context& context, int status, std::string detail) const {
+  detail = cut(std::move(detail));
+  static const std::vector<std::string_view> offers = {"application/problem+json", "text/turtle", "application/json", page_type};
+  const http::Request& request = context.request();
+  http::Response response;
+  response.status = status;
+  std::size_t choice = 0;
+  if (request.find("Accept")) choice = http::negotiate(std::string_view(request.joined("Accept")), offers).value_or(0);
+  if (choice == 1) {
+    if (Result<std::string> text = rdf::write(problem_graph(status, detail), rdf::Syntax::turtle, options_.prefixes)) {
+      response.fields.add("Content-Type", "text/turtle");
+      response.set_body(*std::move(text));
+    }
+  }
+  if (choice == 3 && options_.page) {
+    options_.page->add_fields(response.fields);
+    response.set_body(options_.page->error(status, detail, bases_[context.base] + "/"));
+  }
+  if (!response.body) {
+    response.fields.add("Content-Type", choice == 2 ? "application/json" : "application/problem+json");
+    response.set_body(http::to_json({status, std::move(detail)}));
+  }
+  if (context.resource && (status == 405 || request.method == "OPTIONS")) add_allow(response.fields, *context.resource);
+  add_types(response.fields, context.resource);
+  if (status < 500 && (request.method == "PUT" || request.method == "POST")) add_constrained_by(response.fields, context);
+  response.fields.add("Vary", "Accept");
+  return response;
+}
+
+http::Response Responses::refused(const Context& context, const std::string& what, const Error& error) const {
+  int status = 500;
+  if (error.code == Errc::expected_value) status = 422;
+  if (error.code == Errc::refused || error.code == Errc::out_of_range || error.code == Errc::limit_exceeded) status = 409;
+  if (status == 500) log(LogLevel::warning, what + ": " + error.message);
+  return problem(context, status, what + ": " + error.message);
+}
+
+http::Response Responses::gone(const Context& context) const {
+  return problem(context, 404, "the thing was removed while the request waited");
+}
+
+http::Response Responses::timed_out(const Context& context) const {
+  http::Response response = problem(context, 503, "the robot's program did not take the request in time");
+  add_retry_after(response);
+  return response;
+}
+
+http::Response Responses::overloaded(const Context& context) const {
+  http::Response response = problem(context, 503, "too many requests wait for the robot");
+  add_retry_after(response);
+  return response;
+}
+
+http::Response Responses::stopping(const Context& context) const {
+  http::Response response = problem(context, 503, "the server is stopping");
+  response.close = true;
+  return response;
+}
+
+http::Response Responses::violation(const Context& context, const shacl::Report& report) const {
+  static const std::vector<std::string_view> offers = [] {
+    std::vector<std::string_view> types;
+    for (const rdf::Syntax s : rdf::all_syntaxes) types.push_back(rdf::media_type(s));
+    types.insert(types.end(), {"application/problem+json", "application/json"});
+    return types;
+  }();
+  const http::Request& request = context.request();
+  const auto choice = request.find("Accept") ? http::negotiate(std::string_view(request.joined("Accept")), offers) : 0;
+  if (!choice || *choice >= rdf::all_syntaxes.size()) {
+    std::string text = report.to_text();
+    if (!text.empty() && text.back() == '\n') text.pop_back();
+    return problem(context, 422, std::move(text));
+  }
+  http::Response response = graph(context, 422, report.to_graph());
+  add_constrained_by(response.fields, context);
+  return response;
+}
+
+http::Response Responses::no_content(const Context& context, int status) const {
+  http::Response response;
+  response.status = status;
+  if (context.resource) add_types(response.fields, context.resource);
+  return response;
+}
+
+http::Response Responses::graph(const Context& context, int status, const rdf::Graph& graph, const PlainValue* value) const {
+  Variants left = value ? value_variants() : graph_variants();
+  const http::Request& request = context.request();
+  http::Response response;
+  response.status = status;
+  while (!left.types.empty()) {
+    std::optional<std::size_t> choice = 0;
+    if (request.find("Accept")) choice = http::negotiate(std::string_view(request.joined("Accept")), left.types);
+    const std::size_t at = choice.value_or(0);  // the request has been carried out: no 406
+    const Variant variant = left.variants[at];
+    const std::string_view type = left.types[at];
+    const Result<std::string> text = variant.is_rdf() ? write(graph, variant, context.base)
+                                                      : rdf::write_plain(*value->type, *value->facets, value->value(), variant.plain());
+    if (text) {
+      response.fields.add("Content-Type", content_type(variant, type));
+      if (status < 300) response.fields.add("ETag", http::entity_tag(type, *text));
+      response.fields.add("Vary", "Accept");
+      if (context.resource) add_types(response.fields, context.resource);
+      response.set_body(*text);
+      return response;
+    }
+    left.types.erase(left.types.begin() + static_cast<std::ptrdiff_t>(at));
+    left.variants.erase(left.variants.begin() + static_cast<std::ptrdiff_t>(at));
+  }
+  return problem(context, 500, "the result cannot be written");
+}
+
+void Responses::add_retry_after(http::Response& response) const {
+  response.fields.set("Retry-After", std::to_string(options_.retry_after.count()));
+}
+
+void Responses::add_allow(http::Fields& fields, const Resource& resource) const {
+  const Methods methods = resource.methods();
+  fields.add("Allow", methods.text());
+  if (methods.post) fields.add("Accept-Post", readable_types(resource.takes_plain_values()));
+}
+
+void Responses::add_types(http::Fields& fields, const Resource* resource) const {
+  http::LinkWriter links;
+  links.add(vocab::ldp::Resource.text, "type");
+  if (resource && resource->is_container()) links.add(vocab::ldp::BasicContainer.text, "type");
+  links.finish(fields, {});
+}
+
+/// LDP 4.2.1.6: what constrains a refused PUT or POST.
+void Responses::add_constrained_by(http::Fields& fields, const Context& context) const {
+  const std::string& base = bases_[context.base];
+  http::LinkWriter links;
+  links.add(context.resource && context.resource->thing ? context.resource->thing->names_base(base) : base + terms_,
+            vocab::ldp::constrainedBy.text);
+  links.finish(fields, {});
+}
+
+Result<std::string> Responses::write(const rdf::Graph& graph, Variant variant, std::size_t base) const {
+  const bool refers = variant == Variant(rdf::Syntax::json_ld);
+  return rdf::write(graph, variant.syntax(), options_.prefixes, refers ? context_iri(base) : std::string());
+}
+
+void Responses::log(LogLevel level, const std::string& message) const {
+  if (options_.log) options_.log(level, message);
+}
+
+}  // namespace lrt::engine

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include <lrt/base/error.hpp>
+#include <lrt/engine/engine.hpp>
+#include <lrt/http/message.hpp>
+#include <lrt/rdf/graph.hpp>
+#include <lrt/shacl/report.hpp>
+
+#include "src/engine/bases.hpp"
+#include "src/engine/context.hpp"
+
+namespace lrt::engine {
+
+/// Builds the responses that are no representation of the requested resource, and the header fields that all responses share.
+class Responses {
+ public:
+  /// @param terms             path of the list of terms
+  /// @param context_document  path and query of the JSON-LD context
+  Responses(const EngineOptions& options, const Bases& bases, std::string terms, std::string context_document)
+      : options_(options), bases_(bases), terms_(std::move(terms)), context_document_(std::move(context_document)) {}
+
+  /// An error with its details (SPEC 3.4): RFC 9457 problem details as JSON, or as Turtle or HTML where the client prefers that. Never 406.
+  http::Response problem(const Context& context, int status, std::string detail) const;
+  /// An Error of user code: 422 for what the type refuses, 409 for what the robot declines, 500 for what failed.
+  http::Response refused(const Context& context, const std::string& what, const Error& error) const;
+  /// The resource went while the request waited.
+  http::Response gone(const Context& context) const;
+  /// The host did not run the call in time. It has not run and will not.
+  http::Response timed_out(const Context& context) const;
+  /// Too many requests wait for the host.
+  http::Response overloaded(const Context& context) const;
+  http::Response stopping(const Context& context) const;
+  /// 422 with the validation report (SPEC 3.4).
+  http::Response violation(const Context& context, const shacl::Report& report) const;
+  /// 204, or another status without a body.
+  http::Response no_content(const Context& context, int status = 204) const;
+  /// A graph; or, where that is given and preferred, the plain value that it describes.
+  http::Response graph(const Context& context, int status, const rdf::Graph& graph, const PlainValue* value = nullptr) const;
+  void add_retry_after(http::Response& response) const;
+
+  /// Allow, and Accept-Post where POST is allowed.
+  void add_allow(http::Fields& fields, const Resource& resource) const;
+  /// Link rel="type" of every response (LDP 4.2.1.4, 5.2.1.4). nullptr: of a path without a resource.
+  void add_types(http::Fields& fields, const Resource* resource) const;
+
+  Result<std::string> write(const rdf::Graph& graph, Variant variant, std::size_t base) const;
+  /// By which representations refer to the JSON-LD context. The query is its version.
+  std::string context_iri(std::size_t base) const { return bases_[base] + context_document_; }
+  std::string iri(const Context& context, std::string_view path) const { return bases_[context.base] + std::string(path); }
+  void log(LogLevel level, const std::string& message) const;
+
+ private:
+  void add_constrained_by(http::Fields& fields, const Context& context) const;
+
+  const EngineOptions& options_;
+  const Bases& bases_;
+  const std::string terms_, context_document_;
+};
+
+}  // namespace lrt::engine

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+#include <lrt/engine/engine.hpp>
+
+#include "src/engine/bases.hpp"
+#include "src/engine/registry.hpp"
+#include "src/engine/subscriptions.hpp"
+
+namespace lrt::engine {
+
+/// Web callbacks as text that survives a restart: Turtle, one blank node each, with the terms by which they are made and the base of the
+/// request that made them (SPEC 3.7). A restored callback waits until its resource is there.
+class SavedSubscriptions {
+ public:
+  SavedSubscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, Subscriptions& subscriptions)
+      : options_(options), registry_(registry), bases_(bases), responses_(responses), subscriptions_(subscriptions) {}
+
+  /// All callbacks, if there are others than at the last call. With their secrets.
+  std::optional<std::string> take();
+  /// @par Errors  expected_rdf, limit_exceeded: then nothing is restored
+  Result<void> restore(std::string_view saved);
+  /// Goes on with those whose resource is there now.
+  void resume();
+
+ private:
+  struct PendingRestore {
+    std::string path, base, id;
+    Utc created;
+    SubscriptionRequest request;
+    std::string media_type;        ///< the variant is known when the resource is there
+    bool missing_type_logged = false;
+    bool refused = false;          ///< its receiver may not be called now: kept for a start when it may
+  };
+
+  Result<PendingRestore> read(const rdf::Graph& graph, rdf::TermId node) const;
+  void log(const std::string& id, const std::string& what) const;
+
+  const EngineOptions& options_;
+  Registry& registry_;
+  Bases& bases_;
+  const Responses& responses_;
+  Subscriptions& subscriptions_;
+  std::vector<PendingRestore> pending_;
+  bool pending_changed_ = false;
+  std::uint64_t taken_revision_ = 0;
+};
+
+}  // namespace lrt::engine

@@ -1,0 +1,595 @@
+#include "src/engine/subscriptions.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <utility>
+
+#include <lrt/base/ids.hpp>
+#include <lrt/http/negotiate.hpp>
+#include <lrt/http/websocket.hpp>
+#include <lrt/rdf/lexical.hpp>
+#include <lrt/rdf/vocab.hpp>
+
+#include "src/engine/resources/property.hpp"
+#include "src/engine/resources/thing.hpp"
+
+namespace lrt::engine {
+
+namespace {
+
+/// The node of a body that describes the subscription: `<>`, or the only subject that says what it observes or is a subscription.
+std::vector<rdf::TermId> focus_nodes(const rdf::Graph& graph, const std::string& here) {
+  const auto self = graph.find(rdf::iri(here));
+  if (self && !graph.match(*self, std::nullopt, std::nullopt).empty()) return {*self};
+  std::vector<rdf::TermId> found;
+  const auto collect = [&](Iri predicate, std::optional<Iri> object) {
+    const auto p = graph.find(predicate);
+    const auto o = object ? graph.find(*object) : std::nullopt;
+    if (!p || (object && !o)) return;
+    for (const rdf::Triple& t : graph.match(std::nullopt, *p, o))
+      if (std::find(found.begin(), found.end(), t.subject) == found.end()) found.push_back(t.subject);
+  };
+  collect(vocab::hybrit::onResource, std::nullopt);
+  for (const Iri type : {vocab::hybrit::Subscription, vocab::hybrit::WebCallback, vocab::hybrit::WebSocket}) collect(vocab::rdf::type, type);
+  return found;
+}
+
+const std::string interval_range = "seconds from 0 to " + std::to_string(max_interval.count());
+
+}  // namespace
+
+std::optional<std::chrono::milliseconds> interval_of(std::string_view seconds) {
+  const std::optional<double> value = rdf::lexical::parse_double(seconds);
+  if (!value || !(*value >= 0) || *value > static_cast<double>(max_interval.count())) return std::nullopt;
+  return std::chrono::milliseconds(std::llround(*value * 1000));
+}
+
+Subscriptions::Subscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, const Bodies& bodies,
+                             Representations& representations, PropertyValues& values, ChangeScanner& scanner)
+    : options_(options),
+      registry_(registry),
+      bases_(bases),
+      responses_(responses),
+      bodies_(bodies),
+      representations_(representations),
+      values_(values),
+      scanner_(scanner),
+      allowed_(subscription::AllowedHosts::parse(options.subscriptions.callbacks.allow)),
+      instance_(RandomIds().next()) {}
+
+Result<void> Subscriptions::check_options() const {
+  if (!allowed_) return Unexpected{allowed_.error()};
+  const subscription::Options& s = options_.subscriptions;
+  if (s.push_period.count() <= 0) return unexpected(Errc::invalid_option, "subscriptions.push_period: expected more than 0");
+  if (s.callbacks.attempts == 0) return unexpected(Errc::invalid_option, "subscriptions.callbacks.attempts: expected at least 1");
+  if (s.callbacks.secret.size() > max_secret)
+    return unexpected(Errc::invalid_option, "subscriptions.callbacks.secret: expected at most " + std::to_string(max_secret) + " bytes");
+  return {};
+}
+
+bool Subscriptions::may_call(const subscription::CallbackUrl& url) const {
+  return allowed_ && allowed_->names(url.host, url.port) && !bases_.is_this_server(url);
+}
+
+SubscriptionResource* Subscriptions::find(Channel channel) const {
+  const auto found = by_channel_.find(static_cast<std::uint64_t>(channel));
+  return found == by_channel_.end() ? nullptr : found->second;
+}
+
+// -------------------------------------------------------------------------------------------------------------- requests
+
+std::optional<Protocol> Subscriptions::requested_protocol(const Context& context) const {
+  const http::Request& request = context.request();
+  if (request.method != "GET" || !context.resource->observable()) return std::nullopt;
+  if (request.find("Upgrade")) {
+    if (request.can_upgrade && http::asks_for_upgrade(request, "websocket")) return Protocol::websocket;
+    // RFC 9110 7.8: Upgrade has no meaning in HTTP/1.0.
+    if (request.version >= 11 && (http::asks_for_upgrade(request, "callback") || http::asks_for_upgrade(request, "webhook"))) return Protocol::callback;
+  }
+  const auto accept = request.find("Accept");
+  if (!request.can_stream || !accept || accept->find("event-stream") == std::string_view::npos) return std::nullopt;
+  std::vector<std::string_view> offers = context.resource->variants().with_page;
+  offers.push_back(event_stream_type);
+  const auto choice = http::negotiate(std::string_view(request.joined("Accept")), offers);
+  return choice && offers[*choice] == event_stream_type ? std::optional(Protocol::event_stream) : std::nullopt;
+}
+
+subscription::Policy Subscriptions::default_policy(const Resource& observed) const {
+  subscription::Policy policy;
+  if (observed.is_urgent()) policy.queue_length = options_.subscriptions.queue;
+  return policy;
+}
+
+std::optional<http::Response> Subscriptions::too_many(const Context& context, Protocol protocol) const {
+  const bool callback = protocol == Protocol::callback;
+  if (by_channel_.size() < options_.subscriptions.most && (!callback || callbacks_ < options_.subscriptions.callbacks.most)) return std::nullopt;
+  http::Response response = responses_.problem(context, 503, callback ? "there are as many web callbacks as this server keeps"
+                                                                      : "there are as many subscriptions as this server keeps");
+  responses_.add_retry_after(response);
+  return response;
+}
+
+std::optional<http::Response> Subscriptions::refused_receiver(const Context& context, const std::string& url) const {
+  const Result<subscription::CallbackUrl> parsed = subscription::parse_callback_url(url);
+  if (!parsed) return responses_.problem(context, 400, parsed.error().message);
+  if (bases_.is_this_server(*parsed)) return responses_.problem(context, 403, "callback URL: " + parsed->authority + " is this server itself");
+  if (may_call(*parsed)) return std::nullopt;
+  return responses_.problem(context, 403, "callback URL: this server may not call " + parsed->authority);
+}
+
+/// The policy in the query of a GET.
+std::optional<http::Response> Subscriptions::read_query(const Context& context, SubscriptionRequest& wanted) const {
+  const std::string_view target = context.request().target;
+  if (const auto interval = query_parameter(target, "minimumInterval")) {
+    const auto parsed = interval_of(*interval);
+    if (!parsed) return responses_.problem(context, 400, "minimumInterval: expected " + interval_range);
+    wanted.policy.minimum_interval = *parsed;
+  }
+  if (const auto length = query_parameter(target, "queueLength")) {
+    const auto parsed = rdf::lexical::parse_uint64(*length);
+    if (!parsed || *parsed > options_.subscriptions.longest_queue)
+      return responses_.problem(context, 400, "queueLength: expected a number from 0 to " + std::to_string(options_.subscriptions.longest_queue));
+    wanted.policy.queue_length = static_cast<std::size_t>(*parsed);
+  }
+  return std::nullopt;
+}
+
+Outcome Subscriptions::subscribe(Context& context, Protocol protocol) {
+  const http::Request& request = context.request();
+  SubscriptionRequest wanted;
+  wanted.observed = context.resource;
+  wanted.protocol = protocol;
+  wanted.policy = default_policy(*wanted.observed);
+  if (protocol == Protocol::websocket) {
+    if (const auto refusal = http::check_websocket(request)) {
+      http::Response response = responses_.problem(context, refusal->status, refusal->reason);
+      if (refusal->status == 426) {
+        response.fields.set("Sec-WebSocket-Version", "13");
+        response.fields.set("Upgrade", "websocket");
+      }
+      return response;
+    }
+  } else if (protocol == Protocol::callback) {
+    if (request.count("Callback") != 1)
+      return responses_.problem(context, 400, request.find("Callback") ? "Callback: expected one field" : "a Callback field with the receiver's URL is missing");
+    wanted.url = std::string(*request.find("Callback"));
+    if (auto response = refused_receiver(context, wanted.url)) return *std::move(response);
+  }
+  if (auto response = read_query(context, wanted)) return *std::move(response);
+  if (auto response = too_many(context, protocol)) return *std::move(response);
+  return representations_.attempt(context, [this, wanted = std::move(wanted)](Context& c, bool current) { return open(c, wanted, current); });
+}
+
+/// Chooses the media type of the notifications (R0.17) and makes the subscription, once there is a value to begin with.
+Representations::Attempt Subscriptions::open(Context& context, SubscriptionRequest wanted, bool current) {
+  wanted.observed = context.resource;
+  const bool streams = wanted.protocol == Protocol::event_stream;
+  Variants offers = context.resource->variants();
+  std::optional<std::string_view> accept = context.accept();
+  std::optional<std::string> parameter;
+  if (streams) {
+    // Accept asks for the stream itself. What is in its events the query says, among the media types that are text.
+    parameter = query_parameter(context.request().target, "accept");
+    accept = parameter ? std::optional<std::string_view>(*parameter) : std::nullopt;
+    for (std::size_t i = offers.types.size(); i-- > 0;) {
+      if (offers.variants[i].is_text()) continue;
+      offers.types.erase(offers.types.begin() + static_cast<std::ptrdiff_t>(i));
+      offers.variants.erase(offers.variants.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+  }
+  const auto choice = http::negotiate(accept, offers.types);
+  if (streams && !choice)
+    return Outcome(responses_.problem(context, 406, "none of the accepted media types can be sent in an event stream; there are " + offers.list()));
+  if (choice && (streams || offers.variants[*choice].may_be_missing())) {
+    wanted.variant = offers.variants[*choice];
+    if (!representations_.ready(*context.resource, wanted.variant, current)) return Representations::Missing{Encodings::of(wanted.variant)};
+  } else {
+    Representations::Selected selected = representations_.select(context, nullptr, current);
+    if (auto* missing = std::get_if<Representations::Missing>(&selected)) return *missing;
+    if (auto* response = std::get_if<http::Response>(&selected)) return Outcome(std::move(*response));
+    wanted.variant = std::get<Representation*>(selected)->variant;
+  }
+  if (auto response = too_many(context, wanted.protocol)) return Outcome(*std::move(response));  // while this one waited
+
+  const Protocol protocol = wanted.protocol;
+  // WHATWG HTML 9.2.3: the client has this representation already.
+  const auto known = context.request().find("Last-Event-ID");
+  if (streams && known) wanted.known_tag = std::string(*known);
+  SubscriptionResource& made = make(std::move(wanted), context.base, options_.ids->next(), context.now.utc);
+  if (protocol == Protocol::callback) return Outcome(description_response(context, made));
+  http::Response response;
+  response.status = protocol == Protocol::websocket ? 101 : 200;
+  responses_.add_types(response.fields, context.resource);
+  response.fields.add("Location", responses_.iri(context, made.path));
+  if (protocol == Protocol::websocket) return Outcome(Upgraded{made.channel, std::move(response)});
+  response.fields.add("Content-Type", event_stream_type);
+  response.fields.add("Cache-Control", "no-store");
+  response.fields.add("Vary", "Accept");
+  response.fields.add("X-Accel-Buffering", "no");  // nginx would keep events back
+  return Outcome(Streamed{made.channel, std::move(response)});
+}
+
+/// 201 with the description of what was made (R0.13).
+http::Response Subscriptions::description_response(const Context& context, SubscriptionResource& made) const {
+  const std::string location = responses_.iri(context, made.path);
+  http::Response response;
+  if (context.wants_minimal()) {
+    response = responses_.no_content(context, 201);
+    response.fields.add("Preference-Applied", "return=minimal");
+  } else {
+    rdf::Graph graph;
+    representations_.describe(graph, made, context.base);
+    response = responses_.graph(context, 201, graph);
+    response.fields.add("Content-Location", location);
+  }
+  response.fields.add("Location", location);
+  return response;
+}
+
+Outcome Subscriptions::create(Context& context) {
+  const auto problem = [&](int status, std::string detail) { return responses_.problem(context, status, std::move(detail)); };
+  if (asks_for_other_model(context.request().joined("Link"))) return problem(409, "members of this container are ldp:RDFSource");
+  if (!makes_callbacks()) return problem(403, "this server may call no receiver: it makes no web callbacks");
+  auto read = bodies_.read(context);
+  if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
+  const rdf::Graph& graph = std::get<Bodies::Body>(read).graph;
+  ThingNode& thing = *context.resource->thing;
+  const std::vector<rdf::TermId> nodes = focus_nodes(graph, responses_.iri(context, context.resource->path));
+  if (nodes.size() > 1) return problem(422, "body: expected one subscription, found several");
+  const auto is_a = [&](Iri type) {
+    const auto p = graph.find(vocab::rdf::type), o = graph.find(type);
+    return !nodes.empty() && p && o && !graph.match(nodes.front(), *p, *o).empty();
+  };
+  if (is_a(vocab::hybrit::WebSocket))
+    return problem(422, "a WebSocket is opened by GET of the observed resource with Upgrade: websocket, here only web callbacks are made");
+
+  const auto node = nodes.empty() ? std::nullopt : std::optional(nodes.front());
+  if (auto response = bodies_.nonconforming(context, graph, node)) return *std::move(response);
+  if (nodes.empty()) return problem(422, "body: expected triples about <> or one subscription, found none");
+
+  // The shape may be the user's own and ask for less than is needed here.
+  const auto object = [&](Iri predicate) -> std::optional<std::string> {
+    const auto p = graph.find(predicate);
+    const auto found = p ? graph.object(nodes.front(), *p) : std::nullopt;
+    if (!found || graph.term(*found).is_blank()) return std::nullopt;
+    return std::string(graph.term(*found).text);
+  };
+  SubscriptionRequest wanted;
+  wanted.protocol = Protocol::callback;
+  const std::string observed = object(vocab::hybrit::onResource).value_or("");
+  if (const auto path = bases_.path_of(observed)) {
+    const Result<std::string> canonical = canonical_path(*path);
+    if (canonical) wanted.observed = registry_.find(*canonical);
+  }
+  if (!wanted.observed || wanted.observed->thing != &thing || !wanted.observed->observable())
+    return problem(422, "hybrit:onResource: expected a resource of the thing \"" + thing.spec->path + "\" that can be observed, found <" + observed + ">");
+  wanted.policy = default_policy(*wanted.observed);
+  wanted.url = object(vocab::hybrit::callbackURL).value_or("");
+  wanted.secret = object(vocab::lrt::secret).value_or("");
+  if (const Result<subscription::CallbackUrl> url = subscription::parse_callback_url(wanted.url); !url)
+    return problem(422, "hybrit:callbackURL: " + url.error().message);
+  if (auto response = refused_receiver(context, wanted.url)) return *std::move(response);
+  const std::string type = object(vocab::hybrit::mediaType).value_or("");
+  const Variants& variants = wanted.observed->variants();
+  const auto choice = http::negotiate(type.empty() ? std::nullopt : std::optional<std::string_view>(type), variants.types);
+  if (!choice) return problem(422, "hybrit:mediaType: expected one of " + variants.list() + ", found \"" + type + "\"");
+  wanted.variant = variants.variants[*choice];
+  if (const auto seconds = object(vocab::lrt::minimumInterval)) {
+    const auto interval = interval_of(*seconds);
+    if (!interval) return problem(422, "lrt:minimumInterval: expected " + interval_range);
+    wanted.policy.minimum_interval = *interval;
+  }
+  if (const auto length = object(vocab::lrt::queueLength)) {
+    const auto parsed = rdf::lexical::parse_uint64(*length);
+    if (!parsed || *parsed > options_.subscriptions.longest_queue)
+      return problem(422, "lrt:queueLength: expected a number from 0 to " + std::to_string(options_.subscriptions.longest_queue));
+    wanted.policy.queue_length = static_cast<std::size_t>(*parsed);
+  } else if (const auto delivery = object(vocab::lrt::delivery)) {
+    if (*delivery == vocab::lrt::latest.text) wanted.policy.queue_length = 0;
+    else if (*delivery == vocab::lrt::queue.text) wanted.policy.queue_length = options_.subscriptions.queue;
+    else return problem(422, "lrt:delivery: expected lrt:latest or lrt:queue, found " + *delivery);
+  }
+  if (auto response = representations_.failed_precondition(context)) return *std::move(response);
+  if (auto response = too_many(context, Protocol::callback)) return *std::move(response);
+  return description_response(context, make(std::move(wanted), context.base, options_.ids->next(), context.now.utc));
+}
+
+// ------------------------------------------------------------------------------------------------------- coming and going
+
+SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size_t base, std::string id, Utc created) {
+  ThingNode& thing = *request.observed->thing;
+  std::string path = thing.subscriptions.path + "/" + id;
+  std::string known_tag = std::move(request.known_tag);
+  auto made = std::make_unique<SubscriptionResource>(std::move(path), std::move(id), Channel{next_channel_++}, std::move(request), base, created, *this,
+                                                     options_.subscriptions, queued_bytes_);
+  SubscriptionResource& s = *made;
+  s.last_tag = std::move(known_tag);
+  by_channel_.emplace(static_cast<std::uint64_t>(s.channel), &s);
+  thing.subscriptions.subscriptions.push_back(std::move(made));
+  registry_.add(s);
+  thing.subscriptions.mark_changed();
+  s.observed.add_observer(s, scanner_);
+  if (s.protocol == Protocol::callback) {
+    ++callbacks_;
+    ++callbacks_revision_;
+  }
+  // SPEC 3.6: the first notification at once.
+  if (s.queues()) enqueue(s);
+  else changed(s);
+  return s;
+}
+
+void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string reason) {
+  if (s.protocol != Protocol::callback && code != 0) {
+    ClosingChannel& closing = closing_[static_cast<std::uint64_t>(s.channel)];
+    closing.text = s.its_variant.is_text();
+    closing.code = code;
+    closing.reason = std::move(reason);
+    if (code != 1000)  // a cancelled subscription gets no more
+      while (auto item = s.backlog.take_item()) closing.items.push_back(*std::move(item));
+    urgent_.push_back(s.channel);
+  }
+  if (s.protocol == Protocol::callback) {
+    --callbacks_;
+    ++callbacks_revision_;
+  }
+  next_notifications_.clear(s.next_notification);
+  by_channel_.erase(static_cast<std::uint64_t>(s.channel));
+  s.observed.remove_observer(s, scanner_);
+  SubscriptionsResource& container = s.thing->subscriptions;
+  container.mark_changed();
+  registry_.remove(s);
+  auto& members = container.subscriptions;
+  members.erase(std::find_if(members.begin(), members.end(), [&](const auto& m) { return m.get() == &s; }));
+}
+
+void Subscriptions::resource_removed(SubscriptionResource& s) {
+  if (s.observed.has_final_state() && s.protocol != Protocol::callback && s.backlog.take_note()) {
+    if (Representation* last = represent(s); last && last->tag != s.last_tag) s.backlog.push_last(item_of(s, *last));
+  }
+  end(s, 1001, "the resource is gone");
+}
+
+// --------------------------------------------------------------------------------------------------------------- changes
+
+/// Queues are filled in scans, whose share of time is bounded, and at once only for commands: a request that brings about a change must
+/// not pay for all queues that want to have it in four syntaxes.
+void Subscriptions::changed(SubscriptionResource& s) {
+  if (!s.queues() || s.retry.suspended()) {
+    s.backlog.note();
+    return announce(s);
+  }
+  if (fills_queues_ || s.observed.is_urgent()) return enqueue(s);
+  if (!std::exchange(s.marked, true)) marked_.push_back(s.channel);
+  if (!scanner_.is_scanning()) scanner_.start();
+}
+
+void Subscriptions::enqueue(SubscriptionResource& s) {
+  if (!representations_.ready(s.observed, s.its_variant, true)) {
+    values_.refresh(s.observed, Encodings::of(s.its_variant), [this, channel = s.channel](const Result<void>& result, TimePoint) {
+      SubscriptionResource* waiting = find(channel);
+      if (waiting && result) enqueue(*waiting);
+    });
+    return;
+  }
+  Representation* representation = represent(s);
+  if (!representation) return;
+  const std::string& last = s.backlog.newest() ? s.backlog.newest()->tag : s.last_tag;
+  if (representation->tag == last) return;
+  s.backlog.push(item_of(s, *representation));
+  announce(s);
+}
+
+/// nullptr: it cannot be made now.
+Representation* Subscriptions::represent(SubscriptionResource& s) {
+  Result<Representation*> made = representations_.make(s.observed, s.base, s.its_variant);
+  if (!made && !s.failing) responses_.log(LogLevel::error, s.observed.path + ": " + made.error().message);
+  s.failing = !made;
+  return made ? *made : nullptr;
+}
+
+subscription::Item Subscriptions::item_of(const SubscriptionResource& s, Representation& representation) {
+  return {s.protocol == Protocol::event_stream ? representations_.event_of(representation) : representation.body, representation.tag};
+}
+
+/// Names the channel to whoever delivers, unless it was named already.
+void Subscriptions::announce(SubscriptionResource& s) {
+  if (s.ready_announced || s.next_notification || s.under_way || s.backlog.empty()) return;
+  s.ready_announced = true;
+  if (s.protocol == Protocol::callback) return callbacks_ready_.push_back({s.channel, s.receiver});
+  (s.observed.is_urgent() ? urgent_ : ready_).push_back(s.channel);
+}
+
+std::optional<subscription::Item> Subscriptions::next_item(SubscriptionResource& s, TimePoint now) {
+  s.ready_announced = false;
+  if (!s.backlog.empty() && now.steady < s.backlog.due()) {
+    next_notifications_.set(s.next_notification, s.backlog.due(), s.channel);
+    return std::nullopt;
+  }
+  std::optional<subscription::Item> item = s.backlog.take_item();
+  if (!item && s.backlog.take_note()) {
+    if (!representations_.ready(s.observed, s.its_variant, true)) {
+      // The user's encoders have to run first.
+      s.backlog.note_again();
+      s.ready_announced = true;
+      values_.refresh(s.observed, Encodings::of(s.its_variant), [this, channel = s.channel](const Result<void>&, TimePoint) {
+        SubscriptionResource* waiting = find(channel);
+        if (!waiting) return;
+        waiting->ready_announced = false;
+        announce(*waiting);
+      });
+      return std::nullopt;
+    }
+    Representation* representation = represent(s);
+    if (representation && representation->tag != s.last_tag) item = item_of(s, *representation);
+  }
+  if (!item) return std::nullopt;
+  s.ready_announced = true;
+  s.last_tag = item->tag;
+  s.backlog.given(now.steady);
+  return item;
+}
+
+void Subscriptions::tell_of_structure() {
+  if (told_structure_ == registry_.structure()) return;
+  told_structure_ = registry_.structure();
+  fills_queues_ = true;
+  for (const auto& [number, s] : by_channel_) {
+    if (s->observed.state(told_structure_) == s->observed.state(0)) continue;  // it does not depend on the structure
+    if (s->queues()) {
+      changed(*s);
+    } else {
+      s->backlog.note_again();  // nothing is known to have been missed
+      announce(*s);
+    }
+  }
+  fills_queues_ = false;
+}
+
+// ------------------------------------------------------------------------------------- WebSockets and event streams
+
+std::optional<Channel> Subscriptions::next_ready(TimePoint now) {
+  try {
+    while (const auto channel = next_notifications_.take_due(now.steady)) {
+      SubscriptionResource& s = *find(*channel);
+      s.next_notification.reset();
+      s.ready_announced = false;
+      announce(s);
+    }
+    scanner_.read_samples(now);
+    if (scanner_.is_due(now)) {
+      fills_queues_ = true;
+      const std::vector<Channel> marked = std::exchange(marked_, {});
+      for (const Channel channel : marked) {
+        SubscriptionResource* s = find(channel);
+        if (!s) continue;
+        s->marked = false;
+        enqueue(*s);
+      }
+      scanner_.scan(now, !marked.empty());
+      fills_queues_ = false;
+      if (!marked_.empty() && !scanner_.is_scanning()) scanner_.start();
+    }
+    tell_of_structure();
+  } catch (const std::exception& e) {
+    fills_queues_ = false;
+    responses_.log(LogLevel::error, std::string("observers could not be told of a change: ") + e.what());
+  }
+  for (std::deque<Channel>* list : {&urgent_, &ready_}) {  // commands and closes first
+    while (!list->empty()) {
+      const Channel first = list->front();
+      list->pop_front();
+      if (find(first) || closing_.count(static_cast<std::uint64_t>(first)) != 0) return first;
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Push> Subscriptions::next_push(Channel channel, TimePoint now) {
+  try {
+    Push push;
+    if (SubscriptionResource* s = find(channel)) {
+      auto item = next_item(*s, now);
+      if (!item) return std::nullopt;
+      ++s->delivered;
+      push.message = std::move(item->body);
+      push.text = s->its_variant.is_text();
+      return push;
+    }
+    const auto closing = closing_.find(static_cast<std::uint64_t>(channel));
+    if (closing == closing_.end()) {
+      push.close = 1001;
+      return push;
+    }
+    if (!closing->second.items.empty()) {
+      push.message = std::move(closing->second.items.front().body);
+      push.text = closing->second.text;
+      closing->second.items.pop_front();
+      return push;
+    }
+    push.close = closing->second.code;
+    push.reason = std::move(closing->second.reason);
+    closing_.erase(closing);
+    return push;
+  } catch (const std::exception& e) {
+    responses_.log(LogLevel::error, std::string("a notification could not be made: ") + e.what());
+    return std::nullopt;
+  }
+}
+
+void Subscriptions::closed(Channel channel) {
+  closing_.erase(static_cast<std::uint64_t>(channel));
+  SubscriptionResource* s = find(channel);
+  if (s && s->protocol != Protocol::callback) end(*s, 0, {});
+}
+
+std::optional<Subscriptions::Instant> Subscriptions::next_deadline() const {
+  if (!urgent_.empty() || !ready_.empty()) return Instant{};
+  return next_notifications_.next();
+}
+
+// --------------------------------------------------------------------------------------------------------- web callbacks
+
+std::optional<subscription::Notice> Subscriptions::next_notice(Channel channel, TimePoint now) {
+  SubscriptionResource* s = find(channel);
+  if (!s || s->protocol != Protocol::callback || s->under_way) return std::nullopt;
+  try {
+    auto item = next_item(*s, now);
+    if (!item) return std::nullopt;
+    subscription::Notice notice;
+    notice.url = s->url;
+    notice.body = item->body;
+    notice.secret = s->secret.empty() ? options_.subscriptions.callbacks.secret : s->secret;
+    notice.failed_before = s->retry.tried();
+    notice.fields.add("Content-Type", content_type(s->its_variant, s->observed.variants().type_of(s->its_variant)));
+    notice.fields.add(notification_field, instance_);
+    notice.fields.add("ETag", item->tag);
+    http::LinkWriter links;
+    links.add(bases_[s->base] + s->observed.path, "about");
+    links.add(bases_[s->base] + s->path, "via");
+    links.finish(notice.fields, {});
+    s->under_way = std::move(item);
+    return notice;
+  } catch (const std::exception& e) {
+    responses_.log(LogLevel::error, std::string("a notification could not be made: ") + e.what());
+    return std::nullopt;
+  }
+}
+
+void Subscriptions::delivered(Channel channel, const subscription::Receipt& receipt, TimePoint now) {
+  SubscriptionResource* s = find(channel);
+  if (!s || !s->under_way) return;  // cancelled meanwhile
+  subscription::Item item = *std::exchange(s->under_way, std::nullopt);
+  s->ready_announced = false;
+  if (receipt.status >= 200 && receipt.status < 300) {
+    ++s->delivered;
+    s->retry.succeeded();
+    s->last_error.clear();
+    return announce(*s);
+  }
+  s->last_error = receipt.error.empty() ? "the receiver answered " + std::to_string(receipt.status) : receipt.error;
+  ++s->revision;
+  if (receipt.status == 410 || receipt.refused) {
+    responses_.log(LogLevel::info, s->path + " ends: " + s->last_error);
+    return end(*s, 0, {});
+  }
+  // Jitter from what differs between subscriptions: the engine has no source of chance.
+  const std::size_t spread = std::hash<std::string>()(s->subscription_id) ^ (s->backlog.dropped() * 7919 + s->revision * 104729);
+  const auto pause = s->retry.failed(static_cast<double>(spread % 1024) / 1024);
+  if (!pause) {
+    responses_.log(LogLevel::warning, s->path + " ends after too many failures: " + s->last_error);
+    return end(*s, 0, {});
+  }
+  if (s->queues() && !s->retry.suspended()) {
+    s->backlog.put_back(std::move(item));
+  } else {
+    s->backlog.drop_items();
+    s->backlog.note_again();
+  }
+  s->last_tag.clear();
+  s->backlog.not_before(now.steady + *pause);
+  if (!s->backlog.empty()) next_notifications_.set(s->next_notification, s->backlog.due(), s->channel);
+}
+
+}  // namespace lrt::engine

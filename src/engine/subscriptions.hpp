@@ -1,0 +1,135 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include <lrt/engine/engine.hpp>
+#include <lrt/engine/handler.hpp>
+#include <lrt/subscription/allowed_hosts.hpp>
+#include <lrt/subscription/notice.hpp>
+
+#include "src/engine/bases.hpp"
+#include "src/engine/bodies.hpp"
+#include "src/engine/change_scanner.hpp"
+#include "src/engine/deadline_queue.hpp"
+#include "src/engine/registry.hpp"
+#include "src/engine/representations.hpp"
+#include "src/engine/resources/subscription.hpp"
+
+namespace lrt::engine {
+
+/// The name of this server in its notifications. A server refuses its own as commands: a robot that obeyed what it says of itself would
+/// be moved by any subscriber, without end.
+inline constexpr std::string_view notification_field = "Lrt-Notification-Of";
+
+/// Subscriptions: made by Upgrade, event stream, or POST; told of changes; ended. Messages are pulled: a channel is named once, and
+/// whoever delivers asks for its next message when the subscriber can take it.
+class Subscriptions {
+ public:
+  using Instant = std::chrono::steady_clock::time_point;
+
+  Subscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, const Bodies& bodies,
+                Representations& representations, PropertyValues& values, ChangeScanner& scanner);
+
+  /// @par Errors  invalid_option: of EngineOptions::subscriptions
+  Result<void> check_options() const;
+  bool makes_callbacks() const { return allowed_ && !allowed_->empty(); }
+  /// This server may post to the URL.
+  bool may_call(const subscription::CallbackUrl& url) const;
+
+  // Requests.
+  /// The protocol by which a GET of an observable resource subscribes; nullopt: it does not.
+  std::optional<Protocol> requested_protocol(const Context& context) const;
+  /// GET with Upgrade: websocket or callback, or for an event stream (R0.12-R0.17).
+  Outcome subscribe(Context& context, Protocol protocol);
+  /// POST of a description to the container of subscriptions.
+  Outcome create(Context& context);
+  /// A request is a notification of this server.
+  bool is_own_notification(const http::Request& request) const { return request.find(notification_field) == instance_; }
+
+  /// Makes one that was judged already.
+  SubscriptionResource& make(SubscriptionRequest request, std::size_t base, std::string id, Utc created);
+  /// Ends one. A WebSocket or event stream that is open is closed; a code of 0: it is closed already.
+  void end(SubscriptionResource& s, std::uint16_t code, std::string reason);
+  std::size_t callback_count() const noexcept { return callbacks_; }
+  /// Moves with every callback that comes or goes.
+  std::uint64_t callbacks_revision() const noexcept { return callbacks_revision_; }
+
+  // Observers.
+  void changed(SubscriptionResource& s);
+  void resource_removed(SubscriptionResource& s);
+
+  // Transports.
+  std::optional<Channel> next_ready(TimePoint now);
+  std::optional<Push> next_push(Channel channel, TimePoint now);
+  void closed(Channel channel);
+  std::optional<Instant> next_deadline() const;
+
+  // Deliverers.
+  std::vector<subscription::Due> take_callbacks() { return std::exchange(callbacks_ready_, {}); }
+  std::optional<subscription::Notice> next_notice(Channel channel, TimePoint now);
+  void delivered(Channel channel, const subscription::Receipt& receipt, TimePoint now);
+
+ private:
+  /// A WebSocket or event stream that has ended and is open until its transport knows.
+  struct ClosingChannel {
+    std::deque<subscription::Item> items;  ///< to be sent before the close
+    bool text;
+    std::uint16_t code;
+    std::string reason;
+  };
+
+  SubscriptionResource* find(Channel channel) const;
+  subscription::Policy default_policy(const Resource& observed) const;
+  std::optional<http::Response> refused_receiver(const Context& context, const std::string& url) const;
+  std::optional<http::Response> too_many(const Context& context, Protocol protocol) const;
+  std::optional<http::Response> read_query(const Context& context, SubscriptionRequest& request) const;
+  Representations::Attempt open(Context& context, SubscriptionRequest request, bool current);
+  http::Response description_response(const Context& context, SubscriptionResource& made) const;
+
+  void enqueue(SubscriptionResource& s);
+  Representation* represent(SubscriptionResource& s);
+  subscription::Item item_of(const SubscriptionResource& s, Representation& representation);
+  void announce(SubscriptionResource& s);
+  std::optional<subscription::Item> next_item(SubscriptionResource& s, TimePoint now);
+  void tell_of_structure();
+
+  const EngineOptions& options_;
+  Registry& registry_;
+  Bases& bases_;
+  const Responses& responses_;
+  const Bodies& bodies_;
+  Representations& representations_;
+  PropertyValues& values_;
+  ChangeScanner& scanner_;
+  const Result<subscription::AllowedHosts> allowed_;
+  const std::string instance_;
+
+  std::uint64_t next_channel_ = 1;
+  std::unordered_map<std::uint64_t, SubscriptionResource*> by_channel_;
+  std::unordered_map<std::uint64_t, ClosingChannel> closing_;
+  std::size_t callbacks_ = 0;
+  std::uint64_t callbacks_revision_ = 0;
+
+  std::deque<Channel> urgent_, ready_;                  ///< to be named by next_ready()
+  std::vector<subscription::Due> callbacks_ready_;
+  DeadlineQueue<Channel> next_notifications_;
+  bool fills_queues_ = false;                           ///< a scan, whose share of time is bounded, is under way
+  std::vector<Channel> marked_;                         ///< with a queue, and changed between two scans
+  std::size_t queued_bytes_ = 0;                        ///< of all subscribers
+  std::uint64_t told_structure_ = 1;
+};
+
+/// A number of seconds from 0 to max_interval; nullopt: it is something else.
+std::optional<std::chrono::milliseconds> interval_of(std::string_view seconds);
+
+}  // namespace lrt::engine

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <lrt/model/detail/spec.hpp>
+#include <lrt/rdf/codec.hpp>
+#include <lrt/rdf/plain.hpp>
+
+namespace lrt::engine {
+
+/// One of the media types in which a resource has a representation.
+class Variant {
+ public:
+  enum class Kind : std::uint8_t { rdf, inlined_json_ld, plain, encoded };
+
+  Variant() = default;  ///< Turtle
+  explicit Variant(rdf::Syntax syntax) : Variant(Kind::rdf, static_cast<std::uint8_t>(syntax)) {}
+  explicit Variant(rdf::Plain format) : Variant(Kind::plain, static_cast<std::uint8_t>(format)) {}
+  /// JSON-LD with its context inside.
+  static Variant inlined_json_ld() { return {Kind::inlined_json_ld, static_cast<std::uint8_t>(rdf::Syntax::json_ld)}; }
+  /// By the property's encoder of that index.
+  static Variant encoded(std::size_t encoder) { return {Kind::encoded, static_cast<std::uint8_t>(encoder)}; }
+
+  Kind kind() const noexcept { return kind_; }
+  bool is_rdf() const noexcept { return kind_ == Kind::rdf || kind_ == Kind::inlined_json_ld; }
+  rdf::Syntax syntax() const noexcept { return static_cast<rdf::Syntax>(number_); }
+  rdf::Plain plain() const noexcept { return static_cast<rdf::Plain>(number_); }
+  std::size_t encoder() const noexcept { return number_; }
+  /// Only a profile parameter distinguishes its media type from that of another variant.
+  bool is_profile() const noexcept { return kind_ == Kind::inlined_json_ld || *this == Variant(rdf::Plain::json_with_units); }
+  /// Some values have no representation in it, although other values of the property do.
+  bool may_be_missing() const noexcept { return kind_ == Kind::encoded || *this == Variant(rdf::Plain::octets); }
+  /// Always UTF-8, so WebSockets carry it in text messages and event streams carry it.
+  bool is_text() const noexcept { return is_rdf() || (kind_ == Kind::plain && plain() != rdf::Plain::cbor && plain() != rdf::Plain::octets); }
+
+  friend bool operator==(Variant a, Variant b) noexcept { return a.kind_ == b.kind_ && a.number_ == b.number_; }
+  friend bool operator!=(Variant a, Variant b) noexcept { return !(a == b); }
+
+ private:
+  Variant(Kind kind, std::uint8_t number) : kind_(kind), number_(number) {}
+  Kind kind_ = Kind::rdf;
+  std::uint8_t number_ = 0;
+};
+
+/// The variants of a resource. A client that accepts several gets the first (R1.2: Turtle).
+struct Variants {
+  std::vector<std::string_view> types;  ///< media types, as http::negotiate() takes them
+  std::vector<Variant> variants;        ///< of the same index
+  /// The media types and, among them, that of the HTML page: behind those that lrt writes, before those of the user's encoders. Browsers
+  /// accept pictures as gladly as pages, and a camera opened in a browser should show its page.
+  std::vector<std::string_view> with_page;
+
+  std::optional<Variant> find(std::string_view media_type) const noexcept;
+  std::string_view type_of(Variant variant) const noexcept;
+  /// The media types for people. Those that only a profile distinguishes are named once.
+  std::string list() const;
+};
+
+/// Of the HTML page.
+inline constexpr std::string_view page_type = "text/html";
+/// Of an event stream (WHATWG HTML 9.2).
+inline constexpr std::string_view event_stream_type = "text/event-stream";
+
+/// Of resources that only RDF describes.
+const Variants& graph_variants();
+/// Of resources with a value that can be written without RDF.
+const Variants& value_variants();
+/// Of the JSON-LD context.
+const Variants& context_variants();
+/// Of a property with octets or encoders of its own. The views live as long as the spec.
+Variants variants_of(const model::PropertySpec& spec);
+
+/// "text/turtle, application/n-triples, ...": the media types of request bodies, with or without those of plain values.
+std::string readable_types(bool plain);
+/// The Content-Type of a media type.
+std::string content_type(Variant variant, std::string_view media_type);
+/// Where a resource, or a page of a container, is to be had in one media type.
+std::string variant_iri(const std::string& resource, std::string_view media_type, std::size_t page = 1);
+/// A media type as part of an IRI: characters with a meaning in a query are percent-encoded.
+std::string escaped(std::string_view text);
+
+}  // namespace lrt::engine

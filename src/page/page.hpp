@@ -1,0 +1,12 @@
+#pragma once
+
+#include <memory>
+
+#include <lrt/engine/page_source.hpp>
+
+namespace lrt::page {
+
+/// The console for people: HTML, style and script of this folder, which CMake puts into the library. It is a client of its own robot.
+std::shared_ptr<const engine::PageSource> console();
+
+}  // namespace lrt::page

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include <lrt/base/log.hpp>
+
+#include "src/engine/mailbox.hpp"
+
+namespace lrt {
+
+/// Log lines on their way to the user's callback, which is called when no lock is held: it may call the server.
+///
+/// @par Threads  Any.
+class LogQueue {
+ public:
+  explicit LogQueue(LogCallback callback) : callback_(std::move(callback)) {}
+
+  /// What the parts of a server log to; empty if the user has no callback.
+  LogCallback sink() {
+    if (!callback_) return {};
+    return [this](LogLevel level, std::string_view message) { lines_.put({level, std::string(message)}); };
+  }
+  /// Calls the user's callback. Without a lock of lrt.
+  void flush() noexcept {
+    if (lines_.empty()) return;
+    lines_.take_all([this](const std::pair<LogLevel, std::string>& line) {
+      try {
+        callback_(line.first, line.second);
+      } catch (...) {  // there is nobody to tell
+      }
+    });
+  }
+
+ private:
+  const LogCallback callback_;
+  engine::Mailbox<std::pair<LogLevel, std::string>> lines_;
+};
+
+}  // namespace lrt
