@@ -22,7 +22,7 @@
 #include <lrt/shacl/validator.hpp>
 #include <lrt/subscription/allowed_hosts.hpp>
 
-#include "src/engine/mailbox.hpp"
+#include "src/base/mailbox.hpp"
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {

@@ -8,9 +8,9 @@
 
 #include <lrt/transport/named.hpp>
 
-#include "src/engine/mailbox.hpp"
+#include "src/base/event_waker.hpp"
+#include "src/base/mailbox.hpp"
 #include "src/server/saved_file.hpp"
-#include "src/transport/event_waker.hpp"
 
 namespace lrt {
 
@@ -333,9 +333,9 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   std::unique_ptr<delivery::Deliverer> deliverer_;        // the same
   std::unique_ptr<transport::Transport> transport_;
   std::shared_ptr<Waker> transport_waker_;
-  engine::Mailbox<UniqueFunction<void()>> arrived_;       // jobs for the host
+  Mailbox<UniqueFunction<void()>> arrived_;       // jobs for the host
   std::deque<UniqueFunction<void()>> due_;                // taken, not yet run: the host's thread only
-  transport::EventWaker rest_;                            // where run() waits when there is nothing to do
+  EventWaker rest_;                            // where run() waits when there is nothing to do
   std::atomic<bool> stopping_{false}, finished_{false}, descriptor_is_used_{false};
   std::atomic<std::thread::id> serving_{};                // who is inside the transport
   std::mutex serve_mutex_;                                // one at a time inside the transport

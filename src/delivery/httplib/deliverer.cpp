@@ -15,7 +15,7 @@
 
 #include <lrt/subscription/allowed_hosts.hpp>
 
-#include "src/delivery/blocked_signals.hpp"
+#include "src/base/blocked_signals.hpp"
 #include "src/delivery/httplib/post.hpp"
 
 namespace lrt::delivery {
