@@ -52,7 +52,7 @@ class Door {
   std::shared_ptr<Waker> waker_;
 };
 
-class InvocationCore final : public model::InvocationLink, public model::NewsSource, public std::enable_shared_from_this<InvocationCore> {
+class InvocationCore final : public model::InvocationLink, public model::ChangeSource, public std::enable_shared_from_this<InvocationCore> {
  public:
   InvocationCore(std::shared_ptr<Door> door, std::string path, Dispatch where)
       : door_(std::move(door)), path_(std::move(path)), where_(where) {}
@@ -131,7 +131,7 @@ class Engine::Impl {
   std::vector<Job> take_jobs() { return std::exchange(jobs_, {}); }
   void stop();
   void set_waker(std::shared_ptr<Waker> waker) {
-    bell_->set_waker(waker);
+    wake_signal_->set_waker(waker);
     door_->set_waker(std::move(waker));
   }
 
@@ -300,7 +300,7 @@ class Engine::Impl {
   void sample_later(PropertyResource& property, TimePoint now);
   void start_looking();
   void look(TimePoint now);
-  bool has_news() const;
+  bool has_change() const;
   void expire_subscriptions(TimePoint now);
 
   // describe.cpp: graphs
@@ -349,7 +349,7 @@ class Engine::Impl {
   Resource* find(std::string_view path) const;
   void structure_changed() {
     ++structure_;
-    structure_news_ = true;
+    structure_changed_ = true;
   }
   std::uint64_t revision_of(const Resource& resource) const;
   void drop_thing(ThingNode& thing);
@@ -413,7 +413,7 @@ class Engine::Impl {
   std::vector<subscription::Due> callbacks_ready_;
   std::multimap<std::chrono::steady_clock::time_point, Channel> channel_timers_;
   Timers sample_timers_;
-  bool structure_news_ = false;                // since observers of structure were told
+  bool structure_changed_ = false;                // since observers of structure were told
   struct Parked {                              // a restored callback whose resource is not there yet
     std::string path, base, id;
     Utc created;
@@ -426,7 +426,7 @@ class Engine::Impl {
   bool callbacks_changed_ = false;             // since take_saved()
 
   // Looking for news: by itself while there is some, then when the bell rings.
-  std::shared_ptr<model::Bell> bell_ = std::make_shared<model::Bell>();
+  std::shared_ptr<model::WakeSignal> wake_signal_ = std::make_shared<model::WakeSignal>();
   struct Watched {
     model::SlotBase* slot;                     // nullptr: pulled
     PropertyResource* property;

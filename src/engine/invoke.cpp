@@ -35,7 +35,7 @@ void InvocationCore::start_ended(Result<void> result) noexcept {
 void InvocationCore::progress(double fraction) noexcept {
   if (std::isnan(fraction)) return;
   fraction_.store(std::clamp(fraction, 0.0, 1.0), std::memory_order_seq_cst);
-  ring();
+  signal();
 }
 
 void InvocationCore::on_cancel(UniqueFunction<void()> hook) {
@@ -122,7 +122,7 @@ Outcome Engine::Impl::post_action(Context& context) {
   auto made = std::make_unique<InvocationResource>(action.path + "/" + options_.ids->next(), action.thing, &action);
   InvocationResource& invocation = *made;
   invocation.core = std::make_shared<InvocationCore>(door_, invocation.path, where(*action.thing));
-  invocation.core->attach(bell_);
+  invocation.core->attach(wake_signal_);
   invocation.input = std::move(input);
   invocation.created = context.now.utc;
   action.invocations.push_back(std::move(made));

@@ -94,9 +94,9 @@ std::optional<Channel> Engine::Impl::next_ready(TimePoint now) {
   if (stopped_) return std::nullopt;
   try {
     expire_subscriptions(now);
-    if (looking_ ? next_look_ <= now.steady : !bell_->asleep() && !(watched_.empty() && watched_invocations_.empty())) look(now);
-    if (structure_news_) {
-      structure_news_ = false;
+    if (looking_ ? next_look_ <= now.steady : !wake_signal_->asleep() && !(watched_.empty() && watched_invocations_.empty())) look(now);
+    if (structure_changed_) {
+      structure_changed_ = false;
       telling_ = true;
       for (const auto& [number, s] : by_channel_)
         if (s->observed.kind == Kind::thing || s->observed.kind == Kind::state) {
@@ -288,15 +288,15 @@ void Engine::Impl::expire_subscriptions(TimePoint now) {
 }
 
 void Engine::Impl::start_looking() {
-  bell_->stay_awake();
+  wake_signal_->stay_awake();
   looking_ = true;
   quiet_looks_ = 0;
   next_look_ = {};
 }
 
-bool Engine::Impl::has_news() const {
+bool Engine::Impl::has_change() const {
   return !marked_.empty() || std::any_of(watched_.begin(), watched_.end(),
-                     [](const Watched& w) { return w.slot ? w.slot->has_news() : w.property->spec->changes->has_news(); }) ||
+                     [](const Watched& w) { return w.slot ? w.slot->has_change() : w.property->spec->changes->has_change(); }) ||
          std::any_of(watched_invocations_.begin(), watched_invocations_.end(), [](const InvocationResource* i) {
            return !i->finished() && i->core->fraction() != i->progress;
          });
@@ -316,7 +316,7 @@ void Engine::Impl::look(TimePoint now) {
     queue(*s);
   }
   for (const Watched& w : watched_) {
-    if (w.slot ? !w.slot->has_news() : !w.property->spec->changes->take()) continue;
+    if (w.slot ? !w.slot->has_change() : !w.property->spec->changes->take()) continue;
     news = true;
     if (w.slot) (void)sync(*w.property);
     else if (w.property->next_readers.empty()) read(*w.property, [](const Result<void>&) {});
@@ -334,8 +334,8 @@ void Engine::Impl::look(TimePoint now) {
   if (watched_.empty() && watched_invocations_.empty()) {
     looking_ = false;
   } else if (!options.tick && quiet_looks_ > options.looks_before_sleep) {
-    bell_->sleep();
-    if (has_news()) bell_->stay_awake();
+    wake_signal_->sleep();
+    if (has_change()) wake_signal_->stay_awake();
     else looking_ = false;
   }
 }

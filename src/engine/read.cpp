@@ -63,7 +63,7 @@ bool Engine::Impl::sync(Resource& resource) {
   const auto one = [this](PropertyResource& p) {
     if (!p.spec->slot) return true;
     model::SlotBase& slot = *p.spec->slot;
-    if (!slot.has_news()) return false;
+    if (!slot.has_change()) return false;
     rdf::Value value;
     Utc since;
     // Of values that are kept each is a change, but a writer without end must not hold up the others.

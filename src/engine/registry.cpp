@@ -245,8 +245,8 @@ Result<void> Engine::Impl::insert(Thing thing, std::vector<ThingNode*>& added) {
   for (const auto& p : t.spec->properties) {
     p->sealed = true;
     if (p->slot) p->slot->set_clock(clock_);
-    if (p->slot) p->slot->attach(bell_);
-    if (p->changes) p->changes->attach(bell_);
+    if (p->slot) p->slot->attach(wake_signal_);
+    if (p->changes) p->changes->attach(wake_signal_);
   }
   for (const auto& a : t.spec->actions) a->sealed = true;
   for (const auto& c : t.spec->collections) c->sealed = true;

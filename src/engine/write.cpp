@@ -233,7 +233,7 @@ void Engine::Impl::write_done(const std::string& path, const std::shared_ptr<Cla
 
   if (result && property.spec->slot) {
     // What was published since the lambda began counts, even the old value; else the written one is shown until the robot publishes.
-    const bool published = property.spec->slot->has_news();
+    const bool published = property.spec->slot->has_change();
     (void)sync(property);
     if (!published && !rdf::same(property.value, write.value)) {
       auto whole = guarded<std::shared_ptr<const void>>([&] { return property.spec->whole ? property.spec->whole(write.value) : nullptr; });

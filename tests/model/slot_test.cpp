@@ -39,7 +39,7 @@ TEST_CASE("a slot gives the newest value once, with the time since when it holds
   slot.set_clock(clock);
   rdf::Value value;
   Utc since;
-  CHECK_FALSE(slot.has_news());
+  CHECK_FALSE(slot.has_change());
   CHECK_FALSE(slot.take(value, since));
   slot.publish(1);
   clock.advance(std::chrono::seconds(1));
@@ -47,13 +47,13 @@ TEST_CASE("a slot gives the newest value once, with the time since when it holds
   const Utc then = clock.now().utc;
   clock.advance(std::chrono::seconds(1));
   slot.publish(2);  // bit-identical: nothing new
-  CHECK(slot.has_news());
+  CHECK(slot.has_change());
   REQUIRE(slot.take(value, since));
   CHECK(*value.real() == 2);
   CHECK(since == then);
   CHECK_FALSE(slot.take(value, since));
   slot.publish(2);
-  CHECK_FALSE(slot.has_news());
+  CHECK_FALSE(slot.has_change());
   slot.publish(-0.0);
   CHECK(slot.take(value, since));
   slot.publish(0.0);

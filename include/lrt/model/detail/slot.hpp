@@ -10,19 +10,19 @@
 #include <vector>
 
 #include <lrt/base/clock.hpp>
-#include <lrt/model/detail/bell.hpp>
+#include <lrt/model/detail/wake_signal.hpp>
 #include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/value.hpp>
 
 namespace lrt::model {
 
 /// The latest value of a pushed property on its way from the control loop to the engine. One writer, one reader.
-class SlotBase : public NewsSource {
+class SlotBase : public ChangeSource {
  public:
   using Utc = std::chrono::system_clock::time_point;
 
   /// True if take() would give something new. Any thread.
-  bool has_news() const noexcept { return (middle_.load(std::memory_order_seq_cst) & fresh) != 0; }
+  bool has_change() const noexcept { return (middle_.load(std::memory_order_seq_cst) & fresh) != 0; }
   /// The next value not yet taken, and since when it is what it is: the oldest of those kept by keep(), else the newest. The reader's
   /// thread.
   virtual bool take(rdf::Value& value, Utc& since) = 0;
@@ -159,12 +159,12 @@ class Slot final : public KeepingSlot<T> {
     cell.number = ++number_;
     if (this->ring_) this->ring_->put(cell);
     back_ = middle_.exchange(back_ | fresh, std::memory_order_seq_cst) & index;
-    this->ring();
+    this->signal();
   }
 
   bool take(rdf::Value& value, Utc& since) override {
     if (this->take_kept(value, since)) return true;
-    if (!this->has_news()) return false;
+    if (!this->has_change()) return false;
     front_ = middle_.exchange(front_, std::memory_order_seq_cst) & index;
     return this->take_newest(cells_[front_], value, since);
   }
@@ -196,7 +196,7 @@ class Slot<T, false> final : public KeepingSlot<T> {
       if (this->ring_) this->ring_->put(*cell);
       delete newest_.exchange(cell.release(), std::memory_order_acq_rel);
       this->middle_.store(SlotBase::fresh, std::memory_order_seq_cst);
-      this->ring();
+      this->signal();
     } catch (...) {  // out of memory: the last value stays
     }
   }
