@@ -342,7 +342,7 @@ void Engine::Impl::describe_subscription(Graph& graph, SubscriptionResource& s, 
   count(vocab::lrt::delivered, s.delivered);
   count(vocab::lrt::dropped, s.backlog.dropped());
   if (!s.last_error.empty()) about.add(vocab::lrt::lastError, rdf::literal(s.last_error));
-  if (s.patience.suspended()) about.add(vocab::lrt::suspended, rdf::literal("true", vocab::xsd::boolean));
+  if (s.retry_policy.suspended()) about.add(vocab::lrt::suspended, rdf::literal("true", vocab::xsd::boolean));
 }
 
 /// RFC 8288 links of a resource: R0.9, LDP 4.2.1.4, 5.2.1.4.

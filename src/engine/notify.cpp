@@ -28,7 +28,7 @@ void Engine::Impl::tell(Resource& resource) {
 /// There is something new for a subscriber. What a queue gets is rendered at looks only, whose share of time is bounded, and for commands:
 /// a request that finds news must not pay for all who want to have it in four syntaxes.
 void Engine::Impl::note(SubscriptionResource& s) {
-  if (!s.backlog.policy().queues() || s.patience.suspended()) {
+  if (!s.backlog.policy().queues() || s.retry_policy.suspended()) {
     s.backlog.note();
     return schedule(s);
   }
@@ -169,7 +169,7 @@ std::optional<subscription::Notice> Engine::Impl::next_notice(Channel channel, T
     notice.url = s->url;
     notice.body = item->body;
     notice.secret = s->secret.empty() ? options_.subscriptions.callbacks.secret : s->secret;
-    notice.failed_before = s->patience.tried();
+    notice.failed_before = s->retry_policy.tried();
     notice.fields.add("Content-Type", content_type(s->form, offers_of(s->observed).type_of(s->form)));
     notice.fields.add(notification_field, instance_);
     notice.fields.add("ETag", item->tag);
@@ -192,7 +192,7 @@ void Engine::Impl::delivered(Channel channel, const subscription::Receipt& recei
   s->named = false;
   if (receipt.status >= 200 && receipt.status < 300) {
     ++s->delivered;
-    s->patience.succeeded();
+    s->retry_policy.succeeded();
     s->last_error.clear();
     return schedule(*s);
   }
@@ -204,12 +204,12 @@ void Engine::Impl::delivered(Channel channel, const subscription::Receipt& recei
   }
   // Spread by what is different for each: nothing here may depend on a source of chance.
   const std::size_t spread = std::hash<std::string>()(s->id) ^ (s->backlog.dropped() * 7919 + s->revision * 104729);
-  const auto pause = s->patience.failed(static_cast<double>(spread % 1024) / 1024);
+  const auto pause = s->retry_policy.failed(static_cast<double>(spread % 1024) / 1024);
   if (!pause) {
     log(LogLevel::warning, s->path + " ends after too many failures: " + s->last_error);
     return unsubscribe(*s, 0, {});
   }
-  if (s->backlog.policy().queues() && !s->patience.suspended()) {
+  if (s->backlog.policy().queues() && !s->retry_policy.suspended()) {
     s->backlog.put_back(std::move(item));
   } else {
     s->backlog.drop_items();

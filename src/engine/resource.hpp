@@ -24,7 +24,7 @@
 
 #include "src/engine/form.hpp"
 #include "src/subscription/backlog.hpp"
-#include "src/subscription/patience.hpp"
+#include "src/subscription/retry_policy.hpp"
 
 namespace lrt::engine {
 
@@ -192,7 +192,7 @@ struct SubscriptionResource final : Resource {
         channel(c),
         observed(r),
         backlog(policy, options.queue_bytes, options.all_queue_bytes, queued_bytes),
-        patience(options.callbacks) {}
+        retry_policy(options.callbacks) {}
 
   std::string id;
   Channel channel;
@@ -210,7 +210,7 @@ struct SubscriptionResource final : Resource {
   bool named = false;                        ///< to who delivers, and not answered with nothing since
   std::optional<std::multimap<std::chrono::steady_clock::time_point, Channel>::iterator> timer;
 
-  subscription::Patience patience;           ///< of a callback, as what follows
+  subscription::RetryPolicy retry_policy;           ///< of a callback, as what follows
   std::optional<subscription::Item> under_way;
   std::string last_error;
   std::uint64_t delivered = 0;

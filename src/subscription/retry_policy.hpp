@@ -8,10 +8,10 @@
 
 namespace lrt::subscription {
 
-/// How long a receiver that fails is borne with (CallbackOptions).
-class Patience {
+/// Counts the failed deliveries of one web callback and gives the pause before the next attempt, by CallbackOptions.
+class RetryPolicy {
  public:
-  explicit Patience(const CallbackOptions& options) : options_(options) {}
+  explicit RetryPolicy(const CallbackOptions& options) : options_(options) {}
 
   bool suspended() const noexcept { return suspended_; }
   /// The last attempt failed.
@@ -21,8 +21,9 @@ class Patience {
     failures_ = 0;
     suspended_ = false;
   }
-  /// How long to wait before the next attempt; nullopt: there is to be none, the subscription is over.
-  /// @param chance  in [0, 1): spreads the attempts of many
+  /// Counts a failed attempt.
+  /// @param chance  random, in [0, 1): the pause is multiplied by 0.5 + chance, so that the retries of many callbacks spread
+  /// @return        the pause before the next attempt; nullopt: no attempt is left, the subscription ends
   std::optional<std::chrono::milliseconds> failed(double chance) noexcept {
     ++failures_;
     if (!suspended_ && failures_ >= options_.attempts) {
