@@ -29,7 +29,7 @@ void Engine::Impl::tell(Resource& resource) {
 /// a request that finds news must not pay for all who want to have it in four syntaxes.
 void Engine::Impl::note(SubscriptionResource& s) {
   if (!s.backlog.policy().queues() || s.retry_policy.suspended()) {
-    s.backlog.note();
+    s.backlog.mark_changed();
     return schedule(s);
   }
   if (telling_ || s.observed.kind == Kind::action || s.observed.kind == Kind::invocation) return queue(s);
@@ -77,14 +77,14 @@ std::optional<subscription::Item> Engine::Impl::next_item(SubscriptionResource& 
   s.named = false;
   if (!s.backlog.empty() && now.steady < s.backlog.due()) {
     set_timer(s);
-  } else if (!(item = s.backlog.take_item()) && s.backlog.take_note()) {
+  } else if (!(item = s.backlog.take_item()) && s.backlog.take_pending()) {
     const Rendering* rendering = render_for(s);
     if (rendering && rendering->tag != s.last_tag) item = subscription::Item{rendering->body, rendering->tag};
   }
   if (!item) return std::nullopt;
   s.named = true;
   s.last_tag = item->tag;
-  s.backlog.given(now.steady);
+  s.backlog.sent(now.steady);
   return item;
 }
 
@@ -101,7 +101,7 @@ std::optional<Channel> Engine::Impl::next_ready(TimePoint now) {
       for (const auto& [number, s] : by_channel_)
         if (s->observed.kind == Kind::thing || s->observed.kind == Kind::state) {
           if (s->backlog.policy().queues()) note(*s);
-          else s->backlog.note_again(), schedule(*s);
+          else s->backlog.mark_pending(), schedule(*s);
         }
       telling_ = false;
     }
@@ -213,10 +213,10 @@ void Engine::Impl::delivered(Channel channel, const subscription::Receipt& recei
     s->backlog.put_back(std::move(item));
   } else {
     s->backlog.drop_items();
-    s->backlog.note_again();
+    s->backlog.mark_pending();
   }
   s->last_tag.clear();
-  s->backlog.not_before(now.steady + *pause);
+  s->backlog.set_due(now.steady + *pause);
   if (!s->backlog.empty()) set_timer(*s);
 }
 

@@ -318,7 +318,7 @@ void Engine::Impl::unsubscribe(SubscriptionResource& s, std::uint16_t code, std:
 void Engine::Impl::end_observers(Resource& resource) {
   while (!resource.observers.empty()) {
     SubscriptionResource& s = *resource.observers.back();
-    if (resource.kind == Kind::invocation && s.protocol == Protocol::websocket && s.backlog.take_note())
+    if (resource.kind == Kind::invocation && s.protocol == Protocol::websocket && s.backlog.take_pending())
       if (const Result<const Rendering*> last = render(resource, s.base, s.form, 1); last && (*last)->tag != s.last_tag)
         s.backlog.push_last({(*last)->body, (*last)->tag});
     unsubscribe(s, 1001, "the resource is gone");
