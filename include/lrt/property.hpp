@@ -23,7 +23,7 @@ class Property {
  public:
   /// Hands the present value over (pushed properties). A bit-identical value changes nothing (SPEC 3.8).
   /// @par Time  No lock; for T without a destructor to run (numbers, structs of such) no allocation: some 40 ns, whatever the number of subscribers. A system call only when
-  ///            the network side sleeps although somebody observes the property; see subscription::Options::push_period and tick.
+  ///            the network side sleeps although somebody observes the property; see subscription::SubscriptionOptions::scan_period and always_scan.
   /// @par Implements  R0.11, R0.12
   void publish(const T& value) noexcept {
     if (slot_) slot_->publish(value);
@@ -125,7 +125,7 @@ class Property {
   }
 
   /// How often `read` is called while somebody observes the property (pulled properties); zero: only on changed(). Default:
-  /// subscription::Options::sample_period.
+  /// subscription::SubscriptionOptions::sample_period.
   Property& sample(std::chrono::milliseconds period) {
     return edit([&](auto& s) { s.sample_period = period; });
   }

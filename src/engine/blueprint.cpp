@@ -134,7 +134,7 @@ void Engine::Impl::describe_subscription_shape(Graph& graph, const std::string& 
   property(vocab::lrt::queueLength, false)
       .add(vocab::sh::datatype, rdf::TermView(vocab::xsd::integer))
       .add(vocab::sh::minInclusive, rdf::literal("0", vocab::xsd::integer))
-      .add(vocab::sh::maxInclusive, rdf::literal(integer(options_.subscriptions.longest_queue), vocab::xsd::integer));
+      .add(vocab::sh::maxInclusive, rdf::literal(integer(options_.subscriptions.max_queue_length), vocab::xsd::integer));
   property(vocab::lrt::secret, false)
       .add(vocab::sh::datatype, rdf::TermView(vocab::xsd::string))
       .add(vocab::sh::maxLength, rdf::literal(integer(longest_secret), vocab::xsd::integer));

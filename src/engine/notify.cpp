@@ -304,9 +304,9 @@ bool Engine::Impl::has_change() const {
 
 /// Takes what the robot has left for observed resources. Goes on by itself while there is news, then sleeps until the bell rings.
 void Engine::Impl::look(TimePoint now) {
-  const subscription::Options& options = options_.subscriptions;
+  const subscription::SubscriptionOptions& options = options_.subscriptions;
   looking_ = true;
-  next_look_ = now.steady + options.push_period;
+  next_look_ = now.steady + options.scan_period;
   telling_ = true;
   bool news = !marked_.empty();
   for (const Channel channel : std::exchange(marked_, {})) {
@@ -333,7 +333,7 @@ void Engine::Impl::look(TimePoint now) {
   quiet_looks_ = news ? 0 : quiet_looks_ + 1;
   if (watched_.empty() && watched_invocations_.empty()) {
     looking_ = false;
-  } else if (!options.tick && quiet_looks_ > options.looks_before_sleep) {
+  } else if (!options.always_scan && quiet_looks_ > options.idle_scans_before_sleep) {
     wake_signal_->sleep();
     if (has_change()) wake_signal_->stay_awake();
     else looking_ = false;

@@ -186,12 +186,12 @@ enum class Protocol : std::uint8_t { websocket, callback };
 /// Somebody who is told when a resource changes (paper 5.3).
 struct SubscriptionResource final : Resource {
   SubscriptionResource(std::string p, ThingNode* t, std::string i, Channel c, Resource& r, subscription::Policy policy,
-                       const subscription::Options& options, std::size_t& queued_bytes)
+                       const subscription::SubscriptionOptions& options, std::size_t& queued_bytes)
       : Resource(Kind::subscription, std::move(p), t),
         id(std::move(i)),
         channel(c),
         observed(r),
-        backlog(policy, options.queue_bytes, options.all_queue_bytes, queued_bytes),
+        backlog(policy, options.max_queue_bytes, options.max_total_queue_bytes, queued_bytes),
         retry_policy(options.callbacks) {}
 
   std::string id;

@@ -89,7 +89,7 @@ Result<void> Engine::Impl::restore(std::string_view saved) {
     const bool is_type = static_cast<bool>(MediaType::parse(parked.media_type));
     const auto interval = interval_of(text(vocab::lrt::minimumInterval));
     const auto length = rdf::lexical::parse_uint64(text(vocab::lrt::queueLength));
-    if (!is_type || !interval || !length || *length > options_.subscriptions.longest_queue || parked.wish.secret.size() > longest_secret) {
+    if (!is_type || !interval || !length || *length > options_.subscriptions.max_queue_length || parked.wish.secret.size() > longest_secret) {
       leave_out("its media type, interval, queue length or secret is not possible");
       continue;
     }
@@ -107,7 +107,7 @@ Result<void> Engine::Impl::restore(std::string_view saved) {
       parked.refused = true;
     }
     const auto twin = [&](const auto& other) { return other.id == parked.id; };
-    if (std::any_of(parked_.begin(), parked_.end(), twin) || callbacks_ + parked_.size() >= options_.subscriptions.callbacks.most) {
+    if (std::any_of(parked_.begin(), parked_.end(), twin) || callbacks_ + parked_.size() >= options_.subscriptions.callbacks.max_callbacks) {
       leave_out("there is another of that identifier, or there are too many");
       continue;
     }

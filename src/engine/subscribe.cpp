@@ -51,8 +51,8 @@ std::optional<std::chrono::milliseconds> interval_of(std::string_view seconds) {
 
 Result<void> Engine::Impl::check() const {
   if (!allowed_) return Unexpected{allowed_.error()};
-  const subscription::Options& s = options_.subscriptions;
-  if (s.push_period.count() <= 0) return unexpected(Errc::invalid_option, "subscriptions.push_period: expected more than 0");
+  const subscription::SubscriptionOptions& s = options_.subscriptions;
+  if (s.scan_period.count() <= 0) return unexpected(Errc::invalid_option, "subscriptions.scan_period: expected more than 0");
   if (s.callbacks.attempts == 0) return unexpected(Errc::invalid_option, "subscriptions.callbacks.attempts: expected at least 1");
   if (s.callbacks.secret.size() > longest_secret)
     return unexpected(Errc::invalid_option, "subscriptions.callbacks.secret: expected at most " + std::to_string(longest_secret) + " bytes");
@@ -69,13 +69,13 @@ std::optional<Protocol> Engine::Impl::asked_protocol(const Context& context) con
 
 subscription::Policy Engine::Impl::default_policy(const Resource& observed) const {
   subscription::Policy policy;
-  if (observed.kind == Kind::action || observed.kind == Kind::invocation) policy.queue_length = options_.subscriptions.queue;
+  if (observed.kind == Kind::action || observed.kind == Kind::invocation) policy.queue_length = options_.subscriptions.default_queue_length;
   return policy;
 }
 
 std::optional<http::Response> Engine::Impl::refused_subscription(const Context& context, Protocol protocol) {
   const bool callback = protocol == Protocol::callback;
-  if (by_channel_.size() < options_.subscriptions.most && (!callback || callbacks_ < options_.subscriptions.callbacks.most)) return std::nullopt;
+  if (by_channel_.size() < options_.subscriptions.max_subscriptions && (!callback || callbacks_ < options_.subscriptions.callbacks.max_callbacks)) return std::nullopt;
   http::Response response = problem(context, 503, callback ? "there are as many web callbacks as this server keeps"
                                                            : "there are as many subscriptions as this server keeps");
   response.fields.set("Retry-After", std::to_string(options_.retry_after.count()));
@@ -125,8 +125,8 @@ Outcome Engine::Impl::subscribe(Context& context, Protocol protocol, bool fresh)
   }
   if (const auto length = query_parameter(request.target, "queueLength")) {
     const auto parsed = rdf::lexical::parse_uint64(*length);
-    if (!parsed || *parsed > options_.subscriptions.longest_queue)
-      return problem(context, 400, "queueLength: expected a number from 0 to " + std::to_string(options_.subscriptions.longest_queue));
+    if (!parsed || *parsed > options_.subscriptions.max_queue_length)
+      return problem(context, 400, "queueLength: expected a number from 0 to " + std::to_string(options_.subscriptions.max_queue_length));
     wish.policy.queue_length = static_cast<std::size_t>(*parsed);
   }
   if (auto answer = refused_subscription(context, protocol)) return *std::move(answer);
@@ -220,12 +220,12 @@ Outcome Engine::Impl::post_subscription(Context& context) {
   }
   if (const auto length = object(vocab::lrt::queueLength)) {
     const auto parsed = rdf::lexical::parse_uint64(*length);
-    if (!parsed || *parsed > options_.subscriptions.longest_queue)
-      return problem(context, 422, "lrt:queueLength: expected a number from 0 to " + std::to_string(options_.subscriptions.longest_queue));
+    if (!parsed || *parsed > options_.subscriptions.max_queue_length)
+      return problem(context, 422, "lrt:queueLength: expected a number from 0 to " + std::to_string(options_.subscriptions.max_queue_length));
     wish.policy.queue_length = static_cast<std::size_t>(*parsed);
   } else if (const auto delivery = object(vocab::lrt::delivery)) {
     if (*delivery == vocab::lrt::latest.text) wish.policy.queue_length = 0;
-    else if (*delivery == vocab::lrt::queue.text) wish.policy.queue_length = options_.subscriptions.queue;
+    else if (*delivery == vocab::lrt::queue.text) wish.policy.queue_length = options_.subscriptions.default_queue_length;
     else return problem(context, 422, "lrt:delivery: expected lrt:latest or lrt:queue, found " + *delivery);
   }
   if (auto answer = precondition(context)) return *std::move(answer);

@@ -35,8 +35,8 @@ class RetryPolicy {
     auto pause = options_.suspended_pause;
     if (!suspended_) {
       pause = options_.first_pause;
-      for (unsigned i = 1; i < failures_ && pause < options_.longest_pause; ++i) pause *= 2;
-      pause = std::min(pause, options_.longest_pause);
+      for (unsigned i = 1; i < failures_ && pause < options_.max_pause; ++i) pause *= 2;
+      pause = std::min(pause, options_.max_pause);
     }
     return std::chrono::milliseconds(static_cast<std::chrono::milliseconds::rep>(static_cast<double>(pause.count()) * (0.5 + chance)));
   }

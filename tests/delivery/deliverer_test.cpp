@@ -131,7 +131,7 @@ CallbackOptions loopback() {
   CallbackOptions options;
   options.allow = {"127.0.0.0/8", "::1"};
   options.connect_time = 20s;
-  options.answer_time = 40s;  // nothing here should last so long
+  options.response_time = 40s;  // nothing here should last so long
   return options;
 }
 
@@ -327,7 +327,7 @@ TEST_CASE("what one subscription's receiver sends too much is no answer to anoth
 
 TEST_CASE("an answer may be as long as stated, and no longer", "[delivery]") {
   CallbackOptions options = loopback();
-  options.answer_bytes = 1000;
+  options.max_response_bytes = 1000;
   Rig rig(options);
   Recorder longest(answer(200, std::string(1000, 'x'))), too_long(answer(200, std::string(1001, 'x')));
   const Receiver first(std::ref(longest)), second(std::ref(too_long));
@@ -475,7 +475,7 @@ TEST_CASE("hostile receivers are left, in time and without much being read", "[d
   for (const Case& item : cases) {
     INFO(item.name);
     CallbackOptions options = loopback();
-    if (item.lasts) options.answer_time = 300ms;
+    if (item.lasts) options.response_time = 300ms;
     Rig rig(options);
     const Receiver receiver(item.serve);
     const Receipt receipt = rig.deliver(notice(receiver.url(), std::string(item.name == "never reads" ? 20'000'000 : 100, 'b')));
@@ -743,8 +743,8 @@ TEST_CASE("receivers that failed before delay nobody else, however many hang", "
   Recorder recorder;
   const Receiver good(std::ref(recorder));
   CallbackOptions options = loopback();
-  options.threads = 4;
-  options.answer_time = 10min;  // they hang for longer than anything here waits
+  options.max_threads = 4;
+  options.response_time = 10min;  // they hang for longer than anything here waits
   Rig rig(options);
   for (std::uint64_t i = 1; i <= 40; ++i) rig.post(Channel{i}, notice(hanging.url(), "x", true));
   for (std::uint64_t i = 101; i <= 200; ++i) rig.post(Channel{i}, notice(good.url()));
@@ -760,8 +760,8 @@ TEST_CASE("a receiver that just failed waits in the line of those that failed, a
   });
   const Receiver hanging([](Peer& peer) { peer.hang(); });
   CallbackOptions options = loopback();
-  options.threads = 2;
-  options.answer_time = 300ms;
+  options.max_threads = 2;
+  options.response_time = 300ms;
   Rig rig(options);
   rig.post(Channel{1}, notice(sick.url()));
   CHECK(rig.source.wait_for(1).at(0).second.status == 500);
@@ -780,7 +780,7 @@ TEST_CASE("one receiver that hangs, however many subscribe there, leaves threads
   Recorder recorder;
   const Receiver good(std::ref(recorder));
   CallbackOptions options = loopback();
-  options.threads = 8;
+  options.max_threads = 8;
   Rig rig(options);
   for (std::uint64_t i = 1; i <= 100; ++i) {
     rig.source.add(Channel{i}, notice(hanging.url()));
@@ -799,7 +799,7 @@ TEST_CASE("no more than the stated number of exchanges at once, and one for each
   Recorder recorder;
   const Receiver receiver(std::ref(recorder));
   CallbackOptions options = loopback();
-  options.threads = 3;
+  options.max_threads = 3;
   Rig rig(options);
   constexpr std::uint64_t channels = 30;
   constexpr int each = 10;
@@ -906,7 +906,7 @@ TEST_CASE("a source that throws or has nothing to say harms nobody", "[delivery]
 TEST_CASE("stop ends everything that hangs, and the source hears nothing more", "[delivery]") {
   const Receiver hanging([](Peer& peer) { peer.hang(); });
   CallbackOptions options = loopback();
-  options.answer_time = options.connect_time = 10min;
+  options.response_time = options.connect_time = 10min;
   SECTION("receivers") {
     Rig rig(options);
     for (std::uint64_t i = 1; i <= 40; ++i) rig.post(Channel{i}, notice(hanging.url()));
@@ -969,8 +969,8 @@ TEST_CASE("options that cannot be are refused", "[delivery]") {
   TestSource source;
   CallbackOptions options = loopback();
   SECTION("a bad entry") { options.allow = {"127.1"}; }
-  SECTION("no threads") { options.threads = 0; }
-  SECTION("no time") { options.answer_time = 0ms; }
+  SECTION("no threads") { options.max_threads = 0; }
+  SECTION("no time") { options.response_time = 0ms; }
   SECTION("no such file of authorities") { options.ca_file = "/nonexistent/ca.pem"; }
   SECTION("a file of authorities without any") { options.ca_file = "/etc/hostname"; }
   const auto made = delivery::make_deliverer(source, options, nullptr);

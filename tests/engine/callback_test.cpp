@@ -279,7 +279,7 @@ TEST_CASE("a description that the shape refuses is answered 422 with the report 
 
 TEST_CASE("callbacks have a limit of their own", "[engine][limits]") {
   engine::Options options = allowing();
-  options.subscriptions.callbacks.most = 2;
+  options.subscriptions.callbacks.max_callbacks = 2;
   Arm arm(options);
   for (int i = 0; i < 2; ++i) CHECK(arm.bench.ask("GET /arm/angle" + callback).status == 201);
   CHECK(arm.bench.ask("GET /arm/angle" + callback).status == 503);

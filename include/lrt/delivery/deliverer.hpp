@@ -44,7 +44,7 @@ class Deliverer {
 /// that was checked, with Host and SNI of the URL. Redirects are not followed. https checks the certificate and its name. A body with a
 /// secret carries `X-Hub-Signature: sha256=<hex of HMAC-SHA256>` (WebSub 7.1). A connection is kept and used again for
 /// one subscription; one that turns out to be closed before anything of an answer came is replaced, once, and the notification is
-/// sent again. At most `options.threads` exchanges at once. Of these one receiver gets a quarter, subscriptions that failed before get half in
+/// sent again. At most `options.max_threads` exchanges at once. Of these one receiver gets a quarter, subscriptions that failed before get half in
 /// all and an eighth at one receiver (each at least one): who hangs delays nobody else. An answer that is not complete, not HTTP/1.1, or longer than
 /// stated is none.
 /// @par Errors  invalid_option (an entry of `allow`, or lrt was built without LRT_CALLBACKS), io_error

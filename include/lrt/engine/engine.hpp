@@ -61,7 +61,7 @@ struct Options {
   Authorizer authorize;                          ///< empty: all may do all; called where I/O runs: quick, and without a call back into the server
   std::string challenge = "Bearer";              ///< WWW-Authenticate of a 401
   Dispatch dispatch = Dispatch::in_poll;         ///< of things that do not say
-  subscription::Options subscriptions;           ///< limits, delivery, callbacks
+  subscription::SubscriptionOptions subscriptions;           ///< limits, delivery, callbacks
   const Clock* clock = nullptr;                  ///< nullptr: system_clock()
   std::shared_ptr<IdSource> ids;                 ///< nullptr: RandomIds
   LogCallback log;

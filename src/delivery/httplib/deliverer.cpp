@@ -101,7 +101,7 @@ class Work : public std::enable_shared_from_this<Work> {
   using Lock = std::unique_lock<std::mutex>;
 
   // With the lock held
-  std::size_t share(std::size_t part) const noexcept { return std::max<std::size_t>(1, options_.threads / part); }
+  std::size_t share(std::size_t part) const noexcept { return std::max<std::size_t>(1, options_.max_threads / part); }
   void enqueue(Channel channel, std::string receiver);
   /// The first of a line that may be served now.
   std::deque<Job>::const_iterator next_of(const std::deque<Job>& line, bool slow) const;
@@ -205,7 +205,7 @@ void Work::end(const std::string& receiver, bool slow) noexcept {
 }
 
 void Work::hire() {
-  if (hired_ >= options_.threads) return;
+  if (hired_ >= options_.max_threads) return;
   workers_.emplace_back();
   Worker& worker = workers_.back();
   try {
@@ -336,8 +336,8 @@ Receipt Work::deliver(Worker& worker, Channel channel, const Notice& notice) {
   if (!allowed_.names(url->host, url->port)) return {0, "\"" + url->host + "\" is not allowed", true};
 
   const Instant start = steady_clock::now();
-  const Patience patience{start + options_.answer_time, ended_};
-  const Instant connect_until = start + std::min(options_.connect_time, options_.answer_time);
+  const Patience patience{start + options_.response_time, ended_};
+  const Instant connect_until = start + std::min(options_.connect_time, options_.response_time);
   // A connection serves one subscription: what one path of a receiver sends too much must not become the answer to another's notice.
   const std::string receiver = (url->secure ? "s " : "p ") + url->host + " " + std::to_string(url->port) + " " +
                                std::to_string(static_cast<std::uint64_t>(channel));
@@ -355,7 +355,7 @@ Receipt Work::deliver(Worker& worker, Channel channel, const Notice& notice) {
       if (!connected) return {0, connected.error().message, refused};
       wire = *std::move(connected);
     }
-    const Answer answer = post(*wire, *url, notice, options_.answer_bytes, patience);
+    const Answer answer = post(*wire, *url, notice, options_.max_response_bytes, patience);
     // RFC 9112 9.3.1: a receiver may close a connection that it was keeping just when it is used again, and a POST must not be repeated if
     // it may have been carried out. A notification says how things are and is repeated anyway when its answer is lost; so once more,
     // on a connection of its own, if nothing at all came back.
@@ -501,9 +501,9 @@ Result<std::unique_ptr<Deliverer>> make_httplib_deliverer(Source& source, const 
                                                           Details details) {
   Result<subscription::AllowedHosts> allowed = subscription::AllowedHosts::parse(options.allow);
   if (!allowed) return unexpected(std::move(allowed).error());
-  if (options.threads == 0) return unexpected(Errc::invalid_option, "threads of callbacks: expected at least 1");
-  if (options.connect_time.count() <= 0 || options.answer_time.count() <= 0) {
-    return unexpected(Errc::invalid_option, "connect_time and answer_time of callbacks: expected more than 0");
+  if (options.max_threads == 0) return unexpected(Errc::invalid_option, "max_threads of callbacks: expected at least 1");
+  if (options.connect_time.count() <= 0 || options.response_time.count() <= 0) {
+    return unexpected(Errc::invalid_option, "connect_time and response_time of callbacks: expected more than 0");
   }
   std::shared_ptr<const Tls> tls;
   if (!options.ca_file.empty()) {  // told now, not when the first receiver is to be called

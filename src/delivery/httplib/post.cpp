@@ -139,7 +139,7 @@ bool has_stray_body(const httplib::Response& response) {
 
 }  // namespace
 
-Answer post(Wire& wire, const subscription::CallbackUrl& url, const subscription::Notice& notice, std::size_t answer_bytes,
+Answer post(Wire& wire, const subscription::CallbackUrl& url, const subscription::Notice& notice, std::size_t max_response_bytes,
             Patience patience) {
   httplib::Request request;
   request.method = "POST";
@@ -151,7 +151,7 @@ Answer post(Wire& wire, const subscription::CallbackUrl& url, const subscription
   if (notice.body) request.body = *notice.body;
   if (!notice.secret.empty()) request.headers.emplace("X-Hub-Signature", sign(notice.secret, request.body));
 
-  Bounded stream(wire, answer_bytes, patience);
+  Bounded stream(wire, max_response_bytes, patience);
   std::uint64_t body = 0;
   request.response_handler = [&](const httplib::Response& /*head*/) {
     stream.head_is_over();
@@ -159,7 +159,7 @@ Answer post(Wire& wire, const subscription::CallbackUrl& url, const subscription
   };
   request.content_receiver = [&](const char* /*bytes*/, std::size_t size, std::uint64_t, std::uint64_t) {
     body += size;
-    return body <= answer_bytes;
+    return body <= max_response_bytes;
   };
 
   httplib::Response response;
@@ -182,8 +182,8 @@ Answer post(Wire& wire, const subscription::CallbackUrl& url, const subscription
   const bool closed = stream.ended() || (stream.error() && stream.error()->code == Errc::closed);
   if (stream.error() && stream.error()->code == Errc::timed_out) {
     answer.error = stream.received_anything() ? "its answer was not complete in time" : "it did not answer in time";
-  } else if (body > answer_bytes) {
-    answer.error = "its answer is longer than " + std::to_string(answer_bytes) + " bytes";
+  } else if (body > max_response_bytes) {
+    answer.error = "its answer is longer than " + std::to_string(max_response_bytes) + " bytes";
   } else if (closed) {
     answer.silent = !stream.received_anything();
     answer.error = answer.silent ? "it hung up without an answer" : "it hung up in the middle of its answer";

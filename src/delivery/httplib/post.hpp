@@ -19,8 +19,8 @@ struct Answer {
 };
 
 /// Sends a notice and reads the answer, once, by cpp-httplib. No redirects, no decompression, nothing of the environment.
-/// @param answer_bytes  of the answer's body that are read; a longer one is no answer
-Answer post(Wire& wire, const subscription::CallbackUrl& url, const subscription::Notice& notice, std::size_t answer_bytes,
+/// @param max_response_bytes  of the answer's body that are read; a longer one is no answer
+Answer post(Wire& wire, const subscription::CallbackUrl& url, const subscription::Notice& notice, std::size_t max_response_bytes,
             Patience patience);
 
 }  // namespace lrt::delivery
