@@ -93,11 +93,11 @@ Outcome Engine::Impl::post_action(Context& context) {
       if (busy) return problem(context, 409, "an invocation of this action is under way, and its policy is to reject another");
       break;
     case ActionPolicy::Kind::parallel:
-      if (action.active >= action.spec->policy.most) return too_many("as many invocations as this action's policy allows are under way");
+      if (action.active >= action.spec->policy.limit) return too_many("as many invocations as this action's policy allows are under way");
       break;
     case ActionPolicy::Kind::queue:
       wait_in_queue = busy;
-      if (busy && action.queue.size() >= action.spec->policy.most) return too_many("the queue of this action is full");
+      if (busy && action.queue.size() >= action.spec->policy.limit) return too_many("the queue of this action is full");
       break;
     case ActionPolicy::Kind::preempt: break;
   }

@@ -33,7 +33,7 @@ enum class Dispatch : std::uint8_t {
 struct ActionPolicy {
   enum class Kind : std::uint8_t { preempt, queue, reject, parallel };
   Kind kind = Kind::queue;
-  std::size_t most = 16;  ///< queue: waiting ones; parallel: running ones. More: 429
+  std::size_t limit = 16;  ///< queue: waiting invocations; parallel: running invocations; beyond: 429
 
   static constexpr ActionPolicy preempt() noexcept { return {Kind::preempt, 1}; }              ///< the older one ends cancelled
   static constexpr ActionPolicy queue(std::size_t n) noexcept { return {Kind::queue, n}; }     ///< one after the other
