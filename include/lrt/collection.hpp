@@ -37,8 +37,8 @@ class Collection {
     return *this;
   }
   Collection& facets(const rdf::Facets& f) { return edit([&](auto& s) { s.facets = f; }); }
-  /// The most members; a POST beyond is answered 409. Default 1000.
-  Collection& most(std::size_t n) { return edit([&](auto& s) { s.most = n; }); }
+  /// Limits the number of members. A POST beyond it is answered 409. Default: 1000.
+  Collection& max_members(std::size_t n) { return edit([&](auto& s) { s.max_members = n; }); }
   Collection& predicate(Iri p) { return edit([&](auto& s) { s.predicates.emplace_back(p.text); }); }
   /// dcterms:title, for people.
   Collection& title(std::string text) { return add(vocab::dcterms::title, Object(std::move(text))); }

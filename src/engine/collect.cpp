@@ -52,8 +52,8 @@ Outcome Engine::Impl::post_collection(Context& context) {
   auto read = read_value(context, *collection.spec->type, collection.spec->facets);
   if (auto* answer = std::get_if<http::Response>(&read)) return std::move(*answer);
   if (auto answer = precondition(context)) return *std::move(answer);
-  if (collection.members.size() + collection.creating >= collection.spec->most)
-    return problem(context, 409, "the collection is full with " + std::to_string(collection.spec->most) + " members");
+  if (collection.members.size() + collection.creating >= collection.spec->max_members)
+    return problem(context, 409, "the collection is full with " + std::to_string(collection.spec->max_members) + " members");
   Ticket ticket{};
   Outcome outcome = defer(context, options_.host_time, ticket);
   Waiting* waiting = find_waiting(ticket);

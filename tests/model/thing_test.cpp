@@ -46,7 +46,7 @@ TEST_CASE("a thing remembers what it was told", "[model]") {
   thing.property<float>("pushed");
   thing.action("go", [](double) { return std::string(); });
   thing.action("later", [](ResponderOf<int>) {});
-  thing.collection<double>("c").most(5);
+  thing.collection<double>("c").max_members(5);
   const auto spec = std::move(thing).release();
   REQUIRE(spec);
   CHECK_FALSE(spec->first_error);
@@ -67,7 +67,7 @@ TEST_CASE("a thing remembers what it was told", "[model]") {
   CHECK(spec->actions[1]->input == nullptr);
   CHECK(spec->actions[1]->output == &rdf::traits<int>::type());
   CHECK(spec->actions[1]->asynchronous);
-  CHECK(spec->collections[0]->most == 5);
+  CHECK(spec->collections[0]->max_members == 5);
 }
 
 TEST_CASE("the first error of a thing is kept with the path it is about", "[model]") {

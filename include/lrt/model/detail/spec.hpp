@@ -85,7 +85,7 @@ struct ActionSpec : ResourceSpec {
 struct CollectionSpec : ResourceSpec {
   const rdf::Type* type = nullptr;
   rdf::Facets facets;
-  std::size_t most = 1000;               ///< members; more: 507 is not ours to say, so 409
+  std::size_t max_members = 1000;        ///< beyond: 409
   UniqueFunction<Result<void>(const std::string& id, const rdf::Value&)> create;  ///< empty: POST is not allowed
   UniqueFunction<Result<void>(const std::string& id)> remove;                     ///< empty: DELETE is not allowed
 };
