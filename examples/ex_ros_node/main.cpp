@@ -83,7 +83,7 @@ class LinkedJoints {
     for (const Part& part : parts)
       if (const auto& values = state.*part.values; i < values.size()) {
         auto property = thing.property<double>(part.path);
-        property.facets(lrt::Facets{linear ? part.sliding : part.turning}.not_finite_too());  // NaN is what a driver does not measure
+        property.facets(lrt::Facets{linear ? part.sliding : part.turning}.allow_non_finite());  // NaN is what a driver does not measure
         property.publish(values[i]);
         joint.emplace_back(&part, property);
       }

@@ -176,7 +176,7 @@ std::string expected_of(const Type& type, const Facets& facets) {
       if (!range.empty()) return text + range;
       return text + " from " + std::to_string(type.lowest) + " to " + std::to_string(type.highest);
     }
-    case Kind::real: return std::string(facets.allows_not_finite() ? "a number" : "a finite number") + expected_range(facets);
+    case Kind::real: return std::string(facets.allows_non_finite() ? "a number" : "a finite number") + expected_range(facets);
     case Kind::text: return "a text (xsd:string)";
     case Kind::enumeration: {
       std::string text = "one of";
@@ -350,12 +350,12 @@ class Reader {
         if (!lexically_right) return refuse();
         const auto number = lexical::parse_double(term.text);
         if (!number) return refuse();
-        const bool said_not_finite = !std::isfinite(*number) && term.text.find_first_of("123456789") == std::string_view::npos;
-        const bool too_large = (std::isinf(*number) && !said_not_finite) ||
+        const bool is_special = !std::isfinite(*number) && term.text.find_first_of("123456789") == std::string_view::npos;
+        const bool too_large = (std::isinf(*number) && !is_special) ||
                                (type.single && std::isfinite(*number) && std::isinf(static_cast<float>(*number)));
-        if (too_large || (said_not_finite && !facets.allows_not_finite())) return refuse();
+        if (too_large || (is_special && !facets.allows_non_finite())) return refuse();
         const double value = type.single ? static_cast<double>(static_cast<float>(*number)) : *number;
-        return said_not_finite || in_range(facets, value, type.single) ? Value(value) : refuse();
+        return is_special || in_range(facets, value, type.single) ? Value(value) : refuse();
       }
       case Kind::duration: {
         const bool fits = own_datatype || term.datatype == vocab::xsd::duration.text;
@@ -458,7 +458,7 @@ bool within(const Type& type, const Facets& facets, const Value& value) noexcept
       return value.large_integer() && in_range(facets, *value.large_integer());
     case Kind::real:
       if (!value.real()) return false;
-      return std::isfinite(*value.real()) ? in_range(facets, *value.real(), type.single) : facets.allows_not_finite();
+      return std::isfinite(*value.real()) ? in_range(facets, *value.real(), type.single) : facets.allows_non_finite();
     case Kind::text: {
       if (!value.text()) return false;
       std::size_t length = 0;

@@ -239,7 +239,7 @@ class Deriver {
   }
 
   void real(TermId shape, const Type& type, const Facets& facets) {
-    if (!facets.allows_not_finite()) return finite(shape, type, facets);
+    if (!facets.allows_non_finite()) return finite(shape, type, facets);
     const TermId number = graph_.fresh_blank();
     finite(number, type, facets);
     std::vector<TermId> others;

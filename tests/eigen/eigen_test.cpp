@@ -313,7 +313,7 @@ TEST_CASE("NaN and infinity never get into an Eigen type", "[eigen][R0.6]") {
   CHECK(refusal(traits<Eigen::Quaterniond>::decode(numbers({0, 0, 0, not_a_number}))) == "w: expected a finite number, found NaN");
   CHECK(refusal(traits<Eigen::AngleAxisd>::decode(sequence({Value(infinity), numbers({0, 0, 1})}))) == "rotationAngle: expected a finite number, found INF");
   // Facets that let them pass do not reach a type that does not.
-  const Facets any = Facets{}.not_finite_too();
+  const Facets any = Facets{}.allow_non_finite();
   CHECK_FALSE(value_of<Eigen::VectorXd>(graph_of(Eigen::VectorXd(Eigen::Vector2d(1, infinity)), any), any));
   // What the robot itself says is shown.
   CHECK(test::missing(graph_of(Eigen::Vector2d(not_a_number, infinity)), "<x> maths:x \"NaN\"^^xsd:double ; maths:y \"INF\"^^xsd:double .") == "");

@@ -182,7 +182,7 @@ std::vector<Row> rows() {
   using std::chrono::nanoseconds;
   using std::chrono::system_clock;
   constexpr double infinity = std::numeric_limits<double>::infinity();
-  const Facets any = Facets().not_finite_too();
+  const Facets any = Facets().allow_non_finite();
   const Facets degrees{unit::degree};
   return {
       row(true, "true", "f5"),

@@ -27,8 +27,8 @@ class Facets {
   Facets& at_most(double v) { return max_ = v, max_exclusive_ = false, *this; }
   Facets& below(double v) { return max_ = v, max_exclusive_ = true, *this; }
   Facets& between(double low, double high) { return at_least(low).at_most(high); }
-  /// Lets NaN and infinity pass as input. What the robot itself reads or publishes is shown as it is.
-  Facets& not_finite_too() { return not_finite_ = true, *this; }
+  /// Accepts NaN and infinities from clients. Values that the robot reads or publishes may always be non-finite.
+  Facets& allow_non_finite() { return non_finite_ = true, *this; }
   /// Bounds the length of a text in code points.
   Facets& length(std::size_t shortest, std::size_t longest) { return min_length_ = shortest, max_length_ = longest, *this; }
 
@@ -37,14 +37,14 @@ class Facets {
   std::optional<double> max() const noexcept { return max_; }
   bool min_exclusive() const noexcept { return min_exclusive_; }
   bool max_exclusive() const noexcept { return max_exclusive_; }
-  bool allows_not_finite() const noexcept { return not_finite_; }
+  bool allows_non_finite() const noexcept { return non_finite_; }
   std::size_t min_length() const noexcept { return min_length_; }
   std::size_t max_length() const noexcept { return max_length_; }
 
  private:
   Unit unit_{};
   std::optional<double> min_, max_;
-  bool min_exclusive_ = false, max_exclusive_ = false, not_finite_ = false;
+  bool min_exclusive_ = false, max_exclusive_ = false, non_finite_ = false;
   std::size_t min_length_ = 0, max_length_ = std::numeric_limits<std::size_t>::max();
 };
 
