@@ -31,9 +31,9 @@ std::optional<Channel> Engine::next_ready(TimePoint now) { return impl_->next_re
 std::optional<Push> Engine::next_push(Channel channel, TimePoint now) { return impl_->next_push(channel, now); }
 void Engine::closed(Channel channel) noexcept { impl_->closed(channel); }
 Result<void> Engine::check() const { return impl_->check(); }
-std::vector<subscription::Due> Engine::take_callbacks() { return impl_->take_callbacks(); }
-std::optional<subscription::Notice> Engine::next_notice(Channel channel, TimePoint now) { return impl_->next_notice(channel, now); }
-void Engine::delivered(Channel channel, const subscription::Receipt& receipt, TimePoint now) { impl_->delivered(channel, receipt, now); }
+std::vector<subscription::ReadyCallback> Engine::take_callbacks() { return impl_->take_callbacks(); }
+std::optional<subscription::Notification> Engine::next_notification(Channel channel, TimePoint now) { return impl_->next_notification(channel, now); }
+void Engine::delivered(Channel channel, const subscription::DeliveryResult& receipt, TimePoint now) { impl_->delivered(channel, receipt, now); }
 std::optional<std::string> Engine::take_saved() { return impl_->take_saved(); }
 Result<void> Engine::restore(std::string_view saved) { return impl_->restore(saved); }
 std::vector<Job> Engine::take_jobs() { return impl_->take_jobs(); }

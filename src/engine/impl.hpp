@@ -139,9 +139,9 @@ class Engine::Impl {
   std::optional<Channel> next_ready(TimePoint now);
   std::optional<Push> next_push(Channel channel, TimePoint now);
   void closed(Channel channel) noexcept;
-  std::vector<subscription::Due> take_callbacks() { return std::exchange(callbacks_ready_, {}); }
-  std::optional<subscription::Notice> next_notice(Channel channel, TimePoint now);
-  void delivered(Channel channel, const subscription::Receipt& receipt, TimePoint now);
+  std::vector<subscription::ReadyCallback> take_callbacks() { return std::exchange(callbacks_ready_, {}); }
+  std::optional<subscription::Notification> next_notification(Channel channel, TimePoint now);
+  void delivered(Channel channel, const subscription::DeliveryResult& receipt, TimePoint now);
 
   // saved.cpp
   std::optional<std::string> take_saved();
@@ -410,7 +410,7 @@ class Engine::Impl {
   };
   std::unordered_map<std::uint64_t, Leaving> leaving_;
   std::deque<Channel> urgent_, ready_;         // named by next_ready(), commands and closes first
-  std::vector<subscription::Due> callbacks_ready_;
+  std::vector<subscription::ReadyCallback> callbacks_ready_;
   std::multimap<std::chrono::steady_clock::time_point, Channel> channel_timers_;
   Timers sample_timers_;
   bool structure_changed_ = false;                // since observers of structure were told

@@ -159,13 +159,13 @@ void Engine::Impl::closed(Channel channel) noexcept {
 
 // ------------------------------------------------------------------------------------------------------- web callbacks
 
-std::optional<subscription::Notice> Engine::Impl::next_notice(Channel channel, TimePoint now) {
+std::optional<subscription::Notification> Engine::Impl::next_notification(Channel channel, TimePoint now) {
   SubscriptionResource* s = find_channel(channel);
   if (!s || stopped_ || s->protocol != Protocol::callback || s->under_way) return std::nullopt;
   try {
     auto item = next_item(*s, now);
     if (!item) return std::nullopt;
-    subscription::Notice notice;
+    subscription::Notification notice;
     notice.url = s->url;
     notice.body = item->body;
     notice.secret = s->secret.empty() ? options_.subscriptions.callbacks.secret : s->secret;
@@ -185,7 +185,7 @@ std::optional<subscription::Notice> Engine::Impl::next_notice(Channel channel, T
   }
 }
 
-void Engine::Impl::delivered(Channel channel, const subscription::Receipt& receipt, TimePoint now) {
+void Engine::Impl::delivered(Channel channel, const subscription::DeliveryResult& receipt, TimePoint now) {
   SubscriptionResource* s = find_channel(channel);
   if (!s || !s->under_way) return;  // cancelled meanwhile
   subscription::Item item = *std::exchange(s->under_way, std::nullopt);

@@ -200,7 +200,7 @@ struct SubscriptionResource final : Resource {
   Protocol protocol = Protocol::websocket;
   std::size_t base = 0;
   Form form;
-  std::string url, receiver, secret;         ///< of a callback; receiver: as in subscription::Due
+  std::string url, receiver, secret;         ///< of a callback; receiver: as in subscription::ReadyCallback
   Utc created{};
 
   subscription::Backlog backlog;

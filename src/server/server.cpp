@@ -213,13 +213,13 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
   // delivery::Source, on the deliverer's threads
-  std::optional<subscription::Notice> next_notice(engine::Channel channel) override {
+  std::optional<subscription::Notification> next_notification(engine::Channel channel) override {
     const std::lock_guard lock(mutex_);
-    auto notice = engine_.next_notice(channel, clock_.now());
+    auto notice = engine_.next_notification(channel, clock_.now());
     if (!notice && transport_waker_) transport_waker_->wake();  // a timer may have been set
     return notice;
   }
-  void delivered(engine::Channel channel, subscription::Receipt receipt) noexcept override {
+  void delivered(engine::Channel channel, subscription::DeliveryResult receipt) noexcept override {
     try {
       std::unique_lock lock(mutex_);
       engine_.delivered(channel, receipt, clock_.now());
@@ -261,13 +261,13 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   /// Sends what the engine has left to where it is to go, and lets go of its lock.
   void pass_on(std::unique_lock<std::mutex>& lock) {
     std::vector<engine::Job> jobs = engine_.take_jobs();
-    const std::vector<subscription::Due> callbacks = engine_.take_callbacks();
+    const std::vector<subscription::ReadyCallback> callbacks = engine_.take_callbacks();
     if (saved_)
       if (std::optional<std::string> text = engine_.take_saved()) saved_->save(*std::move(text));
     lock.unlock();
     if (!jobs.empty()) dispatch(std::move(jobs));
     if (deliverer_)
-      for (const subscription::Due& due : callbacks) deliverer_->notify(due.channel, due.receiver);
+      for (const subscription::ReadyCallback& due : callbacks) deliverer_->notify(due.channel, due.receiver);
   }
 
   /// Nothing about the file stops the start.

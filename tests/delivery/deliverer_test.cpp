@@ -23,15 +23,15 @@ using namespace std::chrono_literals;
 using delivery::Deliverer;
 using subscription::CallbackOptions;
 using subscription::Channel;
-using subscription::Notice;
-using subscription::Receipt;
+using subscription::Notification;
+using subscription::DeliveryResult;
 
 namespace {
 
 constexpr auto patience = 60s;  // what never comes fails the test then
 
-Notice notice(std::string url, std::string body = "<a> <b> <c>.\n", bool failed_before = false) {
-  Notice result;
+Notification notice(std::string url, std::string body = "<a> <b> <c>.\n", bool failed_before = false) {
+  Notification result;
   result.url = std::move(url);
   result.fields.add("Content-Type", "text/turtle");
   result.body = std::make_shared<const std::string>(std::move(body));
@@ -45,7 +45,7 @@ std::string alone(Channel channel) { return std::to_string(static_cast<std::uint
 
 class TestSource final : public delivery::Source {
  public:
-  std::optional<Notice> next_notice(Channel channel) override {
+  std::optional<Notification> next_notification(Channel channel) override {
     const std::lock_guard lock(mutex_);
     ++asked_;
     note_if_late();
@@ -54,11 +54,11 @@ class TestSource final : public delivery::Source {
     if (line.empty()) return std::nullopt;
     if (!at_work_.insert(channel).second) twice_ = true;
     most_ = std::max(most_, at_work_.size());
-    Notice result = std::move(line.front());
+    Notification result = std::move(line.front());
     line.pop_front();
     return result;
   }
-  void delivered(Channel channel, Receipt receipt) noexcept override {
+  void delivered(Channel channel, DeliveryResult receipt) noexcept override {
     Deliverer* again = nullptr;
     {
       const std::lock_guard lock(mutex_);
@@ -71,11 +71,11 @@ class TestSource final : public delivery::Source {
     if (again != nullptr) again->notify(channel, alone(channel));
   }
 
-  void add(Channel channel, Notice n) {
+  void add(Channel channel, Notification n) {
     const std::lock_guard lock(mutex_);
     lines_[channel].push_back(std::move(n));
   }
-  std::vector<std::pair<Channel, Receipt>> wait_for(std::size_t n) {
+  std::vector<std::pair<Channel, DeliveryResult>> wait_for(std::size_t n) {
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, patience, [&] { return receipts_.size() >= n; });
     return receipts_;
@@ -120,8 +120,8 @@ class TestSource final : public delivery::Source {
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::map<Channel, std::deque<Notice>> lines_;
-  std::vector<std::pair<Channel, Receipt>> receipts_;
+  std::map<Channel, std::deque<Notification>> lines_;
+  std::vector<std::pair<Channel, DeliveryResult>> receipts_;
   std::set<Channel> at_work_;
   std::size_t asked_ = 0, most_ = 0;
   bool throws_ = false, stopped_ = false, late_ = false, twice_ = false;
@@ -148,15 +148,15 @@ struct Rig {
     deliverer->stop();
     source.has_stopped();
   }
-  void post(Channel channel, Notice n) {
+  void post(Channel channel, Notification n) {
     source.add(channel, std::move(n));
     deliverer->notify(channel, alone(channel));
   }
-  Receipt deliver(Notice n) {
+  DeliveryResult deliver(Notification n) {
     constexpr Channel channel{1'000'000};  // one subscription, so that its connection may be used again
     post(channel, std::move(n));
     ++delivered_;
-    Receipt result;
+    DeliveryResult result;
     const bool came = source.wait_until([&](const auto& receipts) {
       std::size_t seen = 0;
       for (const auto& r : receipts)
@@ -209,11 +209,11 @@ TEST_CASE("a notification is posted as it was given", "[delivery][R0.13]") {
   Recorder recorder(answer(200, "thank you"));
   const Receiver receiver(std::ref(recorder));
   Rig rig;
-  Notice n = notice(receiver.url("127.0.0.1", "/a%20b/c?d=%2F&e"), "body \x01 of bytes");
+  Notification n = notice(receiver.url("127.0.0.1", "/a%20b/c?d=%2F&e"), "body \x01 of bytes");
   n.fields.add("ETag", "\"x\"");
   n.fields.add("Link", "<http://localhost/arm>; rel=\"about\"");
   n.fields.add("Link", "<http://localhost/arm/subscriptions/1>; rel=\"via\"");
-  const Receipt receipt = rig.deliver(std::move(n));
+  const DeliveryResult receipt = rig.deliver(std::move(n));
   CHECK(receipt.status == 200);
   CHECK(receipt.error.empty());
   CHECK_FALSE(receipt.refused);
@@ -236,7 +236,7 @@ TEST_CASE("a secret signs the body and is nowhere to be read", "[delivery][R0.13
   Recorder recorder;
   const Receiver receiver(std::ref(recorder));
   Rig rig;
-  Notice n = notice(receiver.url(), "what do ya want for nothing?");  // RFC 4231 4.3
+  Notification n = notice(receiver.url(), "what do ya want for nothing?");  // RFC 4231 4.3
   n.secret = "Jefe";
   CHECK(rig.deliver(std::move(n)).status == 204);
   CHECK(says(recorder.requests().at(0),
@@ -255,7 +255,7 @@ TEST_CASE("an answer's status is told, whatever it is, and a redirect is not fol
     INFO(status);
     Recorder recorder(answer(status, status == 204 ? "" : "words", "Location: " + target.url() + "\r\nWWW-Authenticate: Digest realm=\"a\"\r\n"));
     const Receiver receiver(std::ref(recorder));
-    const Receipt receipt = rig.deliver(notice(receiver.url()));
+    const DeliveryResult receipt = rig.deliver(notice(receiver.url()));
     CHECK(receipt.status == status);
     CHECK(receipt.error.empty());
     CHECK(recorder.requests().size() == 1);
@@ -332,7 +332,7 @@ TEST_CASE("an answer may be as long as stated, and no longer", "[delivery]") {
   Recorder longest(answer(200, std::string(1000, 'x'))), too_long(answer(200, std::string(1001, 'x')));
   const Receiver first(std::ref(longest)), second(std::ref(too_long));
   CHECK(rig.deliver(notice(first.url())).status == 200);
-  const Receipt receipt = rig.deliver(notice(second.url()));
+  const DeliveryResult receipt = rig.deliver(notice(second.url()));
   CHECK(receipt.status == 0);
   CHECK(says(receipt.error, "longer than 1000 bytes"));
 }
@@ -387,14 +387,14 @@ TEST_CASE("half an answer on a kept connection, or none on a new one, is a failu
   });
   Rig rig;
   CHECK(rig.deliver(notice(half.url())).status == 204);
-  const Receipt cut = rig.deliver(notice(half.url()));
+  const DeliveryResult cut = rig.deliver(notice(half.url()));
   CHECK(cut.status == 0);
   CHECK(says(cut.error, "in the middle"));
   CHECK(requests == 1);
   CHECK(half.connections() == 1);
 
   const Receiver none([&](Peer& peer) { peer.read_request(); });
-  const Receipt nothing = rig.deliver(notice(none.url()));
+  const DeliveryResult nothing = rig.deliver(notice(none.url()));
   CHECK(nothing.status == 0);
   CHECK(says(nothing.error, "without an answer"));
   CHECK(none.connections() == 1);
@@ -404,7 +404,7 @@ TEST_CASE("a receiver that refuses connections is a failure with words", "[deliv
   std::string url;
   { url = Receiver([](Peer&) {}).url(); }
   Rig rig;
-  const Receipt receipt = rig.deliver(notice(url));
+  const DeliveryResult receipt = rig.deliver(notice(url));
   CHECK(receipt.status == 0);
   CHECK_FALSE(receipt.refused);
   CHECK(says(receipt.error, "127.0.0.1"));
@@ -478,7 +478,7 @@ TEST_CASE("hostile receivers are left, in time and without much being read", "[d
     if (item.lasts) options.response_time = 300ms;
     Rig rig(options);
     const Receiver receiver(item.serve);
-    const Receipt receipt = rig.deliver(notice(receiver.url(), std::string(item.name == "never reads" ? 20'000'000 : 100, 'b')));
+    const DeliveryResult receipt = rig.deliver(notice(receiver.url(), std::string(item.name == "never reads" ? 20'000'000 : 100, 'b')));
     INFO(receipt.error);
     CHECK(receipt.status == 0);
     CHECK_FALSE(receipt.refused);
@@ -505,7 +505,7 @@ TEST_CASE("a receiver that does not take connections is left after connect_time"
   CallbackOptions options = loopback();
   options.connect_time = 100ms;
   Rig rig(options);
-  const Receipt receipt = rig.deliver(notice("http://127.0.0.1:" + std::to_string(ntohs(address.sin_port)) + "/"));
+  const DeliveryResult receipt = rig.deliver(notice("http://127.0.0.1:" + std::to_string(ntohs(address.sin_port)) + "/"));
   CHECK(receipt.status == 0);
   CHECK(says(receipt.error, "no connection in time"));
   for (const int descriptor : fill) ::close(descriptor);
@@ -556,7 +556,7 @@ TEST_CASE("of a name's addresses only allowed ones are connected to", "[delivery
     options.allow = {"receiver.example"};
     details.look_up = resolves_to({"127.0.0.1", "::ffff:127.0.0.1"});
     Rig rig(options, details);
-    const Receipt receipt = rig.deliver(notice(receiver.url("receiver.example")));
+    const DeliveryResult receipt = rig.deliver(notice(receiver.url("receiver.example")));
     CHECK(receipt.status == 0);
     CHECK(receipt.refused);
     CHECK(says(receipt.error, "127.0.0.1"));
@@ -576,7 +576,7 @@ TEST_CASE("of a name's addresses only allowed ones are connected to", "[delivery
       return unexpected(Errc::io_error, "no address of \"receiver.example\": try again");
     };
     Rig rig(options, details);
-    const Receipt receipt = rig.deliver(notice(receiver.url("receiver.example")));
+    const DeliveryResult receipt = rig.deliver(notice(receiver.url("receiver.example")));
     CHECK_FALSE(receipt.refused);
     CHECK(says(receipt.error, "try again"));
   }
@@ -648,7 +648,7 @@ TEST_CASE("https takes a certificate for the host, from an authority that is tru
     Recorder recorder;
     const Receiver receiver(std::ref(recorder), context.get());
     Rig rig(https.options, https.details);
-    const Receipt receipt = rig.deliver(notice(receiver.url(item.host)));
+    const DeliveryResult receipt = rig.deliver(notice(receiver.url(item.host)));
     INFO(receipt.error);
     CHECK(receipt.status == (item.error.empty() ? 204 : 0));
     CHECK(says(receipt.error, item.error));
@@ -700,7 +700,7 @@ TEST_CASE("TLS 1.1 is too old", "[delivery]") {
   const TlsContext context = tls_server(make_certificate({"x", "DNS:localhost"}, &https.authority), TLS1_1_VERSION);
   const Receiver receiver(std::ref(https.recorder), context.get());
   Rig rig(https.options, https.details);
-  const Receipt receipt = rig.deliver(notice(receiver.url("localhost")));
+  const DeliveryResult receipt = rig.deliver(notice(receiver.url("localhost")));
   INFO(receipt.error);
   CHECK(receipt.status == 0);
   CHECK(says(receipt.error, "TLS: "));
@@ -712,7 +712,7 @@ TEST_CASE("receivers that fail in TLS", "[delivery][R0.16]") {
   options.connect_time = 500ms;
   Rig rig(options);
   const auto tried = [&](const Receiver& receiver) {
-    const Receipt receipt = rig.deliver(notice("https://127.0.0.1:" + std::to_string(receiver.port()) + "/"));
+    const DeliveryResult receipt = rig.deliver(notice("https://127.0.0.1:" + std::to_string(receiver.port()) + "/"));
     CHECK(receipt.status == 0);
     return receipt.error;
   };
@@ -732,7 +732,7 @@ TEST_CASE("a broken TLS connection raises no signal in this program", "[delivery
   }, context.get());
   Rig rig(https.options);
   for (int i = 0; i < 5; ++i) {
-    const Receipt receipt = rig.deliver(notice(receiver.url(), std::string(16'000'000, 'x')));
+    const DeliveryResult receipt = rig.deliver(notice(receiver.url(), std::string(16'000'000, 'x')));
     CHECK(receipt.status == 0);
     CHECK_FALSE(receipt.error.empty());
   }

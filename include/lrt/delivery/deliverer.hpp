@@ -7,7 +7,7 @@
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/subscription/channel.hpp>
-#include <lrt/subscription/notice.hpp>
+#include <lrt/subscription/notification.hpp>
 #include <lrt/subscription/options.hpp>
 
 namespace lrt::delivery {
@@ -16,11 +16,11 @@ namespace lrt::delivery {
 class Source {
  public:
   virtual ~Source() = default;
-  /// What to post for a callback subscription now; nullopt: nothing (it is cancelled, or not due). A notice is followed by one
+  /// What to post for a callback subscription now; nullopt: nothing (it is cancelled, or not due). A notification is followed by one
   /// delivered(), unless the deliverer is stopped. Between the two this is not called for that channel.
-  virtual std::optional<subscription::Notice> next_notice(subscription::Channel channel) = 0;
+  virtual std::optional<subscription::Notification> next_notification(subscription::Channel channel) = 0;
   /// What became of the last one. The source names the channel anew, by Deliverer::notify(), when there is more to do.
-  virtual void delivered(subscription::Channel channel, subscription::Receipt receipt) noexcept = 0;
+  virtual void delivered(subscription::Channel channel, subscription::DeliveryResult receipt) noexcept = 0;
 };
 
 /// Posts notifications to web callbacks. The only part of lrt that calls strangers.

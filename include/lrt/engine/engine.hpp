@@ -19,7 +19,7 @@
 #include <lrt/engine/handler.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/rdf/codec.hpp>
-#include <lrt/subscription/notice.hpp>
+#include <lrt/subscription/notification.hpp>
 #include <lrt/subscription/options.hpp>
 #include <lrt/thing.hpp>
 
@@ -111,10 +111,10 @@ class Engine final : public Handler {
   /// @par Errors  invalid_option
   Result<void> check() const;
   /// Callbacks that have something to post.
-  std::vector<subscription::Due> take_callbacks();
+  std::vector<subscription::ReadyCallback> take_callbacks();
   /// What to post now; nullopt: nothing. It is under way until delivered() says what became of it.
-  std::optional<subscription::Notice> next_notice(Channel channel, TimePoint now);
-  void delivered(Channel channel, const subscription::Receipt& receipt, TimePoint now);
+  std::optional<subscription::Notification> next_notification(Channel channel, TimePoint now);
+  void delivered(Channel channel, const subscription::DeliveryResult& receipt, TimePoint now);
   /// All callback subscriptions as Turtle, if there are others than at the last call. With their secrets.
   std::optional<std::string> take_saved();
   /// Brings back what take_saved() gave in another life. A subscription lives on as soon as its resource is there; one whose

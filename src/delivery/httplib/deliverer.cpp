@@ -24,10 +24,10 @@ namespace {
 using std::chrono::steady_clock;
 using subscription::CallbackUrl;
 using subscription::Channel;
-using subscription::Notice;
-using subscription::Receipt;
+using subscription::Notification;
+using subscription::DeliveryResult;
 
-/// Connections that wait for their receiver's next notice. Not synchronised.
+/// Connections that wait for their receiver's next notification. Not synchronised.
 class KeptWires {
  public:
   std::unique_ptr<Wire> take(const std::string& receiver) {
@@ -84,13 +84,13 @@ class Work : public std::enable_shared_from_this<Work> {
   struct Job {
     Channel channel{};
     std::string receiver{};
-    std::optional<Notice> notice{};  ///< asked for already, while there was no room among the slow
+    std::optional<Notification> notification{};  ///< asked for already, while there was no room among the slow
   };
   struct Load {
     std::size_t at_work = 0, slow_at_work = 0;  ///< slow ones are both
   };
   struct Progress {
-    bool asked = false;  ///< for its notice
+    bool asked = false;  ///< for its notification
     bool again = false;  ///< notified after that
   };
   struct Worker {
@@ -115,8 +115,8 @@ class Work : public std::enable_shared_from_this<Work> {
   void work(Worker& worker) noexcept;
   /// With the lock, which it gives up meanwhile. `slow`: counted among those that failed before.
   void serve(Lock& lock, Worker& worker, Job job, bool& slow);
-  std::optional<Notice> ask(Channel channel) noexcept;
-  Receipt deliver(Worker& worker, Channel channel, const Notice& notice);
+  std::optional<Notification> ask(Channel channel) noexcept;
+  DeliveryResult deliver(Worker& worker, Channel channel, const Notification& notification);
   Result<std::unique_ptr<Wire>> connect(Worker& worker, const CallbackUrl& url, Instant connect_until, bool& refused);
   Result<std::vector<Address>> look_up(Worker& worker, const CallbackUrl& url);
   Result<std::shared_ptr<const Tls>> tls();
@@ -135,7 +135,7 @@ class Work : public std::enable_shared_from_this<Work> {
   std::deque<Job> fresh_, slow_;
   std::unordered_map<std::string, Load> loads_;     ///< of receivers with an exchange under way
   std::unordered_map<Channel, Progress> channels_;  ///< that wait or are at work
-  std::unordered_set<Channel> failed_;              ///< the last notice failed; a memory only, so that it may forget
+  std::unordered_set<Channel> failed_;              ///< the last notification failed; a memory only, so that it may forget
   std::list<Worker> workers_;
   std::size_t idle_ = 0;
   std::size_t hired_ = 0;         ///< workers that are not over
@@ -271,14 +271,14 @@ void Work::work(Worker& worker) noexcept {
 void Work::serve(Lock& lock, Worker& worker, Job job, bool& slow) {
   const Channel channel = job.channel;
   lock.unlock();
-  std::optional<Notice> notice = job.notice ? std::move(job.notice) : ask(channel);
+  std::optional<Notification> notification = job.notification ? std::move(job.notification) : ask(channel);
   lock.lock();
   if (stopping_) return;
-  if (notice) {
-    if (notice->failed_before && !slow) {  // found out late, after a restart for example
+  if (notification) {
+    if (notification->failed_before && !slow) {  // found out late, after a restart for example
       Load& load = loads_[job.receiver];
       if (slow_at_work_ >= slow_most_ || load.slow_at_work >= share(8)) {
-        slow_.push_back({channel, std::move(job.receiver), std::move(notice)});
+        slow_.push_back({channel, std::move(job.receiver), std::move(notification)});
         return;
       }
       ++load.slow_at_work;
@@ -286,9 +286,9 @@ void Work::serve(Lock& lock, Worker& worker, Job job, bool& slow) {
       slow = true;
     }
     lock.unlock();
-    Receipt receipt;
+    DeliveryResult receipt;
     try {
-      receipt = deliver(worker, channel, *notice);
+      receipt = deliver(worker, channel, *notification);
     } catch (const std::exception& e) {
       receipt.error = e.what();
     } catch (...) {
@@ -319,26 +319,26 @@ void Work::remember(Channel channel, bool succeeded) {
   else failed_.insert(channel);
 }
 
-std::optional<Notice> Work::ask(Channel channel) noexcept {
+std::optional<Notification> Work::ask(Channel channel) noexcept {
   try {
-    return source_->next_notice(channel);
+    return source_->next_notification(channel);
   } catch (const std::exception& e) {
-    say(LogLevel::error, std::string("web callbacks: no notice: ") + e.what());
+    say(LogLevel::error, std::string("web callbacks: no notification: ") + e.what());
   } catch (...) {
-    say(LogLevel::error, "web callbacks: no notice: an exception");
+    say(LogLevel::error, "web callbacks: no notification: an exception");
   }
   return std::nullopt;
 }
 
-Receipt Work::deliver(Worker& worker, Channel channel, const Notice& notice) {
-  const Result<CallbackUrl> url = subscription::parse_callback_url(notice.url);
+DeliveryResult Work::deliver(Worker& worker, Channel channel, const Notification& notification) {
+  const Result<CallbackUrl> url = subscription::parse_callback_url(notification.url);
   if (!url) return {0, url.error().message, true};
   if (!allowed_.names(url->host, url->port)) return {0, "\"" + url->host + "\" is not allowed", true};
 
   const Instant start = steady_clock::now();
   const Patience patience{start + options_.response_time, ended_};
   const Instant connect_until = start + std::min(options_.connect_time, options_.response_time);
-  // A connection serves one subscription: what one path of a receiver sends too much must not become the answer to another's notice.
+  // A connection serves one subscription: what one path of a receiver sends too much must not become the answer to another's notification.
   const std::string receiver = (url->secure ? "s " : "p ") + url->host + " " + std::to_string(url->port) + " " +
                                std::to_string(static_cast<std::uint64_t>(channel));
   std::unique_ptr<Wire> wire;
@@ -355,7 +355,7 @@ Receipt Work::deliver(Worker& worker, Channel channel, const Notice& notice) {
       if (!connected) return {0, connected.error().message, refused};
       wire = *std::move(connected);
     }
-    const Answer answer = post(*wire, *url, notice, options_.max_response_bytes, patience);
+    const Answer answer = post(*wire, *url, notification, options_.max_response_bytes, patience);
     // RFC 9112 9.3.1: a receiver may close a connection that it was keeping just when it is used again, and a POST must not be repeated if
     // it may have been carried out. A notification says how things are and is repeated anyway when its answer is lost; so once more,
     // on a connection of its own, if nothing at all came back.

@@ -139,17 +139,17 @@ bool has_stray_body(const httplib::Response& response) {
 
 }  // namespace
 
-Answer post(Wire& wire, const subscription::CallbackUrl& url, const subscription::Notice& notice, std::size_t max_response_bytes,
+Answer post(Wire& wire, const subscription::CallbackUrl& url, const subscription::Notification& notification, std::size_t max_response_bytes,
             Patience patience) {
   httplib::Request request;
   request.method = "POST";
   request.path = url.target;
-  for (const http::Field& field : notice.fields.list()) request.headers.emplace(std::string(field.name), std::string(field.value));
+  for (const http::Field& field : notification.fields.list()) request.headers.emplace(std::string(field.name), std::string(field.value));
   for (const char* ours : {"Host", "Connection", "Content-Length", "Transfer-Encoding", "Accept-Encoding"}) request.headers.erase(ours);
   request.headers.emplace("Host", url.authority);
   if (request.headers.count("User-Agent") == 0) request.headers.emplace("User-Agent", "lrt/" LRT_VERSION);
-  if (notice.body) request.body = *notice.body;
-  if (!notice.secret.empty()) request.headers.emplace("X-Hub-Signature", sign(notice.secret, request.body));
+  if (notification.body) request.body = *notification.body;
+  if (!notification.secret.empty()) request.headers.emplace("X-Hub-Signature", sign(notification.secret, request.body));
 
   Bounded stream(wire, max_response_bytes, patience);
   std::uint64_t body = 0;

@@ -4,13 +4,13 @@
 #include <string>
 
 #include <lrt/subscription/allowed_hosts.hpp>
-#include <lrt/subscription/notice.hpp>
+#include <lrt/subscription/notification.hpp>
 
 #include "src/delivery/httplib/wire.hpp"
 
 namespace lrt::delivery {
 
-/// What came back for a notice.
+/// What came back for a notification.
 struct Answer {
   int status = 0;        ///< 0: no complete answer
   std::string error{};   ///< then: why, a sentence
@@ -18,9 +18,9 @@ struct Answer {
   bool keep = false;     ///< the connection can be used again
 };
 
-/// Sends a notice and reads the answer, once, by cpp-httplib. No redirects, no decompression, nothing of the environment.
+/// Sends a notification and reads the answer, once, by cpp-httplib. No redirects, no decompression, nothing of the environment.
 /// @param max_response_bytes  of the answer's body that are read; a longer one is no answer
-Answer post(Wire& wire, const subscription::CallbackUrl& url, const subscription::Notice& notice, std::size_t max_response_bytes,
+Answer post(Wire& wire, const subscription::CallbackUrl& url, const subscription::Notification& notification, std::size_t max_response_bytes,
             Patience patience);
 
 }  // namespace lrt::delivery
