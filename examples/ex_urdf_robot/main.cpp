@@ -26,7 +26,7 @@ int failed(const lrt::Error& error) { return std::fprintf(stderr, "ex_urdf_robot
 
 int main(int argc, char** argv) {
   lrt::Options options;
-  lrt::urdf::Options urdf_options;
+  lrt::urdf::ParseOptions urdf_options;
   std::string files[2] = {EX_URDF_ROBOT_DEFAULT, ""};
   std::size_t count = 0;
   for (int i = 1; i < argc; ++i) {

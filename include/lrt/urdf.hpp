@@ -119,7 +119,7 @@ struct Model {
   std::vector<std::string> warnings;   ///< what is odd, with its line, and was left out or taken as it could be
 };
 
-struct Options {
+struct ParseOptions {
   /// Where the robot's Thing is; empty: its name.
   std::string path;
   /// Values for `${name}` and `$(arg name)`. With a value for a name, the xacro:arg and xacro:property of that name are passed over. Other elements
@@ -140,7 +140,7 @@ struct Options {
 ///               that was not expanded: with the element and its line. limit_exceeded. One error, the first.
 /// @par Threads  Any. liburdfdom logs by a handler of the whole process: during the call what it says on this thread is taken away from
 ///               that handler, which is put back.
-Result<Model> parse(std::string_view text, const Options& options = {});
+Result<Model> parse(std::string_view text, const ParseOptions& options = {});
 
 namespace detail {
 /// Whether members lie one after the other: everybody's but some of Eigen's.
@@ -236,6 +236,6 @@ class Robot {
 
 /// parse() of a file, as a Robot.
 /// @par Errors  io_error, and those of parse(), with the file's name in front
-Result<Robot> load(const std::string& file, const Options& options = {});
+Result<Robot> load(const std::string& file, const ParseOptions& options = {});
 
 }  // namespace lrt::urdf

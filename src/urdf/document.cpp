@@ -46,7 +46,7 @@ std::uint32_t line_of(std::string_view text, std::size_t offset) {
 }
 
 /// The text in UTF-8. What says that it is ISO-8859-1 is read as that, and so is a byte that is no UTF-8: many a comment has one.
-std::string as_utf8(std::string_view text, const Options& options, std::vector<std::string>& warnings) {
+std::string as_utf8(std::string_view text, const ParseOptions& options, std::vector<std::string>& warnings) {
   if (text.size() > options.max_bytes)
     throw Refusal{
         {Errc::limit_exceeded, "expected at most " + std::to_string(options.max_bytes) + " bytes, found " + std::to_string(text.size())}};
@@ -83,7 +83,7 @@ bool is_reference(std::string_view name) {
 
 /// What the reader does not see: bounds of what it will make of the text, end tags after the end, references to entities, of which it leaves
 /// those that it does not know. Processing instructions become blanks: XML has them anywhere, the reader only at the beginning.
-void check_text(std::string& text, const Options& options) {
+void check_text(std::string& text, const ParseOptions& options) {
   const auto refuse = [&](Errc code, std::size_t at, std::string message) {
     const std::uint32_t line = line_of(text, at);
     throw Refusal{{code, "line " + std::to_string(line) + ": " + std::move(message), at, line}};
@@ -144,7 +144,7 @@ void check_text(std::string& text, const Options& options) {
 
 class Checker {
  public:
-  Checker(const Options& options, Document& document) : options_(options), document_(document) {}
+  Checker(const ParseOptions& options, Document& document) : options_(options), document_(document) {}
 
   void check(const XMLElement& robot) {
     check_xacro(robot);
@@ -243,7 +243,7 @@ class Checker {
         const bool plain =
             !name.empty() && name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_") == std::string::npos;
         refuse(e, "expected a document that xacro has expanded, found " + quoted(text.substr(open, close - open + 1)) +
-                      ": run xacro first" + (plain ? ", or give Options::arguments a value for " + quoted(name) : std::string()));
+                      ": run xacro first" + (plain ? ", or give ParseOptions::arguments a value for " + quoted(name) : std::string()));
       }
       out += value->second;
       text.remove_prefix(close + 1);
@@ -259,7 +259,7 @@ class Checker {
     if (name.substr(0, 6) == "xacro:") {
       if (is_given(e)) return;
       refuse(e, "expected a document that xacro has expanded, found <" + shortened(name) + ">: run xacro first" +
-                    (name == "xacro:arg" || name == "xacro:property" ? ", or give Options::arguments a value for the name" : ""));
+                    (name == "xacro:arg" || name == "xacro:property" ? ", or give ParseOptions::arguments a value for the name" : ""));
     }
     for (const auto* a = e.FirstAttribute(); a; a = a->Next()) expanded(e, a->Value());
     for (const auto* n = e.FirstChild(); n; n = n->NextSibling()) {
@@ -683,7 +683,7 @@ class Checker {
     }
   }
 
-  const Options& options_;
+  const ParseOptions& options_;
   Document& document_;
   tinyxml2::XMLDocument out_;
   tinyxml2::XMLNode* at_ = &out_;  // where the next element is written
@@ -722,7 +722,7 @@ Error no_xml(const tinyxml2::XMLDocument& xml) {
 
 }  // namespace
 
-Result<Document> check(std::string_view text, const Options& options) {
+Result<Document> check(std::string_view text, const ParseOptions& options) {
   try {
     Document document;
     std::string utf8 = as_utf8(text, options, document.warnings);

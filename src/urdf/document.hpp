@@ -39,6 +39,6 @@ struct Document {
 
 /// Says all that can be wrong with a description, with the element and its line: liburdfdom then has nothing to complain of.
 /// @par Errors  as parse()
-Result<Document> check(std::string_view text, const Options& options);
+Result<Document> check(std::string_view text, const ParseOptions& options);
 
 }  // namespace lrt::urdf

@@ -146,7 +146,7 @@ std::string_view to_string(JointType type) noexcept {
   return names[static_cast<std::size_t>(type)];
 }
 
-Result<Model> parse(std::string_view text, const Options& options) {
+Result<Model> parse(std::string_view text, const ParseOptions& options) {
   Result<Document> document = check(text, options);
   if (!document) return Unexpected{std::move(document).error()};
   std::string said;

@@ -520,7 +520,7 @@ std::vector<Thing> Robot::things() {
   return all;
 }
 
-Result<Robot> load(const std::string& file, const Options& options) {
+Result<Robot> load(const std::string& file, const ParseOptions& options) {
   std::ifstream in(file, std::ios::binary);
   std::string text;
   char block[64 * 1024];

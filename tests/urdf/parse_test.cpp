@@ -23,7 +23,7 @@ std::string text_of(const std::string& file) {
 }
 
 /// The error's sentence; empty if there is none.
-std::string refusal(const std::string& text, const urdf::Options& options = {}) {
+std::string refusal(const std::string& text, const urdf::ParseOptions& options = {}) {
   const auto model = urdf::parse(text, options);
   return model ? std::string() : model.error().message;
 }
@@ -61,11 +61,11 @@ TEST_CASE("a limit below 0 is none, with a warning", "[urdf]") {
 
 TEST_CASE("arguments of xacro are replaced where they are given", "[urdf]") {
   const std::string text = "<robot name='r' xmlns:xacro='x'><xacro:arg name='p' default=''/><link name='$(arg p)base_${p}'/></robot>";
-  urdf::Options options;
+  urdf::ParseOptions options;
   options.arguments["p"] = "left_";
   CHECK(urdf::parse(text, options).value().links[0].name == "left_base_left_");
   CHECK(refusal("<robot name='r'>\n<link name='$(arg p)base'/></robot>") ==
-        "link \"$(arg p)base\" (line 2): expected a document that xacro has expanded, found \"$(arg p)\": run xacro first, or give Options::arguments "
+        "link \"$(arg p)base\" (line 2): expected a document that xacro has expanded, found \"$(arg p)\": run xacro first, or give ParseOptions::arguments "
         "a value for \"p\"");
   CHECK(refusal("<robot name='r'><link name='$(find x)'/></robot>") == "");
 }
@@ -445,15 +445,15 @@ TEST_CASE("xacro that was not expanded is refused with a hint, unless values are
         "xacro:include (line 2): expected a document that xacro has expanded, found <xacro:include>: run xacro first");
   CHECK(refusal("<robot name='r'>\n<xacro:arg name='p' default=''/></robot>") ==
         "xacro:arg \"p\" (line 2): expected a document that xacro has expanded, found <xacro:arg>: run xacro first, or give "
-        "Options::arguments a value for the name");
+        "ParseOptions::arguments a value for the name");
   CHECK(refusal("<robot name='r'>\n<link name='${p}a'/></robot>") ==
-        "link \"${p}a\" (line 2): expected a document that xacro has expanded, found \"${p}\": run xacro first, or give Options::arguments "
+        "link \"${p}a\" (line 2): expected a document that xacro has expanded, found \"${p}\": run xacro first, or give ParseOptions::arguments "
         "a value for \"p\"");
   CHECK(refusal("<robot name='r'>\n<link name='${2*p}a'/></robot>") ==
         "link \"${2*p}a\" (line 2): expected a document that xacro has expanded, found \"${2*p}\": run xacro first");
   CHECK(refusal("<robot name='r'><link name='${p'/></robot>") != "");
   CHECK(refusal("<robot name='r'><link name='a'/><gazebo>\n<t>${p}</t></gazebo></robot>") != "");
-  urdf::Options options;
+  urdf::ParseOptions options;
   options.arguments["p"] = "left_";
   const auto model = urdf::parse(
       "<robot name='r'><xacro:arg name='p' default=''/><xacro:property name='p' value='$(arg p)'/><link name='${p}a_${p}'/></robot>",
@@ -463,7 +463,7 @@ TEST_CASE("xacro that was not expanded is refused with a hint, unless values are
 }
 
 TEST_CASE("limits are kept", "[urdf]") {
-  urdf::Options options;
+  urdf::ParseOptions options;
   options.max_bytes = 100;
   options.max_elements = 3;
   CHECK(refusal(std::string(101, ' '), options) == "expected at most 100 bytes, found 101");
@@ -563,7 +563,7 @@ TEST_CASE("a file that is not there, or has no end, is an error", "[urdf]") {
   CHECK(urdf::load("/nowhere/robot.urdf").error().code == Errc::io_error);
   CHECK(urdf::load("/nowhere/robot.urdf").error().message == "/nowhere/robot.urdf: No such file or directory");
   CHECK(urdf::load("/").error().code == Errc::io_error);
-  urdf::Options options;
+  urdf::ParseOptions options;
   options.max_bytes = 1000;
   CHECK(urdf::load("/dev/zero", options).error().code == Errc::limit_exceeded);
   CHECK(urdf::load("/dev/null").error().message == "/dev/null: expected XML, found nothing");

@@ -23,8 +23,8 @@ using namespace lrt::test;
 
 namespace {
 
-urdf::Options options_for(const std::string& file) {
-  urdf::Options options;
+urdf::ParseOptions options_for(const std::string& file) {
+  urdf::ParseOptions options;
   if (file.find("turtlebot3") != std::string::npos) options.arguments["namespace"] = "";
   return options;
 }
@@ -95,7 +95,7 @@ TEST_CASE("real robots load with as many links and joints as others count", "[ur
   }
   const std::string turtlebot = real_robots + "turtlebot3_burger.urdf";
   if (std::ifstream(turtlebot))
-    CHECK(urdf::load(turtlebot).error().message.find("or give Options::arguments a value for the name") != std::string::npos);
+    CHECK(urdf::load(turtlebot).error().message.find("or give ParseOptions::arguments a value for the name") != std::string::npos);
 }
 
 TEST_CASE("every link is where other kinematics put it, in 1,000 configurations of each robot", "[urdf]") {
@@ -446,7 +446,7 @@ TEST_CASE("a robot whose place is taken is not added at all", "[urdf]") {
   CHECK(bench.get("/picker/rail").status == 404);
   CHECK(bench.get("/picker/hand").status == 200);  // who was there stays, in the root
   CHECK(bench.get("/").says("/picker/hand>"));
-  urdf::Options options;
+  urdf::ParseOptions options;
   options.path = "cell/arm";
   auto other = urdf::load(picker_file, options).value();
   CHECK(other.joint_path(0) == "cell/arm/slide");
