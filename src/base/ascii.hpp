@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-/// ASCII character classes as one table, so that a scanner asks one load per byte. Private to the library.
+/// ASCII character classes in one table: a scanner needs one load per byte. Private to the library.
 namespace lrt::detail {
 
 enum : std::uint8_t {
@@ -13,9 +13,9 @@ enum : std::uint8_t {
   unreserved = 2,  ///< RFC 3986 2.3
   sub_delim = 4,   ///< RFC 3986 2.2
   uri = 8,         ///< allowed somewhere in an RFC 3986 URI: unreserved, gen-delims, sub-delims, '%'
-  scheme = 16,     ///< RFC 3986 3.1, but for the first, which is a letter
+  scheme = 16,     ///< RFC 3986 3.1; the first character must be a letter
   hex = 32,
-  text = 64,     ///< field-vchar, SP, HTAB: what a field value may hold (RFC 9110 5.5)
+  text = 64,     ///< field-vchar, SP, HTAB: allowed in a field value (RFC 9110 5.5)
   quoted = 128,  ///< qdtext (RFC 9110 5.6.4)
 };
 
@@ -66,7 +66,7 @@ inline bool iequals_ascii(std::string_view a, std::string_view b) noexcept {
 
 constexpr bool is_ows(char c) noexcept { return c == ' ' || c == '\t'; }
 
-/// Without the spaces and tabs around it.
+/// Removes spaces and tabs at both ends.
 inline std::string_view trim(std::string_view value) noexcept {
   while (!value.empty() && is_ows(value.front())) value.remove_prefix(1);
   while (!value.empty() && is_ows(value.back())) value.remove_suffix(1);
@@ -81,7 +81,7 @@ inline void append_percent(std::string& out, char c) {
   out += digits[byte & 0x0FU];
 }
 
-/// The end of the quoted-string that begins at `at` (RFC 9110 5.6.4): the place after its closing quote, or npos if it is none.
+/// The offset after the quoted-string that begins at `at` (RFC 9110 5.6.4); npos: it is not a quoted-string.
 inline std::size_t quoted_end(std::string_view value, std::size_t at) noexcept {
   for (++at; at < value.size(); ++at) {
     if (value[at] == '"') return at + 1;

@@ -22,7 +22,7 @@ inline Civil to_civil(std::chrono::system_clock::time_point utc) noexcept {
   const std::int64_t micros = floor<std::chrono::microseconds>(since_epoch).count() - days * 86'400'000'000;
   const auto second_of_day = static_cast<unsigned>(micros / 1'000'000);
 
-  // Years begin in March and come in eras of 400 years (146097 days): the leap day is then the last of its year.
+  // Years are counted from March in eras of 400 years (146097 days), so a leap day is the last day of its year.
   const std::int64_t shifted = days + 719'468;  // days since 0000-03-01
   const std::int64_t era = (shifted >= 0 ? shifted : shifted - 146'096) / 146'097;
   const auto day_of_era = static_cast<unsigned>(shifted - era * 146'097);
@@ -43,7 +43,7 @@ inline Civil to_civil(std::chrono::system_clock::time_point utc) noexcept {
   return result;
 }
 
-/// Writes `width` decimal digits, zero-padded, and returns the place after them.
+/// Writes `width` decimal digits, zero-padded. Returns the position after them.
 inline char* put_digits(char* out, unsigned value, int width) noexcept {
   for (int i = width - 1; i >= 0; --i) {
     out[i] = static_cast<char>('0' + value % 10);

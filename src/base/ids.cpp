@@ -13,7 +13,7 @@
 namespace lrt {
 namespace {
 
-/// Asked anew for every id: a buffer of unused entropy would give a forked child the ids of its parent.
+/// Read for every id: a buffer of entropy would be copied by fork(), and the child would produce the ids of its parent.
 void fill_random(unsigned char (&bytes)[16]) {
   std::size_t filled = 0;
 #if defined(__linux__)

@@ -10,7 +10,7 @@ namespace {
 using detail::is;
 constexpr std::size_t npos = std::string_view::npos;
 
-/// RFC 3987 2.2 for one code point beyond ASCII, simplified: private use only belongs into queries there; here nowhere.
+/// RFC 3987 2.2 for one code point beyond ASCII. Simplified: private use characters, which RFC 3987 allows in queries, are refused.
 bool is_ucschar(char32_t c) noexcept {
   if (c < 0xA0) return false;                    // C1 controls
   if (c >= 0xE000 && c <= 0xF8FF) return false;  // private use
@@ -19,7 +19,7 @@ bool is_ucschar(char32_t c) noexcept {
   return c < 0xF0000;                            // private use planes
 }
 
-/// The offset of the first byte that no IRI may have, or npos.
+/// The offset of the first byte that is not allowed in an IRI, or npos.
 std::size_t find_disallowed(std::string_view text) noexcept {
   bool ascii = true;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -50,7 +50,7 @@ std::size_t scheme_length(std::string_view text) noexcept {
   return i < text.size() && text[i] == ':' ? i : npos;
 }
 
-/// The offset of what keeps `text` from being an IRI reference, or npos. A first segment with a colon must be a scheme
+/// The offset of the first byte that makes `text` invalid as an IRI reference, or npos. A first segment with a colon must be a scheme
 /// (RFC 3986 4.2).
 std::size_t find_reference_fault(std::string_view text) noexcept {
   if (scheme_length(text) == npos) {
@@ -73,7 +73,7 @@ Unexpected refuse(std::string_view what, std::string_view text, std::size_t offs
   return unexpected(std::move(error));
 }
 
-/// Appends `path` to `out` without its dot segments (RFC 3986 5.2.4). Nothing before `floor` is taken back.
+/// Appends `path` to `out` without its dot segments (RFC 3986 5.2.4). Bytes of `out` before `floor` are never removed.
 void append_without_dots(std::string& out, std::string_view path) {
   const std::size_t floor = out.size();
   const auto take_back = [&] {
@@ -152,7 +152,7 @@ Result<std::string> resolve(std::string_view base, std::string_view reference) {
   std::string result;
   result.reserve(base.size() + reference.size() + 3);
 
-  // RFC 3986 5.2.2: what the reference lacks comes from the base, from the left.
+  // RFC 3986 5.2.2: missing parts of the reference are taken from the base.
   const bool own_authority = r.has_scheme || r.has_authority;
   const Parts& front = own_authority ? r : b;
   result += r.has_scheme ? r.scheme : b.scheme;
@@ -175,7 +175,7 @@ Result<std::string> resolve(std::string_view base, std::string_view reference) {
     merged += r.path;
     append_without_dots(result, merged);
   }
-  // Without an authority a path must not begin with "//" (RFC 3986 3.3): the segment "." keeps it a path.
+  // Without an authority a path must not begin with "//" (RFC 3986 3.3). The prefix "/." avoids that.
   if (!front.has_authority && result.compare(path_at, 2, "//") == 0) result.insert(path_at, "/.");
 
   const Parts& asker = query_of_base ? b : r;

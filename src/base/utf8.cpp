@@ -9,7 +9,7 @@ namespace {
 unsigned byte(std::string_view text, std::size_t at) noexcept { return static_cast<unsigned char>(text[at]); }
 
 /// The length of the well-formed sequence at `at`, or 0. The bounds of the second byte (RFC 3629 4) exclude overlong forms,
-/// surrogates and what lies above U+10FFFF.
+/// surrogates and code points above U+10FFFF.
 std::size_t sequence(std::string_view text, std::size_t at) noexcept {
   const unsigned lead = byte(text, at);
   if (lead < 0x80) return 1;

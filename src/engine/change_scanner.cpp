@@ -12,7 +12,7 @@ namespace lrt::engine {
 namespace {
 
 bool has_change(const PropertyResource& property) {
-  return property.spec->slot ? property.spec->slot->has_news() : property.spec->changes->has_news();
+  return property.spec->slot ? property.spec->slot->has_change() : property.spec->changes->has_change();
 }
 
 }  // namespace
@@ -48,7 +48,7 @@ void ChangeScanner::unwatch(InvocationResource& invocation) {
 }
 
 void ChangeScanner::start() noexcept {
-  bell_->stay_awake();
+  wake_signal_->stay_awake();
   scanning_ = true;
   idle_scans_ = 0;
   next_scan_ = {};
@@ -56,7 +56,7 @@ void ChangeScanner::start() noexcept {
 
 bool ChangeScanner::is_due(TimePoint now) const noexcept {
   if (scanning_) return next_scan_ <= now.steady;
-  return !bell_->asleep() && !(properties_.empty() && invocations_.empty());
+  return !wake_signal_->asleep() && !(properties_.empty() && invocations_.empty());
 }
 
 bool ChangeScanner::has_changes() const {
@@ -67,10 +67,10 @@ bool ChangeScanner::has_changes() const {
 
 void ChangeScanner::scan(TimePoint now, bool had_changes) {
   scanning_ = true;
-  next_scan_ = now.steady + options_.push_period;
+  next_scan_ = now.steady + options_.scan_period;
   bool changes = had_changes;
   for (PropertyResource* property : properties_) {
-    if (property->spec->slot ? !property->spec->slot->has_news() : !property->spec->changes->take()) continue;
+    if (property->spec->slot ? !property->spec->slot->has_change() : !property->spec->changes->take()) continue;
     changes = true;
     values_.refresh_observed(*property);
   }
@@ -85,9 +85,9 @@ void ChangeScanner::scan(TimePoint now, bool had_changes) {
   idle_scans_ = changes ? 0 : idle_scans_ + 1;
   if (properties_.empty() && invocations_.empty()) {
     scanning_ = false;
-  } else if (!options_.tick && idle_scans_ > options_.looks_before_sleep) {
-    bell_->sleep();
-    if (has_changes()) bell_->stay_awake();  // published between the scan and the sleep
+  } else if (!options_.always_scan && idle_scans_ > options_.idle_scans_before_sleep) {
+    wake_signal_->sleep();
+    if (has_changes()) wake_signal_->stay_awake();  // published between the scan and the sleep
     else scanning_ = false;
   }
 }

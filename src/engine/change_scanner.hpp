@@ -6,7 +6,7 @@
 #include <vector>
 
 #include <lrt/base/clock.hpp>
-#include <lrt/model/detail/bell.hpp>
+#include <lrt/model/detail/wake_signal.hpp>
 #include <lrt/subscription/options.hpp>
 
 #include "src/engine/deadline_queue.hpp"
@@ -24,7 +24,7 @@ class ChangeScanner {
  public:
   using Instant = std::chrono::steady_clock::time_point;
 
-  ChangeScanner(PropertyValues& values, const Registry& registry, const HostCalls& calls, const subscription::Options& options, const Clock& clock)
+  ChangeScanner(PropertyValues& values, const Registry& registry, const HostCalls& calls, const subscription::SubscriptionOptions& options, const Clock& clock)
       : values_(values), registry_(registry), calls_(calls), options_(options), clock_(clock) {}
 
   void watch(PropertyResource& property);
@@ -43,7 +43,7 @@ class ChangeScanner {
   void read_samples(TimePoint now);
   std::optional<Instant> next_deadline() const;
 
-  const std::shared_ptr<model::Bell>& bell() const noexcept { return bell_; }
+  const std::shared_ptr<model::WakeSignal>& wake_signal() const noexcept { return wake_signal_; }
 
  private:
   bool has_changes() const;
@@ -52,9 +52,9 @@ class ChangeScanner {
   PropertyValues& values_;
   const Registry& registry_;
   const HostCalls& calls_;
-  const subscription::Options& options_;
+  const subscription::SubscriptionOptions& options_;
   const Clock& clock_;
-  const std::shared_ptr<model::Bell> bell_ = std::make_shared<model::Bell>();
+  const std::shared_ptr<model::WakeSignal> wake_signal_ = std::make_shared<model::WakeSignal>();
 
   std::vector<PropertyResource*> properties_;
   std::vector<InvocationResource*> invocations_;

@@ -218,7 +218,7 @@ Result<void> Engine::remove(std::string_view path) { return impl_->remove(path);
 void Engine::listens_on(std::string_view address, std::uint16_t port, bool secure) { impl_->listens_on(address, port, secure); }
 
 void Engine::set_waker(std::shared_ptr<Waker> waker) {
-  impl_->parts.scanner.bell()->set_waker(waker);
+  impl_->parts.scanner.wake_signal()->set_waker(waker);
   impl_->parts.calls.inbox()->set_waker(std::move(waker));
 }
 
@@ -256,12 +256,12 @@ std::optional<Push> Engine::next_push(Channel channel, TimePoint now) { return i
 void Engine::closed(Channel channel) noexcept { impl_->parts.subscriptions.closed(channel); }
 
 Result<void> Engine::check() const { return impl_->parts.subscriptions.check_options(); }
-std::vector<subscription::Due> Engine::take_callbacks() { return impl_->parts.subscriptions.take_callbacks(); }
-std::optional<subscription::Notice> Engine::next_notice(Channel channel, TimePoint now) {
-  return impl_->stopped ? std::nullopt : impl_->parts.subscriptions.next_notice(channel, now);
+std::vector<subscription::ReadyCallback> Engine::take_callbacks() { return impl_->parts.subscriptions.take_callbacks(); }
+std::optional<subscription::Notification> Engine::next_notification(Channel channel, TimePoint now) {
+  return impl_->stopped ? std::nullopt : impl_->parts.subscriptions.next_notification(channel, now);
 }
-void Engine::delivered(Channel channel, const subscription::Receipt& receipt, TimePoint now) {
-  impl_->parts.subscriptions.delivered(channel, receipt, now);
+void Engine::delivered(Channel channel, const subscription::DeliveryResult& result, TimePoint now) {
+  impl_->parts.subscriptions.delivered(channel, result, now);
 }
 std::optional<std::string> Engine::take_saved() { return impl_->parts.saved.take(); }
 Result<void> Engine::restore(std::string_view saved) { return impl_->parts.saved.restore(saved); }

@@ -15,7 +15,7 @@
 #include <lrt/base/waker.hpp>
 #include <lrt/engine/engine.hpp>
 
-#include "src/engine/mailbox.hpp"
+#include "src/base/mailbox.hpp"
 
 namespace lrt::engine {
 

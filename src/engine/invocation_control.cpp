@@ -26,13 +26,13 @@ void InvocationControl::finish(Result<rdf::Value> result) noexcept {
 void InvocationControl::start_ended(Result<void> result) noexcept {
   const bool was_dropped = phase_.exchange(idle, std::memory_order_acq_rel) == dropped;
   if (!result) finish(Unexpected{std::move(result).error()});
-  else if (was_dropped) finish(unexpected(Errc::dropped, "the responder was dropped without an answer"));
+  else if (was_dropped) finish(unexpected(Errc::dropped, "the responder was destroyed before succeed() or fail()"));
 }
 
 void InvocationControl::progress(double fraction) noexcept {
   if (std::isnan(fraction)) return;
   fraction_.store(std::clamp(fraction, 0.0, 1.0), std::memory_order_seq_cst);
-  ring();
+  signal();
 }
 
 void InvocationControl::on_cancel(UniqueFunction<void()> hook) {

@@ -8,7 +8,7 @@
 
 #include <lrt/base/result.hpp>
 #include <lrt/base/unique_function.hpp>
-#include <lrt/model/detail/bell.hpp>
+#include <lrt/model/detail/wake_signal.hpp>
 #include <lrt/responder.hpp>
 
 #include "src/engine/host_calls.hpp"
@@ -16,7 +16,7 @@
 namespace lrt::engine {
 
 /// The part of an invocation that user threads touch.
-class InvocationControl final : public model::InvocationLink, public model::NewsSource {
+class InvocationControl final : public model::InvocationLink, public model::ChangeSource {
  public:
   /// @param on_finish  runs on the engine's thread with the result; at most once
   using Finished = std::function<void(Result<rdf::Value>, TimePoint)>;

@@ -60,7 +60,7 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   invocation.control = std::make_shared<InvocationControl>(calls_.inbox(), [this, ref = Ref(invocation)](Result<rdf::Value> result, TimePoint now) {
     if (InvocationResource* i = registry_.find(ref)) finished(*i, std::move(result), now);
   });
-  invocation.control->attach(scanner_.bell());
+  invocation.control->attach(scanner_.wake_signal());
   invocation.input = std::move(input);
   invocation.created = context.now.utc;
   action.invocations.push_back(std::move(made));
@@ -89,10 +89,10 @@ std::optional<http::Response> Invocations::refused_by_policy(const ActionResourc
       if (busy) return responses_.problem(context, 409, "an invocation of this action is under way, and its policy is to reject another");
       break;
     case ActionPolicy::Kind::parallel:
-      if (action.active >= policy.most) return too_many("as many invocations as this action's policy allows are under way");
+      if (action.active >= policy.limit) return too_many("as many invocations as this action's policy allows are under way");
       break;
     case ActionPolicy::Kind::queue:
-      if (busy && action.queue.size() >= policy.most) return too_many("the queue of this action is full");
+      if (busy && action.queue.size() >= policy.limit) return too_many("the queue of this action is full");
       break;
     case ActionPolicy::Kind::preempt: break;
   }

@@ -80,8 +80,8 @@ Result<void> Parts::add(Thing thing) {
   for (const auto& p : node.spec->properties) {
     p->sealed = true;
     if (p->slot) p->slot->set_clock(clock);
-    if (p->slot) p->slot->attach(scanner.bell());
-    if (p->changes) p->changes->attach(scanner.bell());
+    if (p->slot) p->slot->attach(scanner.wake_signal());
+    if (p->changes) p->changes->attach(scanner.wake_signal());
   }
   for (const auto& a : node.spec->actions) a->sealed = true;
   for (const auto& c : node.spec->collections) c->sealed = true;

@@ -76,7 +76,7 @@ bool PropertyValues::ready(Resource& resource, Variant variant, bool current) {
     if (!current) {
       if (p.spec->slot) {
         take_published(p);
-        if ((p.spec->slot->has_news() || p.refresh_state.running) && (values || p.value.is_null())) all = false;
+        if ((p.spec->slot->has_change() || p.refresh_state.running) && (values || p.value.is_null())) all = false;
       } else if (values) {
         all = false;
       }
@@ -127,14 +127,14 @@ void PropertyValues::refresh(PropertyResource& property, Encodings encodings, Do
 
 void PropertyValues::refresh_observed(PropertyResource& property) {
   if (property.spec->slot) take_published(property);
-  const bool more = !property.spec->slot || property.spec->slot->has_news();
+  const bool more = !property.spec->slot || property.spec->slot->has_change();
   if (more && !property.refresh_state.running) start(property);
   else if (more && !property.spec->slot && property.refresh_state.next_waiters.empty()) refresh(property, {}, [](const Result<void>&, TimePoint) {});
 }
 
 void PropertyValues::take_published(PropertyResource& property) {
   model::SlotBase* slot = property.spec->slot.get();
-  if (!slot || property.refresh_state.running || !slot->has_news() || needs_user_code(property)) return;
+  if (!slot || property.refresh_state.running || !slot->has_change() || needs_user_code(property)) return;
   Sample sample;
   // Of values that are kept each one is a change.
   for (int left = slot->keeps() ? max_samples_at_once : 1; left > 0 && slot->take(sample.value, sample.since); --left) {
@@ -149,7 +149,7 @@ void PropertyValues::start(PropertyResource& property) {
   property.refresh_state.running = true;
   if (property.spec->read) return read(property);
   std::vector<std::size_t> encoders = wanted_encoders(property);
-  if (property.spec->slot->has_news()) return take(property, std::move(encoders));
+  if (property.spec->slot->has_change()) return take(property, std::move(encoders));
   encode(property, std::nullopt, std::move(encoders));
 }
 

@@ -73,7 +73,7 @@ Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::G
   read.media_type = text(vocab::hybrit::mediaType);
   const auto interval = interval_of(text(vocab::lrt::minimumInterval));
   const auto length = rdf::lexical::parse_uint64(text(vocab::lrt::queueLength));
-  if (!MediaType::parse(read.media_type) || !interval || !length || *length > options_.subscriptions.longest_queue || read.request.secret.size() > max_secret)
+  if (!MediaType::parse(read.media_type) || !interval || !length || *length > options_.subscriptions.max_queue_length || read.request.secret.size() > max_secret)
     return unexpected(Errc::refused, "its media type, interval, queue length or secret is not possible");
   read.request.policy.minimum_interval = *interval;
   read.request.policy.queue_length = static_cast<std::size_t>(*length);
@@ -85,7 +85,7 @@ Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::G
   if (read.refused) log(read.id, "waits: this server may not call " + url->authority + " now");
   const auto has_its_id = [&](const PendingRestore& other) { return other.id == read.id; };
   if (std::any_of(pending_.begin(), pending_.end(), has_its_id) ||
-      subscriptions_.callback_count() + pending_.size() >= options_.subscriptions.callbacks.most)
+      subscriptions_.callback_count() + pending_.size() >= options_.subscriptions.callbacks.max_callbacks)
     return unexpected(Errc::refused, "there is another of that identifier, or there are too many");
   return read;
 }

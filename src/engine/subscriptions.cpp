@@ -60,8 +60,8 @@ Subscriptions::Subscriptions(const EngineOptions& options, Registry& registry, B
 
 Result<void> Subscriptions::check_options() const {
   if (!allowed_) return Unexpected{allowed_.error()};
-  const subscription::Options& s = options_.subscriptions;
-  if (s.push_period.count() <= 0) return unexpected(Errc::invalid_option, "subscriptions.push_period: expected more than 0");
+  const subscription::SubscriptionOptions& s = options_.subscriptions;
+  if (s.scan_period.count() <= 0) return unexpected(Errc::invalid_option, "subscriptions.scan_period: expected more than 0");
   if (s.callbacks.attempts == 0) return unexpected(Errc::invalid_option, "subscriptions.callbacks.attempts: expected at least 1");
   if (s.callbacks.secret.size() > max_secret)
     return unexpected(Errc::invalid_option, "subscriptions.callbacks.secret: expected at most " + std::to_string(max_secret) + " bytes");
@@ -97,13 +97,13 @@ std::optional<Protocol> Subscriptions::requested_protocol(const Context& context
 
 subscription::Policy Subscriptions::default_policy(const Resource& observed) const {
   subscription::Policy policy;
-  if (observed.is_urgent()) policy.queue_length = options_.subscriptions.queue;
+  if (observed.is_urgent()) policy.queue_length = options_.subscriptions.default_queue_length;
   return policy;
 }
 
 std::optional<http::Response> Subscriptions::too_many(const Context& context, Protocol protocol) const {
   const bool callback = protocol == Protocol::callback;
-  if (by_channel_.size() < options_.subscriptions.most && (!callback || callbacks_ < options_.subscriptions.callbacks.most)) return std::nullopt;
+  if (by_channel_.size() < options_.subscriptions.max_subscriptions && (!callback || callbacks_ < options_.subscriptions.callbacks.max_callbacks)) return std::nullopt;
   http::Response response = responses_.problem(context, 503, callback ? "there are as many web callbacks as this server keeps"
                                                                       : "there are as many subscriptions as this server keeps");
   responses_.add_retry_after(response);
@@ -128,8 +128,8 @@ std::optional<http::Response> Subscriptions::read_query(const Context& context, 
   }
   if (const auto length = query_parameter(target, "queueLength")) {
     const auto parsed = rdf::lexical::parse_uint64(*length);
-    if (!parsed || *parsed > options_.subscriptions.longest_queue)
-      return responses_.problem(context, 400, "queueLength: expected a number from 0 to " + std::to_string(options_.subscriptions.longest_queue));
+    if (!parsed || *parsed > options_.subscriptions.max_queue_length)
+      return responses_.problem(context, 400, "queueLength: expected a number from 0 to " + std::to_string(options_.subscriptions.max_queue_length));
     wanted.policy.queue_length = static_cast<std::size_t>(*parsed);
   }
   return std::nullopt;
@@ -282,12 +282,12 @@ Outcome Subscriptions::create(Context& context) {
   }
   if (const auto length = object(vocab::lrt::queueLength)) {
     const auto parsed = rdf::lexical::parse_uint64(*length);
-    if (!parsed || *parsed > options_.subscriptions.longest_queue)
-      return problem(422, "lrt:queueLength: expected a number from 0 to " + std::to_string(options_.subscriptions.longest_queue));
+    if (!parsed || *parsed > options_.subscriptions.max_queue_length)
+      return problem(422, "lrt:queueLength: expected a number from 0 to " + std::to_string(options_.subscriptions.max_queue_length));
     wanted.policy.queue_length = static_cast<std::size_t>(*parsed);
   } else if (const auto delivery = object(vocab::lrt::delivery)) {
     if (*delivery == vocab::lrt::latest.text) wanted.policy.queue_length = 0;
-    else if (*delivery == vocab::lrt::queue.text) wanted.policy.queue_length = options_.subscriptions.queue;
+    else if (*delivery == vocab::lrt::queue.text) wanted.policy.queue_length = options_.subscriptions.default_queue_length;
     else return problem(422, "lrt:delivery: expected lrt:latest or lrt:queue, found " + *delivery);
   }
   if (auto response = representations_.failed_precondition(context)) return *std::move(response);
@@ -345,7 +345,7 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
 }
 
 void Subscriptions::resource_removed(SubscriptionResource& s) {
-  if (s.observed.has_final_state() && s.protocol != Protocol::callback && s.backlog.take_note()) {
+  if (s.observed.has_final_state() && s.protocol != Protocol::callback && s.backlog.take_pending()) {
     if (Representation* last = represent(s); last && last->tag != s.last_tag) s.backlog.push_last(item_of(s, *last));
   }
   end(s, 1001, "the resource is gone");
@@ -357,7 +357,7 @@ void Subscriptions::resource_removed(SubscriptionResource& s) {
 /// not pay for all queues that want to have it in four syntaxes.
 void Subscriptions::changed(SubscriptionResource& s) {
   if (!s.queues() || s.retry.suspended()) {
-    s.backlog.note();
+    s.backlog.mark_changed();
     return announce(s);
   }
   if (fills_queues_ || s.observed.is_urgent()) return enqueue(s);
@@ -408,10 +408,10 @@ std::optional<subscription::Item> Subscriptions::next_item(SubscriptionResource&
     return std::nullopt;
   }
   std::optional<subscription::Item> item = s.backlog.take_item();
-  if (!item && s.backlog.take_note()) {
+  if (!item && s.backlog.take_pending()) {
     if (!representations_.ready(s.observed, s.its_variant, true)) {
       // The user's encoders have to run first.
-      s.backlog.note_again();
+      s.backlog.mark_pending();
       s.ready_announced = true;
       values_.refresh(s.observed, Encodings::of(s.its_variant), [this, channel = s.channel](const Result<void>&, TimePoint) {
         SubscriptionResource* waiting = find(channel);
@@ -427,7 +427,7 @@ std::optional<subscription::Item> Subscriptions::next_item(SubscriptionResource&
   if (!item) return std::nullopt;
   s.ready_announced = true;
   s.last_tag = item->tag;
-  s.backlog.given(now.steady);
+  s.backlog.sent(now.steady);
   return item;
 }
 
@@ -440,7 +440,7 @@ void Subscriptions::tell_of_structure() {
     if (s->queues()) {
       changed(*s);
     } else {
-      s->backlog.note_again();  // nothing is known to have been missed
+      s->backlog.mark_pending();  // nothing is known to have been missed
       announce(*s);
     }
   }
@@ -531,46 +531,46 @@ std::optional<Subscriptions::Instant> Subscriptions::next_deadline() const {
 
 // --------------------------------------------------------------------------------------------------------- web callbacks
 
-std::optional<subscription::Notice> Subscriptions::next_notice(Channel channel, TimePoint now) {
+std::optional<subscription::Notification> Subscriptions::next_notification(Channel channel, TimePoint now) {
   SubscriptionResource* s = find(channel);
   if (!s || s->protocol != Protocol::callback || s->under_way) return std::nullopt;
   try {
     auto item = next_item(*s, now);
     if (!item) return std::nullopt;
-    subscription::Notice notice;
-    notice.url = s->url;
-    notice.body = item->body;
-    notice.secret = s->secret.empty() ? options_.subscriptions.callbacks.secret : s->secret;
-    notice.failed_before = s->retry.tried();
-    notice.fields.add("Content-Type", content_type(s->its_variant, s->observed.variants().type_of(s->its_variant)));
-    notice.fields.add(notification_field, instance_);
-    notice.fields.add("ETag", item->tag);
+    subscription::Notification notification;
+    notification.url = s->url;
+    notification.body = item->body;
+    notification.secret = s->secret.empty() ? options_.subscriptions.callbacks.secret : s->secret;
+    notification.failed_before = s->retry.tried();
+    notification.fields.add("Content-Type", content_type(s->its_variant, s->observed.variants().type_of(s->its_variant)));
+    notification.fields.add(notification_field, instance_);
+    notification.fields.add("ETag", item->tag);
     http::LinkWriter links;
     links.add(bases_[s->base] + s->observed.path, "about");
     links.add(bases_[s->base] + s->path, "via");
-    links.finish(notice.fields, {});
+    links.finish(notification.fields, {});
     s->under_way = std::move(item);
-    return notice;
+    return notification;
   } catch (const std::exception& e) {
     responses_.log(LogLevel::error, std::string("a notification could not be made: ") + e.what());
     return std::nullopt;
   }
 }
 
-void Subscriptions::delivered(Channel channel, const subscription::Receipt& receipt, TimePoint now) {
+void Subscriptions::delivered(Channel channel, const subscription::DeliveryResult& result, TimePoint now) {
   SubscriptionResource* s = find(channel);
   if (!s || !s->under_way) return;  // cancelled meanwhile
   subscription::Item item = *std::exchange(s->under_way, std::nullopt);
   s->ready_announced = false;
-  if (receipt.status >= 200 && receipt.status < 300) {
+  if (result.status >= 200 && result.status < 300) {
     ++s->delivered;
     s->retry.succeeded();
     s->last_error.clear();
     return announce(*s);
   }
-  s->last_error = receipt.error.empty() ? "the receiver answered " + std::to_string(receipt.status) : receipt.error;
+  s->last_error = result.error.empty() ? "the receiver answered " + std::to_string(result.status) : result.error;
   ++s->revision;
-  if (receipt.status == 410 || receipt.refused) {
+  if (result.status == 410 || result.refused) {
     responses_.log(LogLevel::info, s->path + " ends: " + s->last_error);
     return end(*s, 0, {});
   }
@@ -585,10 +585,10 @@ void Subscriptions::delivered(Channel channel, const subscription::Receipt& rece
     s->backlog.put_back(std::move(item));
   } else {
     s->backlog.drop_items();
-    s->backlog.note_again();
+    s->backlog.mark_pending();
   }
   s->last_tag.clear();
-  s->backlog.not_before(now.steady + *pause);
+  s->backlog.set_due(now.steady + *pause);
   if (!s->backlog.empty()) next_notifications_.set(s->next_notification, s->backlog.due(), s->channel);
 }
 

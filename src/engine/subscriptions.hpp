@@ -15,7 +15,7 @@
 #include <lrt/engine/engine.hpp>
 #include <lrt/engine/handler.hpp>
 #include <lrt/subscription/allowed_hosts.hpp>
-#include <lrt/subscription/notice.hpp>
+#include <lrt/subscription/notification.hpp>
 
 #include "src/engine/bases.hpp"
 #include "src/engine/bodies.hpp"
@@ -75,9 +75,9 @@ class Subscriptions {
   std::optional<Instant> next_deadline() const;
 
   // Deliverers.
-  std::vector<subscription::Due> take_callbacks() { return std::exchange(callbacks_ready_, {}); }
-  std::optional<subscription::Notice> next_notice(Channel channel, TimePoint now);
-  void delivered(Channel channel, const subscription::Receipt& receipt, TimePoint now);
+  std::vector<subscription::ReadyCallback> take_callbacks() { return std::exchange(callbacks_ready_, {}); }
+  std::optional<subscription::Notification> next_notification(Channel channel, TimePoint now);
+  void delivered(Channel channel, const subscription::DeliveryResult& result, TimePoint now);
 
  private:
   /// A WebSocket or event stream that has ended and is open until its transport knows.
@@ -121,7 +121,7 @@ class Subscriptions {
   std::uint64_t callbacks_revision_ = 0;
 
   std::deque<Channel> urgent_, ready_;                  ///< to be named by next_ready()
-  std::vector<subscription::Due> callbacks_ready_;
+  std::vector<subscription::ReadyCallback> callbacks_ready_;
   DeadlineQueue<Channel> next_notifications_;
   bool fills_queues_ = false;                           ///< a scan, whose share of time is bounded, is under way
   std::vector<Channel> marked_;                         ///< with a queue, and changed between two scans

@@ -6,7 +6,7 @@
 
 #include <lrt/base/log.hpp>
 
-#include "src/engine/mailbox.hpp"
+#include "src/base/mailbox.hpp"
 
 namespace lrt {
 
@@ -35,7 +35,7 @@ class LogQueue {
 
  private:
   const LogCallback callback_;
-  engine::Mailbox<std::pair<LogLevel, std::string>> lines_;
+  Mailbox<std::pair<LogLevel, std::string>> lines_;
 };
 
 }  // namespace lrt

@@ -16,7 +16,7 @@
 #include <thread>
 #include <utility>
 
-#include "src/delivery/blocked_signals.hpp"
+#include "src/base/blocked_signals.hpp"
 
 namespace lrt {
 namespace {
@@ -106,7 +106,7 @@ class SavedFile::Writer {
     waiting_ = std::move(text);
     is_fresh_ = true;
     if (!thread_.joinable()) {
-      const delivery::BlockedSignals blocked;
+      const BlockedSignals blocked;
       thread_ = std::thread([self] { self->run(); });
     }
     changed_.notify_all();

@@ -9,12 +9,12 @@
 
 #include <lrt/transport/named.hpp>
 
-#include "src/engine/mailbox.hpp"
+#include "src/base/mailbox.hpp"
 #include "src/page/page.hpp"
 #include "src/server/guest_requests.hpp"
 #include "src/server/log_queue.hpp"
 #include "src/server/saved_file.hpp"
-#include "src/transport/event_waker.hpp"
+#include "src/base/event_waker.hpp"
 
 namespace lrt {
 
@@ -230,17 +230,17 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
   // delivery::Source, on the deliverer's threads
-  std::optional<subscription::Notice> next_notice(engine::Channel channel) override {
-    auto notice = with_engine([&] { return engine_.next_notice(channel, clock_.now()); });
-    if (!notice && transport_waker_) transport_waker_->wake();  // a timer may have been set
-    return notice;
+  std::optional<subscription::Notification> next_notification(engine::Channel channel) override {
+    auto notification = with_engine([&] { return engine_.next_notification(channel, clock_.now()); });
+    if (!notification && transport_waker_) transport_waker_->wake();  // a timer may have been set
+    return notification;
   }
-  void delivered(engine::Channel channel, subscription::Receipt receipt) noexcept override {
+  void delivered(engine::Channel channel, subscription::DeliveryResult result) noexcept override {
     try {
-      with_engine([&] { engine_.delivered(channel, receipt, clock_.now()); });
-      if (transport_waker_ && receipt.status / 100 != 2) transport_waker_->wake();  // there is a new timer
+      with_engine([&] { engine_.delivered(channel, result, clock_.now()); });
+      if (transport_waker_ && result.status / 100 != 2) transport_waker_->wake();  // there is a new timer
     } catch (const std::exception& e) {
-      log(LogLevel::error, std::string("a receipt could not be taken: ") + e.what());
+      log(LogLevel::error, std::string("a delivery result could not be taken: ") + e.what());
     }
   }
 
@@ -370,13 +370,13 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   /// Sends what the engine has left to where it is to go, and lets go of its lock.
   void pass_on(std::unique_lock<std::mutex>& lock) {
     std::vector<engine::Job> jobs = engine_.take_jobs();
-    const std::vector<subscription::Due> callbacks = engine_.take_callbacks();
+    const std::vector<subscription::ReadyCallback> callbacks = engine_.take_callbacks();
     if (saved_)
       if (std::optional<std::string> text = engine_.take_saved()) saved_->save(*std::move(text));
     lock.unlock();
     if (!jobs.empty()) dispatch(std::move(jobs));
     if (deliverer_)
-      for (const subscription::Due& due : callbacks) deliverer_->notify(due.channel, due.receiver);
+      for (const subscription::ReadyCallback& due : callbacks) deliverer_->notify(due.channel, due.receiver);
     log_.flush();
   }
 
@@ -483,10 +483,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   std::unique_ptr<delivery::Deliverer> deliverer_;        // the same
   std::unique_ptr<transport::Transport> transport_;
   std::shared_ptr<Waker> transport_waker_;
-  engine::Mailbox<UniqueFunction<void()>> arrived_;       // jobs for the host
-  engine::Mailbox<UniqueFunction<void()>> io_jobs_;       // jobs for the thread that does I/O
+  Mailbox<UniqueFunction<void()>> arrived_;       // jobs for the host
+  Mailbox<UniqueFunction<void()>> io_jobs_;       // jobs for the thread that does I/O
   std::deque<UniqueFunction<void()>> due_;                // taken, not yet run: the host's thread only
-  transport::EventWaker rest_;                            // where run() waits when there is nothing to do
+  EventWaker rest_;                            // where run() waits when there is nothing to do
   std::atomic<bool> stopping_{false}, finished_{false}, descriptor_is_used_{false};
   std::atomic<std::thread::id> serving_{};                // who is inside the transport
   std::mutex threads_mutex_;                              // guards io_ and runner_, not the joining

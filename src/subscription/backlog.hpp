@@ -11,46 +11,52 @@
 
 namespace lrt::subscription {
 
-/// One representation on its way to a subscriber.
+/// One representation to be sent to a subscriber.
 struct Item {
   std::shared_ptr<const std::string> body;
-  std::string tag;
+  std::string tag;  ///< its entity tag
 };
 
-/// What becomes of changes that a subscriber cannot take at once.
+/// How one subscriber gets its notifications.
 struct Policy {
-  std::size_t queue_length = 0;                    ///< 0: only that there is a newer one is remembered
-  std::chrono::milliseconds minimum_interval{0};   ///< between two notifications
+  std::size_t queue_length = 0;                   ///< 0: no queue, only the newest representation is sent
+  std::chrono::milliseconds minimum_interval{0};  ///< between two notifications
 
   bool queues() const noexcept { return queue_length > 0; }
 };
 
-/// What one subscriber has not been given yet. With a queue that is items, at most so many and so many bytes; without one it is a word,
-/// and the representation is made when the subscriber can take it.
+/// The changes that one subscriber has not been sent yet.
+///
+/// With a queue these are items, limited in number and in bytes. Without a queue it is one flag, and the representation is made when
+/// the subscriber can take it.
 class Backlog {
  public:
   using Instant = std::chrono::steady_clock::time_point;
-  /// @param most_bytes  of the items here; `most_of_all`: of those of all backlogs, which `bytes_of_all` counts
-  Backlog(Policy policy, std::size_t most_bytes, std::size_t most_of_all, std::size_t& bytes_of_all)
-      : policy_(policy), most_bytes_(most_bytes), most_of_all_(most_of_all), bytes_of_all_(bytes_of_all) {}
-  ~Backlog() { bytes_of_all_ -= bytes_; }
+  /// @param max_bytes        limit of the items in this backlog
+  /// @param max_total_bytes  limit of the items in all backlogs
+  /// @param total_bytes      counts the items in all backlogs; must outlive this backlog
+  Backlog(Policy policy, std::size_t max_bytes, std::size_t max_total_bytes, std::size_t& total_bytes)
+      : policy_(policy), max_bytes_(max_bytes), max_total_bytes_(max_total_bytes), total_bytes_(total_bytes) {}
+  ~Backlog() { total_bytes_ -= bytes_; }
   Backlog(const Backlog&) = delete;
   Backlog& operator=(const Backlog&) = delete;
 
   const Policy& policy() const noexcept { return policy_; }
-  bool empty() const noexcept { return !noted_ && items_.empty(); }
+  bool empty() const noexcept { return !pending_ && items_.empty(); }
   std::uint64_t dropped() const noexcept { return dropped_; }
   void count_dropped(std::uint64_t n) noexcept { dropped_ += n; }
 
-  /// There is a newer representation than the one that was given last.
-  void note() noexcept {
-    if (noted_) ++dropped_;
-    noted_ = true;
+  /// Sets the flag: the representation has changed. If the flag is set already, one change counts as dropped.
+  void mark_changed() noexcept {
+    if (pending_) ++dropped_;
+    pending_ = true;
   }
-  /// The same, when nothing is known to have been missed.
-  void note_again() noexcept { noted_ = true; }
-  bool take_note() noexcept { return std::exchange(noted_, false); }
+  /// Sets the flag and counts nothing as dropped.
+  void mark_pending() noexcept { pending_ = true; }
+  /// Clears the flag and returns its old value.
+  bool take_pending() noexcept { return std::exchange(pending_, false); }
 
+  /// Appends an item. Then drops the oldest items until all limits hold; the newest item is always kept.
   void push(Item item) {
     count(item);
     items_.push_back(std::move(item));
@@ -59,54 +65,56 @@ class Backlog {
       ++dropped_;
     }
   }
-  /// The last one before the end: there is room for it whatever the policy.
+  /// Appends the last item before the subscription ends. No limit applies to it.
   void push_last(Item item) {
     count(item);
     items_.push_back(std::move(item));
   }
-  /// What was taken and not delivered. It is the oldest, and goes first if there is no room.
+  /// Returns an item that was taken and could not be delivered. It is the oldest one, so it is dropped if the limits do not allow it.
   void put_back(Item item) {
-    if (items_.size() >= policy_.queue_length || (!items_.empty() && bytes_ + item.body->size() > most_bytes_)) {
+    if (items_.size() >= policy_.queue_length || (!items_.empty() && bytes_ + item.body->size() > max_bytes_)) {
       ++dropped_;
       return;
     }
     count(item);
     items_.push_front(std::move(item));
   }
+  /// Takes the oldest item.
   std::optional<Item> take_item() {
     if (items_.empty()) return std::nullopt;
     Item first = items_.front();
     drop_first();
     return first;
   }
-  /// The last of those that wait; nullptr: none does.
+  /// The newest item; nullptr: the queue is empty.
   const Item* newest() const noexcept { return items_.empty() ? nullptr : &items_.back(); }
   void drop_items() noexcept {
     dropped_ += items_.size();
     while (!items_.empty()) drop_first();
   }
 
-  /// When the next notification may go.
+  /// The earliest time of the next notification.
   Instant due() const noexcept { return due_; }
-  void given(Instant now) noexcept { due_ = now + policy_.minimum_interval; }
-  void not_before(Instant time) noexcept { due_ = time; }
+  /// A notification was sent at `now`: the next one waits for the minimum interval.
+  void sent(Instant now) noexcept { due_ = now + policy_.minimum_interval; }
+  void set_due(Instant time) noexcept { due_ = time; }
 
  private:
-  bool is_full() const noexcept { return bytes_ > most_bytes_ || bytes_of_all_ > most_of_all_; }
+  bool is_full() const noexcept { return bytes_ > max_bytes_ || total_bytes_ > max_total_bytes_; }
   void count(const Item& item) noexcept {
     bytes_ += item.body->size();
-    bytes_of_all_ += item.body->size();
+    total_bytes_ += item.body->size();
   }
   void drop_first() noexcept {
     bytes_ -= items_.front().body->size();
-    bytes_of_all_ -= items_.front().body->size();
+    total_bytes_ -= items_.front().body->size();
     items_.pop_front();
   }
 
   const Policy policy_;
-  const std::size_t most_bytes_, most_of_all_;
-  std::size_t& bytes_of_all_;
-  bool noted_ = false;
+  const std::size_t max_bytes_, max_total_bytes_;
+  std::size_t& total_bytes_;
+  bool pending_ = false;
   std::deque<Item> items_;
   std::size_t bytes_ = 0;
   std::uint64_t dropped_ = 0;

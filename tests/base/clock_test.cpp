@@ -19,7 +19,7 @@ TEST_CASE("xsd:dateTime is in UTC with microseconds, before 1970 too", "[base]")
   CHECK(at(-1) == "1969-12-31T23:59:59.999999Z");
   CHECK(at(-86400 * second) == "1969-12-31T00:00:00.000000Z");
   CHECK(at(-2203891200 * second) == "1900-03-01T00:00:00.000000Z");
-  CHECK(at(-2203891200 * second - 1) == "1900-02-28T23:59:59.999999Z");  // 1900 was no leap year
+  CHECK(at(-2203891200 * second - 1) == "1900-02-28T23:59:59.999999Z");  // 1900 was not a leap year
   CHECK(at(951782400 * second) == "2000-02-29T00:00:00.000000Z");
   CHECK(at(4107542399 * second) == "2100-02-28T23:59:59.000000Z");
   CHECK(at(4107542400 * second) == "2100-03-01T00:00:00.000000Z");

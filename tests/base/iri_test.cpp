@@ -58,7 +58,7 @@ const Resolution rfc3986[] = {
 
 }  // namespace
 
-TEST_CASE("references resolve as the examples of RFC 3986 5.4 say", "[base]") {
+TEST_CASE("references resolve as in the examples of RFC 3986 5.4", "[base]") {
   for (const auto& [reference, expected] : rfc3986) {
     CAPTURE(reference);
     const auto result = iri::resolve("http://a/b/c/d;p?q", reference);
@@ -98,7 +98,7 @@ TEST_CASE("references resolve against bases of other shapes", "[base]") {
   }
 }
 
-TEST_CASE("resolve refuses what is no IRI and tells the offset", "[base]") {
+TEST_CASE("resolve refuses an invalid IRI and gives the offset", "[base]") {
   CHECK(iri::resolve("/no/scheme", "x").error().code == Errc::expected_iri);
   CHECK(iri::resolve("http://a/ b", "x").error().offset == std::size_t{9});
   const auto result = iri::resolve("http://a/", "x<y");
@@ -109,7 +109,7 @@ TEST_CASE("resolve refuses what is no IRI and tells the offset", "[base]") {
   CHECK(iri::resolve("http://a/", "1a:b").error().offset == std::size_t{2});
 }
 
-TEST_CASE("split finds the five parts and tells absent from empty", "[base]") {
+TEST_CASE("split finds the five parts and distinguishes absent from empty parts", "[base]") {
   const iri::Parts parts = iri::split("http://u@h:1/p/q?a?b#c#");
   CHECK(parts.scheme == "http");
   CHECK(parts.authority == "u@h:1");
@@ -181,7 +181,7 @@ TEST_CASE("a reference may be relative but its first segment has no colon", "[ba
   }
 }
 
-TEST_CASE("a segment keeps unreserved characters, everything else returns by decoding", "[base]") {
+TEST_CASE("encode_segment keeps unreserved characters, and decode restores all others", "[base]") {
   CHECK(iri::encode_segment("right_s1") == "right_s1");
   CHECK(iri::encode_segment("a/b c?#%") == "a%2Fb%20c%3F%23%25");
   CHECK(iri::encode_segment("!$&'()*+,;=:@-._~") == "!$&'()*+,;=:@-._~");

@@ -18,7 +18,7 @@ TEST_CASE("a media type is lower-cased, its parameter values are unquoted and ke
   CHECK(MediaType::parse("a/b;x=\"\"")->parameter("x").empty());
 }
 
-TEST_CASE("what is no media type is refused with the offset of what does not fit", "[base]") {
+TEST_CASE("an invalid media type is refused with the offset of the first invalid byte", "[base]") {
   struct Case {
     const char* text;
     std::size_t offset;

@@ -14,7 +14,7 @@ Result<int> half(int n) {
 }
 }  // namespace
 
-TEST_CASE("a Result holds a value or the Error that says why not", "[base]") {
+TEST_CASE("a Result holds a value or an Error", "[base]") {
   CHECK(*half(4) == 2);
   CHECK(half(3).error().code == Errc::out_of_range);
   CHECK(half(3).error().message == "expected an even number, found 3");

@@ -43,8 +43,8 @@ int main(int argc, char** argv) {
 
   options.port = 0;
   options.limits.connections = 4096;
-  options.engine.subscriptions.most = 4096;
-  options.engine.subscriptions.tick = tick;
+  options.engine.subscriptions.max_subscriptions = 4096;
+  options.engine.subscriptions.always_scan = tick;
   auto server = lrt::Server::create(std::move(options));
   if (!server) return std::fprintf(stderr, "%s\n", server.error().message.c_str()), 1;
   lrt::Thing joint{"arm/joint"};

@@ -35,7 +35,7 @@ long resident() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  lrt::urdf::Options options;
+  lrt::urdf::ParseOptions options;
   options.arguments["namespace"] = "";
   for (int i = 1; i < argc; ++i) {
     std::vector<double> load;

@@ -199,7 +199,7 @@ std::vector<Exchange> every_answer() {
   }
   {
     engine::EngineOptions few;
-    few.subscriptions.most = 1;
+    few.subscriptions.max_subscriptions = 1;
     Robot full(few);
     all.push_back({"one subscription too many", 503, full.bench.turtle("POST", subscriptions, callback())});
   }

@@ -287,7 +287,7 @@ async def a_client_that_never_reads_costs_the_others_nothing(robot, demo):
         grown = demo.resident_kib() - before
         print(f"  {alone:.0f} messages/s alone, {together:.0f} beside those who do not read, who cost {grown} KiB")
         if not demo.is_sanitized():  # which keeps what is freed
-            assert grown < 20 * 512, f"{grown} KiB for twenty"  # queue_bytes is 256 KiB for each, and as much may be in the kernel's hands
+            assert grown < 20 * 512, f"{grown} KiB for twenty"  # max_queue_bytes is 256 KiB for each, and as much may be in the kernel's hands
         for s in deaf:
             s.close()
         await until_async(lambda: len(demo.members(S1)) == 1, "they are gone")

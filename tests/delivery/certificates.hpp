@@ -66,19 +66,19 @@ inline Certificate make_certificate(const CertificateText& text, const Certifica
 
 using TlsContext = std::unique_ptr<SSL_CTX, void (*)(SSL_CTX*)>;
 
-inline TlsContext tls_server(const Certificate& own, int most = 0) {
+inline TlsContext tls_server(const Certificate& own, int max_version = 0) {
   TlsContext context(SSL_CTX_new(TLS_server_method()), SSL_CTX_free);
   SSL_CTX_use_certificate(context.get(), own.certificate.get());
   SSL_CTX_use_PrivateKey(context.get(), own.key.get());
-  if (most != 0) {
+  if (max_version != 0) {
     SSL_CTX_set_security_level(context.get(), 0);
     SSL_CTX_set_min_proto_version(context.get(), TLS1_VERSION);
-    SSL_CTX_set_max_proto_version(context.get(), most);
+    SSL_CTX_set_max_proto_version(context.get(), max_version);
   }
   return context;
 }
 
-/// A file with certificates in PEM, for as long as it lives.
+/// A file with certificates in PEM. The destructor removes it.
 class PemFile {
  public:
   explicit PemFile(const Certificate& certificate) {

@@ -23,15 +23,15 @@ using namespace std::chrono_literals;
 using delivery::Deliverer;
 using subscription::CallbackOptions;
 using subscription::Channel;
-using subscription::Notice;
-using subscription::Receipt;
+using subscription::Notification;
+using subscription::DeliveryResult;
 
 namespace {
 
-constexpr auto patience = 60s;  // what never comes fails the test then
+constexpr auto max_wait = 60s;  // then the test fails
 
-Notice notice(std::string url, std::string body = "<a> <b> <c>.\n", bool failed_before = false) {
-  Notice result;
+Notification notification(std::string url, std::string body = "<a> <b> <c>.\n", bool failed_before = false) {
+  Notification result;
   result.url = std::move(url);
   result.fields.add("Content-Type", "text/turtle");
   result.body = std::make_shared<const std::string>(std::move(body));
@@ -39,13 +39,13 @@ Notice notice(std::string url, std::string body = "<a> <b> <c>.\n", bool failed_
   return result;
 }
 
-/// Notices by channel, and what became of them, in the order in which it was told.
-/// As if each channel had a receiver of its own.
+/// A receiver of its own for each channel.
 std::string alone(Channel channel) { return std::to_string(static_cast<std::uint64_t>(channel)); }
 
+/// Notifications by channel, and their results in the order of delivered().
 class TestSource final : public delivery::Source {
  public:
-  std::optional<Notice> next_notice(Channel channel) override {
+  std::optional<Notification> next_notification(Channel channel) override {
     const std::lock_guard lock(mutex_);
     ++asked_;
     note_if_late();
@@ -54,36 +54,36 @@ class TestSource final : public delivery::Source {
     if (line.empty()) return std::nullopt;
     if (!at_work_.insert(channel).second) twice_ = true;
     most_ = std::max(most_, at_work_.size());
-    Notice result = std::move(line.front());
+    Notification result = std::move(line.front());
     line.pop_front();
     return result;
   }
-  void delivered(Channel channel, Receipt receipt) noexcept override {
+  void delivered(Channel channel, DeliveryResult result) noexcept override {
     Deliverer* again = nullptr;
     {
       const std::lock_guard lock(mutex_);
       note_if_late();
       at_work_.erase(channel);
-      receipts_.emplace_back(channel, std::move(receipt));
+      results_.emplace_back(channel, std::move(result));
       if (!lines_[channel].empty()) again = deliverer;
       changed_.notify_all();
     }
     if (again != nullptr) again->notify(channel, alone(channel));
   }
 
-  void add(Channel channel, Notice n) {
+  void add(Channel channel, Notification n) {
     const std::lock_guard lock(mutex_);
     lines_[channel].push_back(std::move(n));
   }
-  std::vector<std::pair<Channel, Receipt>> wait_for(std::size_t n) {
+  std::vector<std::pair<Channel, DeliveryResult>> wait_for(std::size_t n) {
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, patience, [&] { return receipts_.size() >= n; });
-    return receipts_;
+    changed_.wait_for(lock, max_wait, [&] { return results_.size() >= n; });
+    return results_;
   }
   template <class Condition>
   bool wait_until(Condition condition) {
     std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, patience, [&] { return condition(receipts_); });
+    return changed_.wait_for(lock, max_wait, [&] { return condition(results_); });
   }
   std::size_t asked() const {
     const std::lock_guard lock(mutex_);
@@ -113,15 +113,15 @@ class TestSource final : public delivery::Source {
     const std::lock_guard lock(mutex_);
     return late_;
   }
-  Deliverer* deliverer = nullptr;  ///< names a channel anew when it has more
+  Deliverer* deliverer = nullptr;  ///< notified again when a channel has another notification
 
  private:
   void note_if_late() { late_ = late_ || stopped_; }
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::map<Channel, std::deque<Notice>> lines_;
-  std::vector<std::pair<Channel, Receipt>> receipts_;
+  std::map<Channel, std::deque<Notification>> lines_;
+  std::vector<std::pair<Channel, DeliveryResult>> results_;
   std::set<Channel> at_work_;
   std::size_t asked_ = 0, most_ = 0;
   bool throws_ = false, stopped_ = false, late_ = false, twice_ = false;
@@ -131,7 +131,7 @@ CallbackOptions loopback() {
   CallbackOptions options;
   options.allow = {"127.0.0.0/8", "::1"};
   options.connect_time = 20s;
-  options.answer_time = 40s;  // nothing here should last so long
+  options.response_time = 40s;  // longer than any exchange here
   return options;
 }
 
@@ -148,22 +148,22 @@ struct Rig {
     deliverer->stop();
     source.has_stopped();
   }
-  void post(Channel channel, Notice n) {
+  void post(Channel channel, Notification n) {
     source.add(channel, std::move(n));
     deliverer->notify(channel, alone(channel));
   }
-  Receipt deliver(Notice n) {
-    constexpr Channel channel{1'000'000};  // one subscription, so that its connection may be used again
+  DeliveryResult deliver(Notification n) {
+    constexpr Channel channel{1'000'000};  // one subscription: its connection is reused
     post(channel, std::move(n));
     ++delivered_;
-    Receipt result;
-    const bool came = source.wait_until([&](const auto& receipts) {
+    DeliveryResult result;
+    const bool came = source.wait_until([&](const auto& results) {
       std::size_t seen = 0;
-      for (const auto& r : receipts)
+      for (const auto& r : results)
         if (r.first == channel && ++seen == delivered_) result = r.second;
       return seen >= delivered_;
     });
-    if (!came) throw std::runtime_error("no receipt");
+    if (!came) throw std::runtime_error("no result");
     return result;
   }
 
@@ -185,7 +185,7 @@ std::size_t threads_of_this_process() {
 
 template <class Condition>
 bool comes_true(Condition condition) {
-  const auto until = std::chrono::steady_clock::now() + patience;
+  const auto until = std::chrono::steady_clock::now() + max_wait;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > until) return false;
     std::this_thread::sleep_for(1ms);
@@ -193,7 +193,7 @@ bool comes_true(Condition condition) {
   return true;
 }
 
-/// A resolver by which the names below "example" are there.
+/// A resolver that knows the names below "example".
 delivery::Resolve resolves_to(std::vector<std::string> addresses) {
   return [addresses](const std::string& host, std::uint16_t port) -> Result<std::vector<delivery::Address>> {
     if (host.find(".example") == std::string::npos) return delivery::resolve(host, port);
@@ -209,14 +209,14 @@ TEST_CASE("a notification is posted as it was given", "[delivery][R0.13]") {
   Recorder recorder(answer(200, "thank you"));
   const Receiver receiver(std::ref(recorder));
   Rig rig;
-  Notice n = notice(receiver.url("127.0.0.1", "/a%20b/c?d=%2F&e"), "body \x01 of bytes");
+  Notification n = notification(receiver.url("127.0.0.1", "/a%20b/c?d=%2F&e"), "body \x01 of bytes");
   n.fields.add("ETag", "\"x\"");
   n.fields.add("Link", "<http://localhost/arm>; rel=\"about\"");
   n.fields.add("Link", "<http://localhost/arm/subscriptions/1>; rel=\"via\"");
-  const Receipt receipt = rig.deliver(std::move(n));
-  CHECK(receipt.status == 200);
-  CHECK(receipt.error.empty());
-  CHECK_FALSE(receipt.refused);
+  const DeliveryResult result = rig.deliver(std::move(n));
+  CHECK(result.status == 200);
+  CHECK(result.error.empty());
+  CHECK_FALSE(result.refused);
   REQUIRE(recorder.requests().size() == 1);
   const std::string request = recorder.requests()[0];
   INFO(request);
@@ -232,22 +232,22 @@ TEST_CASE("a notification is posted as it was given", "[delivery][R0.13]") {
   }
 }
 
-TEST_CASE("a secret signs the body and is nowhere to be read", "[delivery][R0.13]") {
+TEST_CASE("a secret signs the body and is not sent", "[delivery][R0.13]") {
   Recorder recorder;
   const Receiver receiver(std::ref(recorder));
   Rig rig;
-  Notice n = notice(receiver.url(), "what do ya want for nothing?");  // RFC 4231 4.3
+  Notification n = notification(receiver.url(), "what do ya want for nothing?");  // RFC 4231 4.3
   n.secret = "Jefe";
   CHECK(rig.deliver(std::move(n)).status == 204);
   CHECK(says(recorder.requests().at(0),
              "\r\nX-Hub-Signature: sha256=5bdcc146bf60754e6a042426089575c75a003f089d2739839dec58b964ec3843\r\n"));
   CHECK_FALSE(says(recorder.requests().at(0), "Jefe"));
-  n = notice("http://127.0.0.1:1/");
+  n = notification("http://127.0.0.1:1/");
   n.secret = "Jefe";
   CHECK_FALSE(says(rig.deliver(std::move(n)).error, "Jefe"));
 }
 
-TEST_CASE("an answer's status is told, whatever it is, and a redirect is not followed", "[delivery][R0.13][R0.16]") {
+TEST_CASE("the status of every response is reported, and a redirect is not followed", "[delivery][R0.13][R0.16]") {
   Recorder elsewhere;
   const Receiver target(std::ref(elsewhere));
   Rig rig;
@@ -255,15 +255,15 @@ TEST_CASE("an answer's status is told, whatever it is, and a redirect is not fol
     INFO(status);
     Recorder recorder(answer(status, status == 204 ? "" : "words", "Location: " + target.url() + "\r\nWWW-Authenticate: Digest realm=\"a\"\r\n"));
     const Receiver receiver(std::ref(recorder));
-    const Receipt receipt = rig.deliver(notice(receiver.url()));
-    CHECK(receipt.status == status);
-    CHECK(receipt.error.empty());
+    const DeliveryResult result = rig.deliver(notification(receiver.url()));
+    CHECK(result.status == status);
+    CHECK(result.error.empty());
     CHECK(recorder.requests().size() == 1);
   }
   CHECK(target.connections() == 0);
 }
 
-TEST_CASE("the ways to frame an answer", "[delivery]") {
+TEST_CASE("all framings of a response are read", "[delivery]") {
   struct Case {
     std::string name, bytes;
     bool keeps;
@@ -289,26 +289,26 @@ TEST_CASE("the ways to frame an answer", "[delivery]") {
       }
     });
     Rig rig;
-    CHECK(rig.deliver(notice(receiver.url())).status / 100 == 2);
-    CHECK(rig.deliver(notice(receiver.url())).status / 100 == 2);
+    CHECK(rig.deliver(notification(receiver.url())).status / 100 == 2);
+    CHECK(rig.deliver(notification(receiver.url())).status / 100 == 2);
     CHECK(receiver.connections() == (item.keeps ? 1 : 2));
   }
 }
 
-TEST_CASE("an answer whose end two readers could see at different places is none", "[delivery][security]") {
+TEST_CASE("a response with ambiguous framing is an error", "[delivery][security]") {
   for (const char* bytes : {"HTTP/1.1 200 OK\r\nContent-Length: 5\r\nContent-Length: 3\r\n\r\nhello",
                             "HTTP/1.1 200 OK\r\nContent-Length: 5\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n"}) {
     const Receiver receiver([&](Peer& peer) {
       while (!peer.read_request().empty()) peer.send(bytes);
     });
     Rig rig;
-    CHECK(rig.deliver(notice(receiver.url())).status == 0);
-    CHECK(rig.deliver(notice(receiver.url())).status == 0);
+    CHECK(rig.deliver(notification(receiver.url())).status == 0);
+    CHECK(rig.deliver(notification(receiver.url())).status == 0);
     CHECK(receiver.connections() == 2);
   }
 }
 
-TEST_CASE("what one subscription's receiver sends too much is no answer to another's notice", "[delivery][security]") {
+TEST_CASE("surplus bytes of one subscription's receiver are not read as the response to another's notification", "[delivery][security]") {
   const Receiver receiver([&](Peer& peer) {
     std::string request = peer.read_request();
     const bool stray = request.find("POST /stray") == 0;
@@ -319,30 +319,30 @@ TEST_CASE("what one subscription's receiver sends too much is no answer to anoth
     }
   });
   Rig rig;
-  for (std::uint64_t i = 0; i < 50; ++i) rig.post(Channel{1 + i % 2}, notice(receiver.url() + (i % 2 == 0 ? "stray" : "good")));
-  for (const auto& [channel, receipt] : rig.source.wait_for(50)) {
-    if (channel == Channel{2}) CHECK(receipt.status == 200);
+  for (std::uint64_t i = 0; i < 50; ++i) rig.post(Channel{1 + i % 2}, notification(receiver.url() + (i % 2 == 0 ? "stray" : "good")));
+  for (const auto& [channel, result] : rig.source.wait_for(50)) {
+    if (channel == Channel{2}) CHECK(result.status == 200);
   }
 }
 
-TEST_CASE("an answer may be as long as stated, and no longer", "[delivery]") {
+TEST_CASE("a response may be as long as max_response_bytes and no longer", "[delivery]") {
   CallbackOptions options = loopback();
-  options.answer_bytes = 1000;
+  options.max_response_bytes = 1000;
   Rig rig(options);
   Recorder longest(answer(200, std::string(1000, 'x'))), too_long(answer(200, std::string(1001, 'x')));
   const Receiver first(std::ref(longest)), second(std::ref(too_long));
-  CHECK(rig.deliver(notice(first.url())).status == 200);
-  const Receipt receipt = rig.deliver(notice(second.url()));
-  CHECK(receipt.status == 0);
-  CHECK(says(receipt.error, "longer than 1000 bytes"));
+  CHECK(rig.deliver(notification(first.url())).status == 200);
+  const DeliveryResult result = rig.deliver(notification(second.url()));
+  CHECK(result.status == 0);
+  CHECK(says(result.error, "longer than 1000 bytes"));
 }
 
-TEST_CASE("many notices go one after the other, in order, over one connection", "[delivery][R0.13]") {
+TEST_CASE("many notifications are sent in order over one connection", "[delivery][R0.13]") {
   Recorder recorder;
   const Receiver receiver(std::ref(recorder));
   Rig rig;
   constexpr int count = 200;
-  for (int i = 0; i < count; ++i) rig.source.add(Channel{1}, notice(receiver.url(), "number " + std::to_string(i)));
+  for (int i = 0; i < count; ++i) rig.source.add(Channel{1}, notification(receiver.url(), "number " + std::to_string(i)));
   rig.deliverer->notify(Channel{1}, alone(Channel{1}));
   CHECK(rig.source.wait_for(count).size() == count);
   const auto requests = recorder.requests();
@@ -352,31 +352,31 @@ TEST_CASE("many notices go one after the other, in order, over one connection", 
   CHECK(rig.source.one_at_a_time());
 }
 
-TEST_CASE("a connection that the receiver has closed meanwhile is replaced", "[delivery]") {
+TEST_CASE("an idle connection that the receiver has closed is replaced", "[delivery]") {
   const Receiver receiver([&](Peer& peer) {
     peer.read_request();
     peer.send(answer(204));
   });
   Rig rig;
-  for (int i = 0; i < 5; ++i) CHECK(rig.deliver(notice(receiver.url())).status == 204);
+  for (int i = 0; i < 5; ++i) CHECK(rig.deliver(notification(receiver.url())).status == 204);
 }
 
-TEST_CASE("a kept connection that breaks without an answer is tried once more on another", "[delivery]") {
+TEST_CASE("if a reused connection closes without a response, the notification is sent once more on a new one", "[delivery]") {
   std::atomic<int> requests{0};
   const Receiver receiver([&](Peer& peer) {
     peer.read_request();
     ++requests;
     peer.send(answer(204));
-    if (!peer.read_request().empty()) ++requests;  // and gone, without a word
+    if (!peer.read_request().empty()) ++requests;  // closes without a response
   });
   Rig rig;
-  CHECK(rig.deliver(notice(receiver.url())).status == 204);
-  CHECK(rig.deliver(notice(receiver.url())).status == 204);
+  CHECK(rig.deliver(notification(receiver.url())).status == 204);
+  CHECK(rig.deliver(notification(receiver.url())).status == 204);
   CHECK(requests == 3);
   CHECK(receiver.connections() == 2);
 }
 
-TEST_CASE("half an answer on a kept connection, or none on a new one, is a failure and not repeated", "[delivery]") {
+TEST_CASE("an incomplete response on a reused connection, or none on a new one, is a failure and not retried", "[delivery]") {
   std::atomic<int> requests{0};
   const Receiver half([&](Peer& peer) {
     peer.read_request();
@@ -386,37 +386,37 @@ TEST_CASE("half an answer on a kept connection, or none on a new one, is a failu
     peer.send("HTTP/1.1 2");
   });
   Rig rig;
-  CHECK(rig.deliver(notice(half.url())).status == 204);
-  const Receipt cut = rig.deliver(notice(half.url()));
+  CHECK(rig.deliver(notification(half.url())).status == 204);
+  const DeliveryResult cut = rig.deliver(notification(half.url()));
   CHECK(cut.status == 0);
-  CHECK(says(cut.error, "in the middle"));
+  CHECK(says(cut.error, "before its response was complete"));
   CHECK(requests == 1);
   CHECK(half.connections() == 1);
 
   const Receiver none([&](Peer& peer) { peer.read_request(); });
-  const Receipt nothing = rig.deliver(notice(none.url()));
+  const DeliveryResult nothing = rig.deliver(notification(none.url()));
   CHECK(nothing.status == 0);
-  CHECK(says(nothing.error, "without an answer"));
+  CHECK(says(nothing.error, "without a response"));
   CHECK(none.connections() == 1);
 }
 
-TEST_CASE("a receiver that refuses connections is a failure with words", "[delivery]") {
+TEST_CASE("a refused connection is a failure with a message", "[delivery]") {
   std::string url;
   { url = Receiver([](Peer&) {}).url(); }
   Rig rig;
-  const Receipt receipt = rig.deliver(notice(url));
-  CHECK(receipt.status == 0);
-  CHECK_FALSE(receipt.refused);
-  CHECK(says(receipt.error, "127.0.0.1"));
-  CHECK(says(receipt.error, "refused"));
+  const DeliveryResult result = rig.deliver(notification(url));
+  CHECK(result.status == 0);
+  CHECK_FALSE(result.refused);
+  CHECK(says(result.error, "127.0.0.1"));
+  CHECK(says(result.error, "refused"));
 }
 
-TEST_CASE("hostile receivers are left, in time and without much being read", "[delivery][R0.16]") {
+TEST_CASE("hostile receivers are dropped in time and after few bytes", "[delivery][R0.16]") {
   struct Case {
     std::string name;
     Receiver::Serve serve;
     std::string error;
-    bool lasts = false;  ///< until its time is over
+    bool lasts = false;  ///< until it times out
   };
   const auto endless = [](std::string start, std::string rest) {
     return [start, rest](Peer& peer) {
@@ -444,51 +444,51 @@ TEST_CASE("hostile receivers are left, in time and without much being read", "[d
   const std::string ok = "HTTP/1.1 200 OK\r\n";
   const std::vector<Case> cases{
       {"never reads", [](Peer& peer) { peer.hang_deaf(); }, "in time", true},
-      {"never answers", [](Peer& peer) { peer.hang(); }, "did not answer in time", true},
-      {"drips its head", dripping("", ok + "X: y\r\n"), "complete in time", true},
-      {"drips a line", dripping(ok + "X: ", "yyyyyyyy"), "complete in time", true},
-      {"drips its body", dripping(ok + "Content-Length: 1000000\r\n\r\n", "x"), "complete in time", true},
-      {"drips chunks", dripping(ok + "Transfer-Encoding: chunked\r\n\r\n", "1\r\nx\r\n"), "complete in time", true},
-      {"drips until it closes", dripping(ok + "\r\n", "x"), "complete in time", true},
+      {"never responds", [](Peer& peer) { peer.hang(); }, "did not respond in time", true},
+      {"drips its header section", dripping("", ok + "X: y\r\n"), "timed out before it was complete", true},
+      {"drips a line", dripping(ok + "X: ", "yyyyyyyy"), "timed out before it was complete", true},
+      {"drips its body", dripping(ok + "Content-Length: 1000000\r\n\r\n", "x"), "timed out before it was complete", true},
+      {"drips chunks", dripping(ok + "Transfer-Encoding: chunked\r\n\r\n", "1\r\nx\r\n"), "timed out before it was complete", true},
+      {"drips until it closes", dripping(ok + "\r\n", "x"), "timed out before it was complete", true},
       {"body without end", endless(ok + "\r\n", "x"), "longer than 65536"},
       {"body too long", endless(ok + "Content-Length: 99999999999\r\n\r\n", "x"), "longer than 65536"},
       {"chunks without end", endless(ok + "Transfer-Encoding: chunked\r\n\r\n", "1\r\nx\r\n"), "longer than 65536"},
       {"a chunk's size without end", endless(ok + "Transfer-Encoding: chunked\r\n\r\n", "0"), "too long"},
-      {"fields without end", endless(ok, "X: y\r\n"), "head"},
-      {"a field without end", endless(ok + "X: ", "y"), "head"},
+      {"fields without end", endless(ok, "X: y\r\n"), "header section"},
+      {"a field without end", endless(ok + "X: ", "y"), "header section"},
       {"a status line without end", endless("HTTP/1.1 200 ", "y"), "status line"},
-      {"status lines without end", endless("", "HTTP/1.1 100 Continue\r\n\r\n"), "head"},
+      {"status lines without end", endless("", "HTTP/1.1 100 Continue\r\n\r\n"), "header section"},
       {"a long status line after an interim one", endless("HTTP/1.1 100 Continue\r\n\r\nHTTP/1.1 200 ", "y"), "status line"},
-      {"noise without end", endless("", "y"), "head"},
+      {"noise without end", endless("", "y"), "header section"},
       {"noise with lines", endless("", "y\r\n"), "not HTTP"},
-      {"zeros", endless(std::string(1, '\0'), std::string(1, '\0')), "head"},
-      {"closes at once", [](Peer&) {}, "hung up"},
-      {"closes in its head", saying(ok + "X: "), "in the middle"},
-      {"closes in its body", saying(ok + "Content-Length: 10\r\n\r\nhalf"), "in the middle"},
-      {"closes in a chunk", saying(ok + "Transfer-Encoding: chunked\r\n\r\n5\r\nhe"), "in the middle"},
+      {"zeros", endless(std::string(1, '\0'), std::string(1, '\0')), "header section"},
+      {"closes at once", [](Peer&) {}, "without a response"},
+      {"closes in its header section", saying(ok + "X: "), "before its response was complete"},
+      {"closes in its body", saying(ok + "Content-Length: 10\r\n\r\nhalf"), "before its response was complete"},
+      {"closes in a chunk", saying(ok + "Transfer-Encoding: chunked\r\n\r\n5\r\nhe"), "before its response was complete"},
       {"HTTP/2", saying("HTTP/2 200\r\n\r\n"), "not HTTP"},
-      {"SSH", saying("SSH-2.0-OpenSSH_9.2\r\n"), "hung up|not HTTP"},
+      {"SSH", saying("SSH-2.0-OpenSSH_9.2\r\n"), "closed the connection|not HTTP"},
       {"early hints only", saying("HTTP/1.1 103 Early Hints\r\n\r\n"), "103"},
       {"a status of two digits", saying("HTTP/1.1 20 OK\r\n\r\n"), "not HTTP"},
-      {"a bad chunk", saying(ok + "Transfer-Encoding: chunked\r\n\r\nzz\r\n"), "hung up|not HTTP"},
+      {"a bad chunk", saying(ok + "Transfer-Encoding: chunked\r\n\r\nzz\r\n"), "closed the connection|not HTTP"},
   };
   for (const Case& item : cases) {
     INFO(item.name);
     CallbackOptions options = loopback();
-    if (item.lasts) options.answer_time = 300ms;
+    if (item.lasts) options.response_time = 300ms;
     Rig rig(options);
     const Receiver receiver(item.serve);
-    const Receipt receipt = rig.deliver(notice(receiver.url(), std::string(item.name == "never reads" ? 20'000'000 : 100, 'b')));
-    INFO(receipt.error);
-    CHECK(receipt.status == 0);
-    CHECK_FALSE(receipt.refused);
+    const DeliveryResult result = rig.deliver(notification(receiver.url(), std::string(item.name == "never reads" ? 20'000'000 : 100, 'b')));
+    INFO(result.error);
+    CHECK(result.status == 0);
+    CHECK_FALSE(result.refused);
     const std::size_t bar = item.error.find('|');
-    CHECK((says(receipt.error, item.error.substr(0, bar)) || (bar != std::string::npos && says(receipt.error, item.error.substr(bar + 1)))));
+    CHECK((says(result.error, item.error.substr(0, bar)) || (bar != std::string::npos && says(result.error, item.error.substr(bar + 1)))));
   }
 }
 
-TEST_CASE("a receiver that does not take connections is left after connect_time", "[delivery]") {
-  // A listener whose queue is full answers no SYN.
+TEST_CASE("a receiver that does not accept connections is dropped after connect_time", "[delivery]") {
+  // A listener with a full queue does not respond to SYN.
   const int listener = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;
@@ -505,22 +505,22 @@ TEST_CASE("a receiver that does not take connections is left after connect_time"
   CallbackOptions options = loopback();
   options.connect_time = 100ms;
   Rig rig(options);
-  const Receipt receipt = rig.deliver(notice("http://127.0.0.1:" + std::to_string(ntohs(address.sin_port)) + "/"));
-  CHECK(receipt.status == 0);
-  CHECK(says(receipt.error, "no connection in time"));
+  const DeliveryResult result = rig.deliver(notification("http://127.0.0.1:" + std::to_string(ntohs(address.sin_port)) + "/"));
+  CHECK(result.status == 0);
+  CHECK(says(result.error, "timed out while connecting"));
   for (const int descriptor : fill) ::close(descriptor);
   ::close(listener);
 }
 
-TEST_CASE("localhost is resolved, and Host says what the URL said", "[delivery][R0.13]") {
+TEST_CASE("localhost is resolved, and Host is that of the URL", "[delivery][R0.13]") {
   Recorder recorder;
   const Receiver receiver(std::ref(recorder));
   Rig rig;
-  CHECK(rig.deliver(notice(receiver.url("LocalHost"))).status == 204);
+  CHECK(rig.deliver(notification(receiver.url("LocalHost"))).status == 204);
   CHECK(says(recorder.requests().at(0), "\r\nHost: localhost:" + std::to_string(receiver.port()) + "\r\n"));
 }
 
-TEST_CASE("an IPv6 address is connected to, and Host has its brackets", "[delivery][R0.13]") {
+TEST_CASE("an IPv6 address is connected to, and Host has the brackets", "[delivery][R0.13]") {
   Recorder recorder;
   std::unique_ptr<Receiver> receiver;
   try {
@@ -530,7 +530,7 @@ TEST_CASE("an IPv6 address is connected to, and Host has its brackets", "[delive
     return;
   }
   Rig rig;
-  CHECK(rig.deliver(notice(receiver->url("[::1]"))).status == 204);
+  CHECK(rig.deliver(notification(receiver->url("[::1]"))).status == 204);
   CHECK(says(recorder.requests().at(0), "\r\nHost: [::1]:" + std::to_string(receiver->port()) + "\r\n"));
 }
 
@@ -543,31 +543,31 @@ TEST_CASE("of a name's addresses only allowed ones are connected to", "[delivery
     options.allow = {"receiver.example", "127.0.0.1"};
     details.look_up = resolves_to({"169.254.169.254", "127.0.0.2", "::1", "127.0.0.1"});
     Rig rig(options, details);
-    CHECK(rig.deliver(notice(receiver.url("receiver.example"))).status == 204);
+    CHECK(rig.deliver(notification(receiver.url("receiver.example"))).status == 204);
     CHECK(says(recorder.requests().at(0), "\r\nHost: receiver.example:"));
   }
-  SECTION("the next, if nobody is there") {
+  SECTION("the next, if the first does not accept") {
     options.allow = {"receiver.example", "127.0.0.0/8"};
     details.look_up = resolves_to({"127.0.0.2", "127.0.0.1"});
     Rig rig(options, details);
-    CHECK(rig.deliver(notice(receiver.url("receiver.example"))).status == 204);
+    CHECK(rig.deliver(notification(receiver.url("receiver.example"))).status == 204);
   }
   SECTION("none") {
     options.allow = {"receiver.example"};
     details.look_up = resolves_to({"127.0.0.1", "::ffff:127.0.0.1"});
     Rig rig(options, details);
-    const Receipt receipt = rig.deliver(notice(receiver.url("receiver.example")));
-    CHECK(receipt.status == 0);
-    CHECK(receipt.refused);
-    CHECK(says(receipt.error, "127.0.0.1"));
+    const DeliveryResult result = rig.deliver(notification(receiver.url("receiver.example")));
+    CHECK(result.status == 0);
+    CHECK(result.refused);
+    CHECK(says(result.error, "127.0.0.1"));
     CHECK(receiver.connections() == 0);
   }
-  SECTION("a name that was taken off the list") {
+  SECTION("a name that was removed from the list") {
     options.allow = {"127.0.0.1"};
     details.look_up = resolves_to({"127.0.0.1"});
     Rig rig(options, details);
-    CHECK(rig.deliver(notice(receiver.url("receiver.example"))).refused);
-    CHECK(rig.deliver(notice("ftp://127.0.0.1/")).refused);
+    CHECK(rig.deliver(notification(receiver.url("receiver.example"))).refused);
+    CHECK(rig.deliver(notification("ftp://127.0.0.1/")).refused);
     CHECK(receiver.connections() == 0);
   }
   SECTION("no address at all") {
@@ -576,9 +576,9 @@ TEST_CASE("of a name's addresses only allowed ones are connected to", "[delivery
       return unexpected(Errc::io_error, "no address of \"receiver.example\": try again");
     };
     Rig rig(options, details);
-    const Receipt receipt = rig.deliver(notice(receiver.url("receiver.example")));
-    CHECK_FALSE(receipt.refused);
-    CHECK(says(receipt.error, "try again"));
+    const DeliveryResult result = rig.deliver(notification(receiver.url("receiver.example")));
+    CHECK_FALSE(result.refused);
+    CHECK(says(result.error, "try again"));
   }
   SECTION("a name is looked up for each connection") {
     options.allow = {"receiver.example", "127.0.0.1"};
@@ -591,8 +591,8 @@ TEST_CASE("of a name's addresses only allowed ones are connected to", "[delivery
       peer.send(answer(204, "", "Connection: close\r\n"));
     });
     Rig rig(options, details);
-    CHECK(rig.deliver(notice(closing.url("receiver.example"))).status == 204);
-    CHECK(rig.deliver(notice(closing.url("receiver.example"))).refused);  // rebound in between
+    CHECK(rig.deliver(notification(closing.url("receiver.example"))).status == 204);
+    CHECK(rig.deliver(notification(closing.url("receiver.example"))).refused);  // rebound in between
     CHECK(closing.connections() == 1);
   }
 }
@@ -615,7 +615,7 @@ struct Https {
 
 }  // namespace
 
-TEST_CASE("https takes a certificate for the host, from an authority that is trusted", "[delivery][R0.13][R0.16]") {
+TEST_CASE("https accepts a certificate for the host from a trusted authority", "[delivery][R0.13][R0.16]") {
   const Https https;
   const Certificate& authority = https.authority;
   const Certificate stranger = make_certificate({"Other authority", "", -3600, 3600, true});
@@ -648,12 +648,12 @@ TEST_CASE("https takes a certificate for the host, from an authority that is tru
     Recorder recorder;
     const Receiver receiver(std::ref(recorder), context.get());
     Rig rig(https.options, https.details);
-    const Receipt receipt = rig.deliver(notice(receiver.url(item.host)));
-    INFO(receipt.error);
-    CHECK(receipt.status == (item.error.empty() ? 204 : 0));
-    CHECK(says(receipt.error, item.error));
+    const DeliveryResult result = rig.deliver(notification(receiver.url(item.host)));
+    INFO(result.error);
+    CHECK(result.status == (item.error.empty() ? 204 : 0));
+    CHECK(says(result.error, item.error));
     if (item.error.empty()) {
-      CHECK(rig.deliver(notice(receiver.url(item.host), std::string(300'000, 'x'))).status == 204);
+      CHECK(rig.deliver(notification(receiver.url(item.host), std::string(300'000, 'x'))).status == 204);
       CHECK(receiver.connections() == 1);
       CHECK(says(recorder.requests().at(1), std::string(300'000, 'x')));
     } else {
@@ -668,11 +668,11 @@ TEST_CASE("https without ca_file trusts the system's authorities only", "[delive
   const TlsContext context = tls_server(make_certificate({"x", "DNS:localhost"}, &https.authority));
   const Receiver receiver(std::ref(https.recorder), context.get());
   Rig rig(https.options, https.details);
-  CHECK(says(rig.deliver(notice(receiver.url("localhost"))).error, "certificate is not accepted"));
+  CHECK(says(rig.deliver(notification(receiver.url("localhost"))).error, "certificate is not accepted"));
   CHECK(https.recorder.requests().empty());
 }
 
-TEST_CASE("SNI says a name, and never an address", "[delivery]") {
+TEST_CASE("SNI is a name and never an address", "[delivery]") {
   struct Names {
     std::mutex mutex;
     std::vector<std::string> list;
@@ -689,8 +689,8 @@ TEST_CASE("SNI says a name, and never an address", "[delivery]") {
   });
   const Receiver receiver(std::ref(https.recorder), context.get());
   Rig rig(https.options, https.details);
-  CHECK(rig.deliver(notice(receiver.url("receiver.example"))).status == 204);
-  CHECK(rig.deliver(notice(receiver.url("127.0.0.1"))).status == 204);
+  CHECK(rig.deliver(notification(receiver.url("receiver.example"))).status == 204);
+  CHECK(rig.deliver(notification(receiver.url("127.0.0.1"))).status == 204);
   const std::lock_guard lock(names.mutex);
   CHECK(names.list == std::vector<std::string>{"receiver.example", "(none)"});
 }
@@ -700,11 +700,11 @@ TEST_CASE("TLS 1.1 is too old", "[delivery]") {
   const TlsContext context = tls_server(make_certificate({"x", "DNS:localhost"}, &https.authority), TLS1_1_VERSION);
   const Receiver receiver(std::ref(https.recorder), context.get());
   Rig rig(https.options, https.details);
-  const Receipt receipt = rig.deliver(notice(receiver.url("localhost")));
-  INFO(receipt.error);
-  CHECK(receipt.status == 0);
-  CHECK(says(receipt.error, "TLS: "));
-  CHECK(says(receipt.error, "version"));
+  const DeliveryResult result = rig.deliver(notification(receiver.url("localhost")));
+  INFO(result.error);
+  CHECK(result.status == 0);
+  CHECK(says(result.error, "TLS: "));
+  CHECK(says(result.error, "version"));
 }
 
 TEST_CASE("receivers that fail in TLS", "[delivery][R0.16]") {
@@ -712,99 +712,99 @@ TEST_CASE("receivers that fail in TLS", "[delivery][R0.16]") {
   options.connect_time = 500ms;
   Rig rig(options);
   const auto tried = [&](const Receiver& receiver) {
-    const Receipt receipt = rig.deliver(notice("https://127.0.0.1:" + std::to_string(receiver.port()) + "/"));
-    CHECK(receipt.status == 0);
-    return receipt.error;
+    const DeliveryResult result = rig.deliver(notification("https://127.0.0.1:" + std::to_string(receiver.port()) + "/"));
+    CHECK(result.status == 0);
+    return result.error;
   };
-  CHECK(says(tried(Receiver([](Peer& peer) { peer.hang(); })), "in time"));
-  CHECK(says(tried(Receiver([](Peer& peer) { peer.drip(std::string("\x16\x03\x03\x3f\xff\x02\x00\x3f\xf0", 9) + std::string(10'000, 'x')); })), "in time"));
+  CHECK(says(tried(Receiver([](Peer& peer) { peer.hang(); })), "handshake timed out"));
+  CHECK(says(tried(Receiver([](Peer& peer) { peer.drip(std::string("\x16\x03\x03\x3f\xff\x02\x00\x3f\xf0", 9) + std::string(10'000, 'x')); })), "handshake timed out"));
   CHECK(says(tried(Receiver([](Peer&) {})), "TLS: "));
   CHECK(says(tried(Receiver([](Peer& peer) { peer.send("HTTP/1.1 400 Bad Request\r\n\r\n"); peer.hang(); })), "TLS: "));
 }
 
 TEST_CASE("a broken TLS connection raises no signal in this program", "[delivery]") {
-  // SIGPIPE has its default here, which ends the program.
+  // SIGPIPE has its default action here: it ends the program.
   Https https;
   const TlsContext context = tls_server(make_certificate({"x", "IP:127.0.0.1"}, &https.authority));
-  const Receiver receiver([](Peer& peer) {  // gone in the middle of a long request, with a reset
+  const Receiver receiver([](Peer& peer) {  // resets the connection in the middle of a long request
     const linger hard{1, 0};
     ::setsockopt(peer.descriptor(), SOL_SOCKET, SO_LINGER, &hard, sizeof hard);
   }, context.get());
   Rig rig(https.options);
   for (int i = 0; i < 5; ++i) {
-    const Receipt receipt = rig.deliver(notice(receiver.url(), std::string(16'000'000, 'x')));
-    CHECK(receipt.status == 0);
-    CHECK_FALSE(receipt.error.empty());
+    const DeliveryResult result = rig.deliver(notification(receiver.url(), std::string(16'000'000, 'x')));
+    CHECK(result.status == 0);
+    CHECK_FALSE(result.error.empty());
   }
 }
 
-TEST_CASE("receivers that failed before delay nobody else, however many hang", "[delivery][R0.16]") {
+TEST_CASE("hanging receivers that failed before do not delay others", "[delivery][R0.16]") {
   const Receiver hanging([](Peer& peer) { peer.hang(); });
   Recorder recorder;
   const Receiver good(std::ref(recorder));
   CallbackOptions options = loopback();
-  options.threads = 4;
-  options.answer_time = 10min;  // they hang for longer than anything here waits
+  options.max_threads = 4;
+  options.response_time = 10min;  // longer than the test waits
   Rig rig(options);
-  for (std::uint64_t i = 1; i <= 40; ++i) rig.post(Channel{i}, notice(hanging.url(), "x", true));
-  for (std::uint64_t i = 101; i <= 200; ++i) rig.post(Channel{i}, notice(good.url()));
+  for (std::uint64_t i = 1; i <= 40; ++i) rig.post(Channel{i}, notification(hanging.url(), "x", true));
+  for (std::uint64_t i = 101; i <= 200; ++i) rig.post(Channel{i}, notification(good.url()));
   CHECK(rig.source.wait_for(100).size() == 100);
   CHECK(recorder.requests().size() == 100);
   CHECK(comes_true([&] { return hanging.connections() == 2; }));  // half of four
 }
 
-TEST_CASE("a receiver that just failed waits in the line of those that failed, and is served there", "[delivery]") {
+TEST_CASE("a receiver that just failed is served from the queue of slow receivers", "[delivery]") {
   std::atomic<bool> works{false};
   const Receiver sick([&](Peer& peer) {
     while (!peer.read_request().empty()) peer.send(works ? answer(204) : answer(500));
   });
   const Receiver hanging([](Peer& peer) { peer.hang(); });
   CallbackOptions options = loopback();
-  options.threads = 2;
-  options.answer_time = 300ms;
+  options.max_threads = 2;
+  options.response_time = 300ms;
   Rig rig(options);
-  rig.post(Channel{1}, notice(sick.url()));
+  rig.post(Channel{1}, notification(sick.url()));
   CHECK(rig.source.wait_for(1).at(0).second.status == 500);
-  rig.post(Channel{2}, notice(hanging.url(), "x", true));
-  rig.post(Channel{3}, notice(hanging.url(), "x", true));
+  rig.post(Channel{2}, notification(hanging.url(), "x", true));
+  rig.post(Channel{3}, notification(hanging.url(), "x", true));
   works = true;
-  rig.post(Channel{1}, notice(sick.url()));
-  CHECK(rig.source.wait_until([](const auto& receipts) {
-    return std::any_of(receipts.begin(), receipts.end(), [](const auto& r) { return r.first == Channel{1} && r.second.status == 204; });
+  rig.post(Channel{1}, notification(sick.url()));
+  CHECK(rig.source.wait_until([](const auto& results) {
+    return std::any_of(results.begin(), results.end(), [](const auto& r) { return r.first == Channel{1} && r.second.status == 204; });
   }));
   CHECK(rig.source.wait_for(4).size() == 4);
 }
 
-TEST_CASE("one receiver that hangs, however many subscribe there, leaves threads for the others", "[delivery]") {
+TEST_CASE("one hanging receiver with many subscriptions leaves threads for others", "[delivery]") {
   const Receiver hanging([](Peer& peer) { peer.hang(); });
   Recorder recorder;
   const Receiver good(std::ref(recorder));
   CallbackOptions options = loopback();
-  options.threads = 8;
+  options.max_threads = 8;
   Rig rig(options);
   for (std::uint64_t i = 1; i <= 100; ++i) {
-    rig.source.add(Channel{i}, notice(hanging.url()));
+    rig.source.add(Channel{i}, notification(hanging.url()));
     rig.deliverer->notify(Channel{i}, "hanging");
   }
   REQUIRE(comes_true([&] { return hanging.connections() == 2; }));  // a quarter of eight
   for (std::uint64_t i = 101; i <= 150; ++i) {
-    rig.source.add(Channel{i}, notice(good.url()));
+    rig.source.add(Channel{i}, notification(good.url()));
     rig.deliverer->notify(Channel{i}, "good");
   }
   CHECK(rig.source.wait_for(50).size() == 50);
   CHECK(hanging.connections() == 2);
 }
 
-TEST_CASE("no more than the stated number of exchanges at once, and one for each channel", "[delivery]") {
+TEST_CASE("at most max_threads exchanges run at once, and one for each channel", "[delivery]") {
   Recorder recorder;
   const Receiver receiver(std::ref(recorder));
   CallbackOptions options = loopback();
-  options.threads = 3;
+  options.max_threads = 3;
   Rig rig(options);
   constexpr std::uint64_t channels = 30;
   constexpr int each = 10;
   for (std::uint64_t i = 1; i <= channels; ++i) {
-    for (int k = 0; k < each; ++k) rig.source.add(Channel{i}, notice(receiver.url()));
+    for (int k = 0; k < each; ++k) rig.source.add(Channel{i}, notification(receiver.url()));
   }
   std::vector<std::thread> hosts;
   for (int t = 0; t < 3; ++t) {
@@ -821,7 +821,7 @@ TEST_CASE("no more than the stated number of exchanges at once, and one for each
   CHECK(static_cast<std::uint64_t>(receiver.connections()) <= channels);  // one each
 }
 
-TEST_CASE("a channel that is notified while it is at work is asked again", "[delivery]") {
+TEST_CASE("a channel that is notified during its exchange is fetched again", "[delivery]") {
   std::promise<void> arrived, go;
   std::atomic<int> requests{0};
   const Receiver receiver([&](Peer& peer) {
@@ -835,15 +835,15 @@ TEST_CASE("a channel that is notified while it is at work is asked again", "[del
   });
   Rig rig;
   rig.source.deliverer = nullptr;
-  rig.post(Channel{1}, notice(receiver.url()));
-  REQUIRE(arrived.get_future().wait_for(patience) == std::future_status::ready);
-  rig.post(Channel{1}, notice(receiver.url()));
+  rig.post(Channel{1}, notification(receiver.url()));
+  REQUIRE(arrived.get_future().wait_for(max_wait) == std::future_status::ready);
+  rig.post(Channel{1}, notification(receiver.url()));
   go.set_value();
   CHECK(rig.source.wait_for(2).size() == 2);
   CHECK(rig.source.one_at_a_time());
 }
 
-TEST_CASE("threads come with work and go without, and connections go with them", "[delivery]") {
+TEST_CASE("threads start on demand and end when idle, and connections close with them", "[delivery]") {
   std::atomic<int> open{0};
   const Receiver receiver([&](Peer& peer) {
     ++open;
@@ -856,15 +856,15 @@ TEST_CASE("threads come with work and go without, and connections go with them",
   const std::size_t before = threads_of_this_process();
   Rig rig(loopback(), details);
   CHECK(threads_of_this_process() == before);
-  for (std::uint64_t i = 1; i <= 20; ++i) rig.post(Channel{i}, notice(receiver.url()));
+  for (std::uint64_t i = 1; i <= 20; ++i) rig.post(Channel{i}, notification(receiver.url()));
   CHECK(rig.source.wait_for(20).size() == 20);
   CHECK(comes_true([&] { return open == 0; }));
   // The receiver's own threads for its connections are finished, not joined: /proc does not list them.
   CHECK(comes_true([&] { return threads_of_this_process() <= before; }));
-  CHECK(rig.deliver(notice(receiver.url())).status == 204);
+  CHECK(rig.deliver(notification(receiver.url())).status == 204);
 }
 
-TEST_CASE("signals stay with the host's threads", "[delivery]") {
+TEST_CASE("signals are delivered to the host's threads only", "[delivery]") {
   sigset_t mine;
   ::pthread_sigmask(SIG_SETMASK, nullptr, &mine);
   std::atomic<bool> blocked{false};
@@ -878,14 +878,14 @@ TEST_CASE("signals stay with the host's threads", "[delivery]") {
   Recorder recorder;
   const Receiver receiver(std::ref(recorder));
   Rig rig(loopback(), details);
-  CHECK(rig.deliver(notice(receiver.url())).status == 204);
+  CHECK(rig.deliver(notification(receiver.url())).status == 204);
   CHECK(blocked);
   sigset_t after;
   ::pthread_sigmask(SIG_SETMASK, nullptr, &after);
   for (const int signal : {SIGPIPE, SIGTERM, SIGINT}) CHECK(sigismember(&mine, signal) == sigismember(&after, signal));
 }
 
-TEST_CASE("a source that throws or has nothing to say harms nobody", "[delivery]") {
+TEST_CASE("a source that throws or has no notification does no harm", "[delivery]") {
   Recorder recorder;
   const Receiver receiver(std::ref(recorder));
   Rig rig;
@@ -895,21 +895,21 @@ TEST_CASE("a source that throws or has nothing to say harms nobody", "[delivery]
   rig.deliverer->notify(Channel{2}, alone(Channel{2}));
   CHECK(comes_true([&] { return rig.source.asked() == 2; }));
   rig.source.throw_from_now_on(false);
-  CHECK(rig.deliver(notice(receiver.url())).status == 204);
-  rig.post(Channel{2}, notice(receiver.url()));
+  CHECK(rig.deliver(notification(receiver.url())).status == 204);
+  rig.post(Channel{2}, notification(receiver.url()));
   CHECK(rig.source.wait_for(2).size() == 2);
   const std::lock_guard lock(rig.mutex);
   REQUIRE(rig.log.size() == 1);
   CHECK(says(rig.log[0], "out of words"));
 }
 
-TEST_CASE("stop ends everything that hangs, and the source hears nothing more", "[delivery]") {
+TEST_CASE("stop ends everything that hangs, and the source is not called afterwards", "[delivery]") {
   const Receiver hanging([](Peer& peer) { peer.hang(); });
   CallbackOptions options = loopback();
-  options.answer_time = options.connect_time = 10min;
+  options.response_time = options.connect_time = 10min;
   SECTION("receivers") {
     Rig rig(options);
-    for (std::uint64_t i = 1; i <= 40; ++i) rig.post(Channel{i}, notice(hanging.url()));
+    for (std::uint64_t i = 1; i <= 40; ++i) rig.post(Channel{i}, notification(hanging.url()));
     REQUIRE(comes_true([&] { return hanging.connections() == 32; }));
     const auto start = std::chrono::steady_clock::now();
     rig.stop();
@@ -918,10 +918,10 @@ TEST_CASE("stop ends everything that hangs, and the source hears nothing more", 
     rig.deliverer->notify(Channel{99}, alone(Channel{99}));
     rig.stop();
     CHECK_FALSE(rig.source.called_after_stop());
-    CHECK(rig.source.wait_until([](const auto& receipts) { return receipts.empty(); }));
+    CHECK(rig.source.wait_until([](const auto& results) { return results.empty(); }));
   }
   SECTION("a resolver") {
-    // It comes back after the deliverer and the source are gone.
+    // It returns after the deliverer and the source are destroyed.
     auto release = std::make_shared<std::promise<void>>();
     auto inside = std::make_shared<std::atomic<int>>(0);
     auto back = std::make_shared<std::atomic<int>>(0);
@@ -934,7 +934,7 @@ TEST_CASE("stop ends everything that hangs, and the source hears nothing more", 
         return delivery::resolve(host, port);
       };
       Rig rig(options, details);
-      for (std::uint64_t i = 1; i <= 8; ++i) rig.post(Channel{i}, notice(hanging.url()));
+      for (std::uint64_t i = 1; i <= 8; ++i) rig.post(Channel{i}, notification(hanging.url()));
       REQUIRE(comes_true([&] { return *inside == 8; }));
       const auto start = std::chrono::steady_clock::now();
       rig.stop();
@@ -945,7 +945,7 @@ TEST_CASE("stop ends everything that hangs, and the source hears nothing more", 
     CHECK(*back == 0);
     release->set_value();
     CHECK(comes_true([&] { return *back == 8; }));
-    CHECK(comes_true([&] { return inside.use_count() == 1; }));  // the last of them let go of what they shared
+    CHECK(comes_true([&] { return inside.use_count() == 1; }));  // the last of them has released the shared state
     CHECK(hanging.connections() == 0);
   }
   SECTION("at any moment") {
@@ -953,7 +953,7 @@ TEST_CASE("stop ends everything that hangs, and the source hears nothing more", 
     const Receiver good(std::ref(recorder));
     for (int round = 0; round < 30; ++round) {
       Rig rig(options);
-      for (std::uint64_t i = 1; i <= 8; ++i) rig.post(Channel{i}, notice(i % 2 == 0 ? good.url() : hanging.url()));
+      for (std::uint64_t i = 1; i <= 8; ++i) rig.post(Channel{i}, notification(i % 2 == 0 ? good.url() : hanging.url()));
       for (int k = 0; k < round; ++k) std::this_thread::yield();
       std::thread host([&] {
         for (std::uint64_t i = 9; i <= 40; ++i) rig.deliverer->notify(Channel{i}, alone(Channel{i}));
@@ -965,12 +965,12 @@ TEST_CASE("stop ends everything that hangs, and the source hears nothing more", 
   }
 }
 
-TEST_CASE("options that cannot be are refused", "[delivery]") {
+TEST_CASE("invalid options are refused", "[delivery]") {
   TestSource source;
   CallbackOptions options = loopback();
   SECTION("a bad entry") { options.allow = {"127.1"}; }
-  SECTION("no threads") { options.threads = 0; }
-  SECTION("no time") { options.answer_time = 0ms; }
+  SECTION("no threads") { options.max_threads = 0; }
+  SECTION("no time") { options.response_time = 0ms; }
   SECTION("no such file of authorities") { options.ca_file = "/nonexistent/ca.pem"; }
   SECTION("a file of authorities without any") { options.ca_file = "/etc/hostname"; }
   const auto made = delivery::make_deliverer(source, options, nullptr);

@@ -38,7 +38,7 @@ class Peer {
   int descriptor() const noexcept { return descriptor_; }
   bool shake_hands() { return tls_ == nullptr || SSL_accept(tls_) == 1; }
 
-  /// Head and body of a request as they came; empty: the connection is over.
+  /// Header section and body of a request as received; empty: the connection is closed.
   std::string read_request() {
     while (true) {
       const std::size_t end = received_.find("\r\n\r\n");
@@ -63,7 +63,7 @@ class Peer {
     }
     return true;
   }
-  /// Byte by byte, one in twenty milliseconds, until the other end has gone.
+  /// Sends byte by byte, one in 20 ms, until the other side closes.
   void drip(std::string_view bytes) {
     for (std::size_t i = 0;; ++i) {
       pollfd item{descriptor_, POLLIN, 0};
@@ -71,11 +71,11 @@ class Peer {
       if (!send(bytes.substr(i % bytes.size(), 1))) return;
     }
   }
-  /// Until the other end has gone; what it sends is dropped.
+  /// Waits until the other side closes. Received bytes are dropped.
   void hang() {
     while (read_some()) received_.clear();
   }
-  /// Until the other end has gone, without reading what it sends.
+  /// Waits until the other side closes, without reading.
   void hang_deaf() {
     pollfd item{descriptor_, POLLRDHUP, 0};
     while (::poll(&item, 1, 60'000) == 0) {
@@ -106,7 +106,7 @@ class Receiver {
  public:
   using Serve = std::function<void(Peer&)>;
   explicit Receiver(Serve serve, SSL_CTX* tls = nullptr, int family = AF_INET) : serve_(std::move(serve)), tls_(tls) {
-    // The handshake and the end of a TLS connection may write to a peer that has gone.
+    // The TLS handshake and close may write to a closed connection.
     sigset_t pipe;
     ::sigemptyset(&pipe);
     ::sigaddset(&pipe, SIGPIPE);
@@ -125,9 +125,9 @@ class Receiver {
       throw std::runtime_error("cannot listen");
     }
     ::getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size);
-    port_ = ntohs(reinterpret_cast<sockaddr_in&>(address).sin_port);  // where sockaddr_in6 has it too
+    port_ = ntohs(reinterpret_cast<sockaddr_in&>(address).sin_port);  // at the same offset as in sockaddr_in6
     acceptor_ = std::thread([this, pipe] {
-      ::pthread_sigmask(SIG_BLOCK, &pipe, nullptr);  // only the receivers': lrt must do without
+      ::pthread_sigmask(SIG_BLOCK, &pipe, nullptr);  // in the receiver's threads only: lrt must not rely on it
       accept();
     });
   }
@@ -194,7 +194,7 @@ class Receiver {
   std::thread acceptor_;
 };
 
-/// Answers every request alike and keeps what came.
+/// Sends the same response to every request and records the requests.
 class Recorder {
  public:
   explicit Recorder(std::string text = answer(204)) : text_(std::move(text)) {}

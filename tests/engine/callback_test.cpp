@@ -8,7 +8,7 @@ using namespace lrt;
 using namespace lrt::test;
 using engine::Channel;
 using std::chrono::milliseconds;
-using subscription::Receipt;
+using subscription::DeliveryResult;
 
 namespace {
 
@@ -31,14 +31,14 @@ struct Arm {
   }
   std::vector<Channel> callbacks() {
     std::vector<Channel> channels;
-    for (const subscription::Due& due : bench.engine.take_callbacks()) {
+    for (const subscription::ReadyCallback& due : bench.engine.take_callbacks()) {
       CHECK(due.receiver == "http://127.0.0.1:9");
       channels.push_back(due.channel);
     }
     return channels;
   }
-  std::optional<subscription::Notice> notice(Channel c) { return bench.engine.next_notice(c, bench.clock.now()); }
-  void receipt(Channel c, Receipt r) { bench.engine.delivered(c, r, bench.clock.now()); }
+  std::optional<subscription::Notification> notice(Channel c) { return bench.engine.next_notification(c, bench.clock.now()); }
+  void receipt(Channel c, DeliveryResult r) { bench.engine.delivered(c, r, bench.clock.now()); }
   std::string describe(const std::string& id) { return bench.get("/arm/subscriptions/" + id).body; }
 
   SampleRobot robot;
@@ -178,7 +178,7 @@ TEST_CASE("after the stated failures a callback is suspended, then removed; an a
   options.subscriptions.callbacks.suspended_attempts = 2;
   Arm arm(options);
   REQUIRE(arm.bench.ask("GET /arm/angle?queueLength=5" + callback).status == 201);
-  const auto fail = [&](Receipt receipt) {
+  const auto fail = [&](DeliveryResult receipt) {
     for (int i = 0; i < 200; ++i) {
       const auto due = arm.due();
       if (!due.empty()) {
@@ -207,7 +207,7 @@ TEST_CASE("after the stated failures a callback is suspended, then removed; an a
 
 TEST_CASE("410 ends a callback, and so does a host whose addresses are not allowed", "[engine][R0.16][SPEC 3.6]") {
   Arm arm;
-  for (const Receipt& end : {Receipt{410}, Receipt{0, "receiver.example is 10.0.0.1", true}}) {
+  for (const DeliveryResult& end : {DeliveryResult{410}, DeliveryResult{0, "receiver.example is 10.0.0.1", true}}) {
     const Answer made = arm.bench.ask("GET /arm/angle" + callback);
     const Channel channel = arm.due().at(0);
     REQUIRE(arm.notice(channel));
@@ -279,7 +279,7 @@ TEST_CASE("a description that the shape refuses is answered 422 with the report 
 
 TEST_CASE("callbacks have a limit of their own", "[engine][limits]") {
   engine::EngineOptions options = allowing();
-  options.subscriptions.callbacks.most = 2;
+  options.subscriptions.callbacks.max_callbacks = 2;
   Arm arm(options);
   for (int i = 0; i < 2; ++i) CHECK(arm.bench.ask("GET /arm/angle" + callback).status == 201);
   CHECK(arm.bench.ask("GET /arm/angle" + callback).status == 503);
@@ -319,8 +319,8 @@ TEST_CASE("callbacks survive in what is saved: policy, secret, base and all", "[
   CHECK(again.get("/arm/subscriptions").linked("related").size() == 2);
   CHECK(again.get("/arm/subscriptions/i1").body == before);
   std::size_t seen = 0;
-  for (const subscription::Due& due : again.engine.take_callbacks()) {
-    const auto notice = again.engine.next_notice(due.channel, again.clock.now());
+  for (const subscription::ReadyCallback& due : again.engine.take_callbacks()) {
+    const auto notice = again.engine.next_notification(due.channel, again.clock.now());
     REQUIRE(notice);
     if (notice->secret.empty()) continue;
     ++seen;

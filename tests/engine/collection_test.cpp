@@ -119,7 +119,7 @@ TEST_CASE("a collection without lambdas is a container that is only read", "[eng
 TEST_CASE("a collection pages above 500 members", "[engine][R0.9]") {
   Bench bench;
   Thing thing{"arm"};
-  thing.collection<int>("c").on_create([](int) {}).most(2000);
+  thing.collection<int>("c").on_create([](int) {}).max_members(2000);
   bench.add(std::move(thing));
   for (int i = 0; i < 501; ++i) REQUIRE(bench.turtle("POST", "/arm/c", "<> vom:numericalValue 1 .").status == 201);
   const Answer first = bench.get("/arm/c"), second = bench.get("/arm/c?page=2");

@@ -164,7 +164,7 @@ TEST_CASE("with a queue a subscriber gets each change, up to its length; the old
 
 TEST_CASE("a queue is bounded in bytes too", "[engine][delivery]") {
   engine::EngineOptions options;
-  options.subscriptions.queue_bytes = 1000;
+  options.subscriptions.max_queue_bytes = 1000;
   Arm arm(options);
   const Channel channel = arm.bench.open("/arm/angle?queueLength=100");
   (void)arm.bench.messages(channel);
@@ -192,7 +192,7 @@ TEST_CASE("a request that finds news does not render for queues, a look does", "
 
 TEST_CASE("all queues together are bounded in bytes", "[engine][limits]") {
   engine::EngineOptions options;
-  options.subscriptions.all_queue_bytes = 4000;
+  options.subscriptions.max_total_queue_bytes = 4000;
   Arm arm(options);
   std::vector<Channel> channels;
   for (int i = 0; i < 5; ++i) channels.push_back(arm.bench.open("/arm/angle?queueLength=100"));
@@ -442,7 +442,7 @@ TEST_CASE("a thing that is removed while observed closes its sockets with 1001",
 
 TEST_CASE("there are as many subscriptions as the limit says; then 503 with Retry-After", "[engine][R0.6][limits]") {
   engine::EngineOptions options;
-  options.subscriptions.most = 3;
+  options.subscriptions.max_subscriptions = 3;
   Arm arm(options);
   std::vector<Channel> open;
   for (int i = 0; i < 3; ++i) open.push_back(arm.bench.open("/arm/angle"));
@@ -480,7 +480,7 @@ TEST_CASE("publish makes no system call while the engine looks by itself, and on
   CHECK(waker->count == 0);
 
   engine::EngineOptions options;
-  options.subscriptions.tick = true;
+  options.subscriptions.always_scan = true;
   Arm ticking(options);
   ticking.bench.engine.set_waker(waker);
   (void)ticking.bench.open("/arm/angle");

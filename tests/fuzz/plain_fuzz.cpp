@@ -39,7 +39,7 @@ struct traits<plain_fuzz::Mode> : Enumeration<plain_fuzz::Mode> {
 template <>
 struct traits<plain_fuzz::Step> : Record<plain_fuzz::Step> {
   static void describe(Record<plain_fuzz::Step>& r) {
-    r.field("x", &plain_fuzz::Step::x).not_finite_too();
+    r.field("x", &plain_fuzz::Step::x).allow_non_finite();
     r.field("mode", &plain_fuzz::Step::mode);
     r.field("label", &plain_fuzz::Step::label);
   }
@@ -73,7 +73,7 @@ struct Case {
 const std::vector<Case>& cases() {
   using std::chrono::nanoseconds;
   using std::chrono::system_clock;
-  const Facets any = Facets().not_finite_too(), degrees = Facets{lrt::unit::degree}.not_finite_too();
+  const Facets any = Facets().allow_non_finite(), degrees = Facets{lrt::unit::degree}.allow_non_finite();
   static const std::vector<Case> all = {
       {&traits<double>::type(), any},
       {&traits<float>::type(), degrees},

@@ -13,7 +13,7 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(bytes), size);
-  lrt::urdf::Options options;
+  lrt::urdf::ParseOptions options;
   options.arguments["p"] = "q";
   options.max_elements = 200;
   options.max_bytes = 20'000;

@@ -98,6 +98,6 @@ inline lrt::Thing lrt::test::SampleRobot::arm() {
   thing.collection<Pose>("waypoints")
       .on_create([this, guard](const Pose&) { return guard(); })
       .on_remove([guard](const std::string&) { return guard(); })
-      .most(3);
+      .max_members(3);
   return thing;
 }

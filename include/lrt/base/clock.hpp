@@ -5,23 +5,23 @@
 
 namespace lrt {
 
-/// One instant on both clocks: deadlines use the steady one, which never jumps; representations and Date use UTC.
+/// One instant on two clocks. Deadlines use the steady clock, which never jumps. Representations and Date use UTC.
 struct TimePoint {
   std::chrono::steady_clock::time_point steady{};
   std::chrono::system_clock::time_point utc{};
 };
 
-/// Where time comes from. Injected, so that tests move it by hand; nothing below `transport` asks the system.
+/// The source of time. It is injected, so tests can set it. Modules below `transport` do not read the system's clocks.
 /// @par Threads  now() is called from any thread, also concurrently, and must not throw.
 class Clock {
  public:
   virtual ~Clock() = default;
   virtual TimePoint now() const noexcept = 0;
-  /// The same instant's UTC half, where that is cheaper alone.
+  /// now().utc. An implementation may override it if UTC alone is cheaper to read.
   virtual std::chrono::system_clock::time_point utc() const noexcept { return now().utc; }
 };
 
-/// The system's clocks. Lives as long as the program.
+/// The system's clocks. The object exists until the program ends.
 const Clock& system_clock() noexcept;
 
 /// xsd:dateTime in UTC with microseconds, "2026-11-21T10:38:39.000125Z".

@@ -4,16 +4,16 @@
 
 namespace lrt {
 
-/// Where the last path segments of invocations, members and subscriptions come from.
+/// The source of ids: the last path segments of invocations, members and subscriptions.
 /// @par Threads  One thread at a time.
 class IdSource {
  public:
   virtual ~IdSource() = default;
-  /// A new id of unreserved URI characters, never given before by this source.
+  /// A new id of unreserved URI characters. A source never returns the same id twice.
   virtual std::string next() = 0;
 };
 
-/// Random UUIDs (RFC 9562 version 4) from the system's entropy: not to be guessed, not reused after a restart.
+/// Random UUIDs (RFC 9562 version 4) from the system's entropy: unpredictable, and unique across restarts.
 class RandomIds final : public IdSource {
  public:
   std::string next() override;

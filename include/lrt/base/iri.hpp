@@ -7,8 +7,8 @@
 
 namespace lrt {
 
-/// An IRI as a constant or argument: a view that marks its text as an IRI. Vocabulary terms are of this type; users write
-/// `Iri{"http://example.org/ns#colour"}`. The text must outlive the use.
+/// A view of a text that is an IRI, for constants and arguments: `Iri{"http://example.org/ns#colour"}`. Vocabulary terms have this type.
+/// The text must outlive the view.
 struct Iri {
   std::string_view text;
 
@@ -28,7 +28,7 @@ struct Parts {
   bool has_scheme = false, has_authority = false, has_query = false, has_fragment = false;
 };
 
-/// Splits without judging characters (RFC 3986 appendix B).
+/// Splits a reference and does not validate its characters (RFC 3986 appendix B).
 Parts split(std::string_view reference) noexcept;
 
 /// True if `text` has a scheme and only characters that RFC 3987 2.2 allows (UTF-8, no controls, no space, none of <>"{}|^`\,
@@ -39,13 +39,14 @@ bool is_absolute(std::string_view text) noexcept;
 bool is_reference(std::string_view text) noexcept;
 
 /// Resolves a reference against an absolute base (RFC 3986 5.2, strict).
-/// @par Errors  expected_iri, when either is none.
+/// @par Errors  expected_iri, if either is not valid
 Result<std::string> resolve(std::string_view base, std::string_view reference);
 
 /// Percent-encodes a name for use as one path segment: everything but RFC 3986 unreserved and "!$&'()*+,;=:@" as UTF-8 bytes.
 std::string encode_segment(std::string_view name);
 
-/// Decodes percent escapes. An incomplete or non-hex escape is Errc::expected_iri with its offset.
+/// Decodes percent escapes.
+/// @par Errors  expected_iri: an incomplete or non-hex escape, with its offset
 Result<std::string> decode(std::string_view text);
 
 }  // namespace iri

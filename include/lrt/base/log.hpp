@@ -7,7 +7,8 @@ namespace lrt {
 
 enum class LogLevel : unsigned char { debug, info, warning, error };
 
-/// Receives what lrt has to say; lrt itself never prints. Called from any of lrt's threads, one call at a time is not promised.
+/// Receives the log messages of lrt, which never prints.
+/// @par Threads  Called from any thread of lrt, also concurrently.
 using LogCallback = std::function<void(LogLevel, std::string_view)>;
 
 }  // namespace lrt

@@ -16,14 +16,14 @@ struct MediaType {
   std::string subtype;
   std::vector<std::pair<std::string, std::string>> parameters;
 
-  /// @par Errors  expected_media_type, with the offset of the first byte that does not fit.
+  /// @par Errors  expected_media_type, with the offset of the first invalid byte
   static Result<MediaType> parse(std::string_view text);
 
   /// "text/turtle", without parameters.
   std::string essence() const { return type + "/" + subtype; }
-  /// With its parameters, values quoted where they must be: parse() of it gives the same.
+  /// With its parameters; values are quoted where the grammar requires it. parse() of the result returns an equal MediaType.
   std::string to_string() const;
-  /// The value of a parameter, or an empty view.
+  /// The value of a parameter; empty: there is none.
   std::string_view parameter(std::string_view name) const noexcept;
 };
 

@@ -11,7 +11,7 @@
 
 namespace lrt {
 
-/// Thrown by Result::value() when there is none; carries the error.
+/// Thrown by Result::value() if there is no value. Holds the error.
 class BadResult : public std::runtime_error {
  public:
   explicit BadResult(Error error) : std::runtime_error(error.message), error_(std::move(error)) {}
@@ -21,18 +21,18 @@ class BadResult : public std::runtime_error {
   Error error_;
 };
 
-/// An Error on its way into a Result: `return lrt::unexpected(Errc::refused, "...")`.
+/// Converts to a Result without a value: `return lrt::unexpected(Errc::refused, "...")`.
 struct Unexpected {
   Error error;
 };
 inline Unexpected unexpected(Error error) { return Unexpected{std::move(error)}; }
 inline Unexpected unexpected(Errc code, std::string message) { return Unexpected{Error{code, std::move(message)}}; }
 
-/// What user code returns when the robot declines: its state or limits exclude what was asked for. A client sees 409 with the reason.
+/// For user code: the robot refuses, because its state or limits exclude the request. The client gets 409 with the reason.
 inline Unexpected refused(std::string reason) { return unexpected(Errc::refused, std::move(reason)); }
 
-/// A value or the Error that explains why there is none. The names are std::expected's; the definition is the same in
-/// every language mode, so that one build of the library serves hosts of any.
+/// A value, or the Error that explains why there is none. The names are those of std::expected. The definition is the same in every
+/// language mode, so hosts of any C++ standard link with one build of the library.
 template <class T>
 class [[nodiscard]] Result {
  public:
@@ -56,7 +56,7 @@ class [[nodiscard]] Result {
   T* operator->() noexcept { return assert(has_value()), std::get_if<0>(&state_); }
   const T* operator->() const noexcept { return assert(has_value()), std::get_if<0>(&state_); }
 
-  /// Throws BadResult when there is no value.
+  /// @throws BadResult  if there is no value
   T& value() & { return require(), *std::get_if<0>(&state_); }
   const T& value() const& { return require(), *std::get_if<0>(&state_); }
   T&& value() && { return require(), std::move(*std::get_if<0>(&state_)); }

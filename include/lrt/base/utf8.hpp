@@ -11,7 +11,7 @@ namespace lrt::utf8 {
 /// U+10FFFF), or nullopt when all is well.
 std::optional<std::size_t> find_invalid(std::string_view text) noexcept;
 
-/// Whether a character is not complete at the end of text that is well-formed up to there.
+/// Whether the text ends with an incomplete character. @pre the text is well-formed up to that character
 bool ends_within_character(std::string_view text) noexcept;
 
 /// Appends one code point. @pre it is a scalar value

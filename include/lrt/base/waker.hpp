@@ -2,11 +2,12 @@
 
 namespace lrt {
 
-/// Ends a wait somewhere else, such as a transport's poll(). Outlives what it wakes; then waking does nothing.
+/// Ends the wait of another thread, such as a transport's poll(). It may outlive the object that waits; then wake() has no effect.
 class Waker {
  public:
   virtual ~Waker() = default;
-  /// From any thread; no lock, no allocation, at most one system call.
+  /// @par Threads  Any.
+  /// @par Time     No lock, no allocation, at most one system call.
   virtual void wake() noexcept = 0;
 };
 

@@ -20,7 +20,7 @@
 #include <lrt/engine/page_source.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/rdf/codec.hpp>
-#include <lrt/subscription/notice.hpp>
+#include <lrt/subscription/notification.hpp>
 #include <lrt/subscription/options.hpp>
 #include <lrt/thing.hpp>
 
@@ -64,7 +64,7 @@ struct EngineOptions {
   Authorizer authorize;
   std::string challenge = "Bearer";                    ///< WWW-Authenticate of a 401
   Dispatch dispatch = Dispatch::in_poll;               ///< of things that do not say
-  subscription::Options subscriptions;                 ///< limits, delivery, callbacks
+  subscription::SubscriptionOptions subscriptions;                 ///< limits, delivery, callbacks
   const Clock* clock = nullptr;                        ///< nullptr: system_clock()
   std::shared_ptr<IdSource> ids;                       ///< nullptr: RandomIds
   LogCallback log;
@@ -119,10 +119,10 @@ class Engine final : public Handler {
   /// @par Errors  invalid_option
   Result<void> check() const;
   /// Callbacks that have something to post.
-  std::vector<subscription::Due> take_callbacks();
+  std::vector<subscription::ReadyCallback> take_callbacks();
   /// What to post now; nullopt: nothing. It is under way until delivered() says what became of it.
-  std::optional<subscription::Notice> next_notice(Channel channel, TimePoint now);
-  void delivered(Channel channel, const subscription::Receipt& receipt, TimePoint now);
+  std::optional<subscription::Notification> next_notification(Channel channel, TimePoint now);
+  void delivered(Channel channel, const subscription::DeliveryResult& result, TimePoint now);
   /// All callback subscriptions as Turtle, if there are others than at the last call. With their secrets.
   std::optional<std::string> take_saved();
   /// Restores what take_saved() gave before a restart. A subscription continues when its resource is registered. One whose receiver may

@@ -7,44 +7,44 @@
 
 namespace lrt::subscription {
 
-/// Web callbacks: who may be called and how patiently.
+/// Web callbacks: allowed receivers, limits, times and retries.
 struct CallbackOptions {
-  /// Receivers that may be called, see AllowedHosts. Empty: callbacks are refused with 403, and there is no thread for them.
+  /// Receivers that may be called, see AllowedHosts. Empty: requests for callbacks are answered 403, and no thread is started.
   std::vector<std::string> allow;
-  std::size_t most = 200;                        ///< callback subscriptions in all; more: 503
-  std::string secret;                            ///< signs notifications whose subscriber gave none; empty: those are not signed
-  std::chrono::milliseconds connect_time{2'000}; ///< to connect, TLS included
-  std::chrono::milliseconds answer_time{5'000};  ///< for the whole exchange
-  std::size_t answer_bytes = 64 * 1024;          ///< of a receiver's answer; more: a failure
-  std::size_t threads = 32;                      ///< at most, at work at once; they end when idle
-  std::string ca_file;                           ///< PEM of certificate authorities; empty: the system's
+  std::size_t max_callbacks = 200;                 ///< callback subscriptions of the server; beyond: 503
+  std::string secret;                              ///< signs notifications of subscriptions without a secret; empty: these are unsigned
+  std::chrono::milliseconds connect_time{2'000};   ///< for connecting, including the TLS handshake
+  std::chrono::milliseconds response_time{5'000};  ///< for the whole exchange
+  std::size_t max_response_bytes = 64 * 1024;      ///< of a receiver's response; a longer one counts as a failure
+  std::size_t max_threads = 32;                    ///< threads that deliver; idle ones end
+  std::string ca_file;                             ///< certificate authorities, PEM; empty: those of the system
 
-  // A notification that fails is tried again after first_pause, then twice that, ... up to longest_pause, each times 0.5 to 1.5 by chance.
-  // After `attempts` the subscription is suspended: only its present state is tried, every suspended_pause. After suspended_attempts of
-  // these it is removed. 410 removes it at once.
+  // A failed notification is retried after first_pause, then after twice that, and so on up to max_pause. Each pause is multiplied by a
+  // random factor of 0.5 to 1.5. After `attempts` failures the subscription is suspended: only the newest representation is sent, every
+  // suspended_pause. After suspended_attempts further failures it is removed. A response 410 removes it at once.
   unsigned attempts = 5;
   std::chrono::milliseconds first_pause{500};
-  std::chrono::milliseconds longest_pause{30'000};
+  std::chrono::milliseconds max_pause{30'000};
   std::chrono::milliseconds suspended_pause{60'000};
   unsigned suspended_attempts = 10;
 };
 
-/// Subscriptions: what may be asked for, and how news travels from the control loop.
-struct Options {
-  std::size_t most = 1'500;                      ///< subscriptions in all; more: 503. Fewer than connections, which requests need too
-  std::size_t longest_queue = 1'000;             ///< notifications a client may ask to be queued; more: 422, in a query 400
-  std::size_t queue = 64;                        ///< of actions and invocations, when the client does not say
-  std::size_t queue_bytes = 256 * 1024;          ///< of what is queued for one subscriber; older ones are dropped
-  std::size_t all_queue_bytes = 32 * 1024 * 1024;  ///< of all queues; beyond that one notification each
-  /// How often observed pulled properties are read that do not say themselves (Property::sample); 0: on changed() only.
+/// Subscriptions: limits, and how changes get from the control loop to the engine.
+struct SubscriptionOptions {
+  std::size_t max_subscriptions = 1'500;  ///< of the server; beyond: 503. Less than transport limits.connections, so that requests are served
+  std::size_t max_queue_length = 1'000;   ///< notifications that a client may request to be queued; beyond: 422, in a query 400
+  std::size_t default_queue_length = 64;  ///< for actions and invocations, if the client requests no length
+  std::size_t max_queue_bytes = 256 * 1024;               ///< queued for one subscriber; beyond: the oldest are dropped
+  std::size_t max_total_queue_bytes = 32 * 1024 * 1024;   ///< queued for all subscribers; beyond: each queue keeps one notification
+  /// Default of Property::sample: the period at which observed pulled properties are read. 0: only after Property::changed().
   std::chrono::milliseconds sample_period{100};
-  /// While observed properties are being published, the network side looks for news this often, and publish() makes no system call. Less
-  /// often when a look takes long: it has a fifth of the time at most.
-  std::chrono::microseconds push_period{500};
-  /// After so many looks without news it sleeps, and the next publish() of an observed property wakes it: one system call.
-  unsigned looks_before_sleep = 20;
-  /// Never sleeps while something is observed, so that publish() never makes a system call.
-  bool tick = false;
+  /// While observed properties are being published, the engine scans them for changes at this period, and publish() makes no system call. If
+  /// a scan takes long, the period is extended: scans take at most a fifth of the time.
+  std::chrono::microseconds scan_period{500};
+  /// After so many scans without a change the engine sleeps. The next publish() of an observed property wakes it with one system call.
+  unsigned idle_scans_before_sleep = 20;
+  /// The engine does not sleep while a resource is observed, so publish() never makes a system call.
+  bool always_scan = false;
   CallbackOptions callbacks;
 };
 

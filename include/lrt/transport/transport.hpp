@@ -24,7 +24,7 @@ struct Limits {
   /// With more, the one that has been idle longest (between requests or before the first byte of its first, with no input pending)
   /// is closed to make room. When none is idle the new one is answered with 503 and Retry-After and closed: 64 of these at a time
   /// with linger_time, the others at once, so that a client whose request comes later than that may see a reset instead.
-  /// WebSockets count, and are never closed to make room: subscription::Options::most leaves some to requests.
+  /// WebSockets count, and are never closed to make room: subscription::SubscriptionOptions::max_subscriptions leaves some to requests.
   std::size_t connections = 2048;
   /// From one address; more are answered with 503 and closed. Clients on this machine are not counted: a proxy has one address for all.
   std::size_t connections_per_address = 256;

@@ -15,7 +15,7 @@
 
 #include <lrt/subscription/allowed_hosts.hpp>
 
-#include "src/delivery/blocked_signals.hpp"
+#include "src/base/blocked_signals.hpp"
 #include "src/delivery/httplib/post.hpp"
 
 namespace lrt::delivery {
@@ -24,14 +24,14 @@ namespace {
 using std::chrono::steady_clock;
 using subscription::CallbackUrl;
 using subscription::Channel;
-using subscription::Notice;
-using subscription::Receipt;
+using subscription::DeliveryResult;
+using subscription::Notification;
 
-/// Connections that wait for their receiver's next notice. Not synchronised.
-class KeptWires {
+/// Open connections without an exchange, kept for the next notification of their receiver. Not synchronised.
+class IdleWires {
  public:
   std::unique_ptr<Wire> take(const std::string& receiver) {
-    const auto found = std::find_if(wires_.rbegin(), wires_.rend(), [&](const Kept& k) { return k.receiver == receiver; });
+    const auto found = std::find_if(wires_.rbegin(), wires_.rend(), [&](const Idle& k) { return k.receiver == receiver; });
     if (found == wires_.rend()) return nullptr;
     std::unique_ptr<Wire> wire = std::move(found->wire);
     wires_.erase(std::next(found).base());
@@ -40,10 +40,10 @@ class KeptWires {
   void put(std::string receiver, std::unique_ptr<Wire> wire) {
     wires_.push_back({std::move(receiver), std::move(wire), steady_clock::now()});
   }
-  /// Those that are too old or too many, for the caller to close without a lock.
-  std::vector<std::unique_ptr<Wire>> take_surplus(std::size_t most, Instant oldest) {
+  /// Removes the connections above `max` and those kept since before `oldest`. The caller closes them without holding a lock.
+  std::vector<std::unique_ptr<Wire>> take_surplus(std::size_t max, Instant oldest) {
     std::vector<std::unique_ptr<Wire>> result;
-    while (!wires_.empty() && (wires_.size() > most || wires_.front().since < oldest)) {
+    while (!wires_.empty() && (wires_.size() > max || wires_.front().since < oldest)) {
       result.push_back(std::move(wires_.front().wire));
       wires_.pop_front();
     }
@@ -52,99 +52,99 @@ class KeptWires {
   bool empty() const noexcept { return wires_.empty(); }
 
  private:
-  struct Kept {
+  struct Idle {
     std::string receiver;
     std::unique_ptr<Wire> wire;
     Instant since;
   };
-  std::deque<Kept> wires_;  // in the order of `since`
+  std::deque<Idle> wires_;  // in the order of `since`
 };
 
-/// All that the threads share. A thread that the resolver does not give back owns it too, and comes back to it after stop().
+/// The state that the worker threads share. A thread that is still in the resolver at stop() owns it too, and uses it afterwards.
 class Work : public std::enable_shared_from_this<Work> {
  public:
-  Work(Source& source, subscription::CallbackOptions options, subscription::AllowedHosts allowed, LogCallback log, Details details,
-       int ended)
+  Work(Source& source, subscription::CallbackOptions options, subscription::AllowedHosts allowed, LogCallback log,
+       Details details, int ended)
       : source_(&source),
         options_(std::move(options)),
         allowed_(std::move(allowed)),
         log_(std::move(log)),
         details_(std::move(details)),
-        slow_most_(share(2)),
-        ended_(ended) {}
-  ~Work() { ::close(ended_); }
+        max_slow_(share(2)),
+        stop_descriptor_(ended) {}
+  ~Work() { ::close(stop_descriptor_); }
   Work(const Work&) = delete;
   Work& operator=(const Work&) = delete;
 
-  void trust(std::shared_ptr<const Tls> tls) { tls_ = std::move(tls); }
+  void trust(std::shared_ptr<const ClientTls> tls) { tls_ = std::move(tls); }
   void notify(Channel channel, std::string_view receiver);
   void stop() noexcept;
 
  private:
-  struct Job {
+  struct Task {
     Channel channel{};
     std::string receiver{};
-    std::optional<Notice> notice{};  ///< asked for already, while there was no room among the slow
+    std::optional<Notification> notification{};  ///< fetched already, then deferred by the limits for slow receivers
   };
   struct Load {
-    std::size_t at_work = 0, slow_at_work = 0;  ///< slow ones are both
+    std::size_t at_work = 0, slow_at_work = 0;  ///< at_work includes slow_at_work
   };
   struct Progress {
-    bool asked = false;  ///< for its notice
-    bool again = false;  ///< notified after that
+    bool fetched = false;         ///< its notification has been fetched
+    bool notified_again = false;  ///< notify() was called after that
   };
   struct Worker {
     std::thread thread;
-    bool resolving = false;  ///< in the system's resolver, which nothing interrupts
-    bool over = false;       ///< has only its end before it
+    bool resolving = false;  ///< in the system's resolver, which cannot be interrupted
+    bool finished = false;   ///< the thread does not take the lock again
   };
   using Lock = std::unique_lock<std::mutex>;
 
-  // With the lock held
-  std::size_t share(std::size_t part) const noexcept { return std::max<std::size_t>(1, options_.threads / part); }
+  // These functions require the lock.
+  std::size_t share(std::size_t part) const noexcept { return std::max<std::size_t>(1, options_.max_threads / part); }
   void enqueue(Channel channel, std::string receiver);
-  /// The first of a line that may be served now.
-  std::deque<Job>::const_iterator next_of(const std::deque<Job>& line, bool slow) const;
+  /// The first task of a queue that the limits allow to start now.
+  std::deque<Task>::const_iterator next_of(const std::deque<Task>& queue, bool slow) const;
   bool is_servable() const { return next_of(fresh_, false) != fresh_.end() || next_of(slow_, true) != slow_.end(); }
-  std::optional<Job> next_job(bool& slow);
-  void begin(const Job& job, bool slow);
+  std::optional<Task> next_task(bool& slow);
+  void begin(const Task& task, bool slow);
   void end(const std::string& receiver, bool slow) noexcept;
-  void hire();
-  void remember(Channel channel, bool succeeded);
+  void start_worker();
+  void record_outcome(Channel channel, bool succeeded);
 
   void work(Worker& worker) noexcept;
-  /// With the lock, which it gives up meanwhile. `slow`: counted among those that failed before.
-  void serve(Lock& lock, Worker& worker, Job job, bool& slow);
-  std::optional<Notice> ask(Channel channel) noexcept;
-  Receipt deliver(Worker& worker, Channel channel, const Notice& notice);
+  /// Fetches and delivers one notification. Releases the lock meanwhile. `slow`: the task counts as slow (its last delivery failed).
+  void serve(Lock& lock, Worker& worker, Task task, bool& slow);
+  std::optional<Notification> fetch(Channel channel) noexcept;
+  DeliveryResult deliver(Worker& worker, Channel channel, const Notification& notification);
   Result<std::unique_ptr<Wire>> connect(Worker& worker, const CallbackUrl& url, Instant connect_until, bool& refused);
   Result<std::vector<Address>> look_up(Worker& worker, const CallbackUrl& url);
-  Result<std::shared_ptr<const Tls>> tls();
-  void say(LogLevel level, const std::string& text) noexcept;
+  Result<std::shared_ptr<const ClientTls>> tls();
+  void log(LogLevel level, const std::string& text) noexcept;
 
-  Source* const source_;  // not touched once stopping_ was seen
+  Source* const source_;  // not used once stopping_ is set
   const subscription::CallbackOptions options_;
   const subscription::AllowedHosts allowed_;
   LogCallback log_;
   const Details details_;
-  const std::size_t slow_most_;  ///< threads that receivers who failed before may have
-  const int ended_;              ///< readable once it stops: ends every wait at once
+  const std::size_t max_slow_;  ///< limit of threads for slow receivers
+  const int stop_descriptor_;   ///< readable after stop(): ends every wait at once
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Job> fresh_, slow_;
-  std::unordered_map<std::string, Load> loads_;     ///< of receivers with an exchange under way
-  std::unordered_map<Channel, Progress> channels_;  ///< that wait or are at work
-  std::unordered_set<Channel> failed_;              ///< the last notice failed; a memory only, so that it may forget
+  std::deque<Task> fresh_, slow_;                   ///< slow: the last delivery of the channel failed
+  std::unordered_map<std::string, Load> loads_;     ///< of receivers with a running exchange
+  std::unordered_map<Channel, Progress> channels_;  ///< that are queued or running
+  std::unordered_set<Channel> failed_;              ///< channels whose last delivery failed; may be incomplete
   std::list<Worker> workers_;
   std::size_t idle_ = 0;
-  std::size_t hired_ = 0;         ///< workers that are not over
+  std::size_t running_ = 0;  ///< workers that are not finished
   std::size_t slow_at_work_ = 0;
   bool slow_turn_ = false;
   bool stopping_ = false;
-  KeptWires kept_;
+  IdleWires idle_wires_;
   std::mutex tls_mutex_;
-  std::shared_ptr<const Tls> tls_;
+  std::shared_ptr<const ClientTls> tls_;
 };
 
 void Work::notify(Channel channel, std::string_view receiver) {
@@ -155,13 +155,13 @@ void Work::notify(Channel channel, std::string_view receiver) {
     if (stopping_) return;
     const auto [at, is_new] = channels_.try_emplace(channel);
     if (!is_new) {
-      if (at->second.asked) at->second.again = true;
+      if (at->second.fetched) at->second.notified_again = true;
       return;
     }
     enqueue(channel, std::string(receiver));
-    is_stuck = hired_ == 0;
+    is_stuck = running_ == 0;
     for (auto worker = workers_.begin(); worker != workers_.end();) {
-      if (worker->over) {
+      if (worker->finished) {
         gone.push_back(std::move(worker->thread));
         worker = workers_.erase(worker);
       } else {
@@ -169,29 +169,29 @@ void Work::notify(Channel channel, std::string_view receiver) {
       }
     }
   }
-  for (std::thread& thread : gone) thread.join();  // they have let go of the lock for the last time
-  if (is_stuck) say(LogLevel::error, "web callbacks: the system gives no thread for them; the next notification tries again");
+  for (std::thread& thread : gone) thread.join();  // they do not take the lock again
+  if (is_stuck) log(LogLevel::error, "web callbacks: cannot start a thread; the next notification tries again");
 }
 
 void Work::enqueue(Channel channel, std::string receiver) {
-  // Receivers that failed wait in a line of their own, and the source is asked only when there is room for one.
+  // Receivers that failed have a queue of their own. Their notification is fetched when it can be delivered.
   const bool slow = failed_.count(channel) != 0;
   (slow ? slow_ : fresh_).push_back({channel, std::move(receiver)});
-  if (idle_ == 0 && is_servable()) hire();
+  if (idle_ == 0 && is_servable()) start_worker();
   changed_.notify_one();
 }
 
-std::deque<Work::Job>::const_iterator Work::next_of(const std::deque<Job>& line, bool slow) const {
-  if (slow && slow_at_work_ >= slow_most_) return line.end();
-  return std::find_if(line.begin(), line.end(), [&](const Job& job) {
-    const auto load = loads_.find(job.receiver);
+std::deque<Work::Task>::const_iterator Work::next_of(const std::deque<Task>& queue, bool slow) const {
+  if (slow && slow_at_work_ >= max_slow_) return queue.end();
+  return std::find_if(queue.begin(), queue.end(), [&](const Task& task) {
+    const auto load = loads_.find(task.receiver);
     if (load == loads_.end()) return true;
     return load->second.at_work < share(4) && (!slow || load->second.slow_at_work < share(8));
   });
 }
 
-void Work::begin(const Job& job, bool slow) {
-  Load& load = loads_[job.receiver];
+void Work::begin(const Task& task, bool slow) {
+  Load& load = loads_[task.receiver];
   ++load.at_work;
   if (!slow) return;
   ++load.slow_at_work;
@@ -204,81 +204,82 @@ void Work::end(const std::string& receiver, bool slow) noexcept {
   if (--load->second.at_work == 0) loads_.erase(load);
 }
 
-void Work::hire() {
-  if (hired_ >= options_.threads) return;
+void Work::start_worker() {
+  if (running_ >= options_.max_threads) return;
   workers_.emplace_back();
   Worker& worker = workers_.back();
   try {
     const BlockedSignals blocked;
     worker.thread = std::thread([this, self = shared_from_this(), &worker] { work(worker); });
-    ++hired_;
-  } catch (...) {  // the system has no thread for us: those there are must do
+    ++running_;
+  } catch (...) {  // no thread is available: the running ones continue
     workers_.pop_back();
   }
 }
 
-std::optional<Work::Job> Work::next_job(bool& slow) {
+std::optional<Work::Task> Work::next_task(bool& slow) {
   const auto fresh_one = next_of(fresh_, false), slow_one = next_of(slow_, true);
   const bool slow_can = slow_one != slow_.end(), fresh_can = fresh_one != fresh_.end();
   if (!slow_can && !fresh_can) return std::nullopt;
-  slow = slow_can && (!fresh_can || slow_turn_);  // in turns: neither line can starve the other
+  slow = slow_can && (!fresh_can || slow_turn_);  // by turns: neither queue can starve the other
   slow_turn_ = !slow_turn_;
-  Job job = slow ? *slow_one : *fresh_one;
-  begin(job, slow);
+  Task task = slow ? *slow_one : *fresh_one;
+  begin(task, slow);
   if (slow) slow_.erase(slow_one);
   else fresh_.erase(fresh_one);
-  channels_[job.channel].asked = true;
+  channels_[task.channel].fetched = true;
   if (idle_ > 0 && is_servable()) changed_.notify_one();
-  else if (is_servable()) hire();
-  return job;
+  else if (is_servable()) start_worker();
+  return task;
 }
 
 void Work::work(Worker& worker) noexcept {
   Lock lock(mutex_);
   while (!stopping_) {
     bool slow = false;
-    if (std::optional<Job> job = next_job(slow)) {
-      const Channel channel = job->channel;
-      const std::string receiver = job->receiver;
+    if (std::optional<Task> task = next_task(slow)) {
+      const Channel channel = task->channel;
+      const std::string receiver = task->receiver;
       try {
-        serve(lock, worker, *std::move(job), slow);
-      } catch (...) {  // no memory for the lines: the channel starts anew with its next notification
+        serve(lock, worker, *std::move(task), slow);
+      } catch (...) {  // out of memory: the channel starts again with its next notification
         if (!lock.owns_lock()) lock.lock();
         channels_.erase(channel);
       }
       end(receiver, slow);
-      if (is_servable()) changed_.notify_one();  // there is room for the next
+      if (is_servable()) changed_.notify_one();  // the limits allow another task
       continue;
     }
     ++idle_;
     const bool called = changed_.wait_for(lock, details_.idle_time, [&] { return stopping_ || is_servable(); });
     --idle_;
     if (stopping_) break;
-    auto surplus = kept_.take_surplus(details_.kept, steady_clock::now() - details_.kept_time);
+    auto surplus = idle_wires_.take_surplus(details_.kept, steady_clock::now() - details_.kept_time);
     if (!surplus.empty()) {
       lock.unlock();
       for (const auto& wire : surplus) wire->end();
       surplus.clear();
       lock.lock();
     }
-    if (!called && !is_servable() && (hired_ > 1 || kept_.empty())) break;  // the last one stays for the connections
+    if (!called && !is_servable() && (running_ > 1 || idle_wires_.empty()))
+      break;  // the last worker stays, to close idle connections
   }
-  --hired_;
-  worker.over = true;
+  --running_;
+  worker.finished = true;
   changed_.notify_all();
 }
 
-void Work::serve(Lock& lock, Worker& worker, Job job, bool& slow) {
-  const Channel channel = job.channel;
+void Work::serve(Lock& lock, Worker& worker, Task task, bool& slow) {
+  const Channel channel = task.channel;
   lock.unlock();
-  std::optional<Notice> notice = job.notice ? std::move(job.notice) : ask(channel);
+  std::optional<Notification> notification = task.notification ? std::move(task.notification) : fetch(channel);
   lock.lock();
   if (stopping_) return;
-  if (notice) {
-    if (notice->failed_before && !slow) {  // found out late, after a restart for example
-      Load& load = loads_[job.receiver];
-      if (slow_at_work_ >= slow_most_ || load.slow_at_work >= share(8)) {
-        slow_.push_back({channel, std::move(job.receiver), std::move(notice)});
+  if (notification) {
+    if (notification->failed_before && !slow) {  // not in failed_, for example after a restart
+      Load& load = loads_[task.receiver];
+      if (slow_at_work_ >= max_slow_ || load.slow_at_work >= share(8)) {
+        slow_.push_back({channel, std::move(task.receiver), std::move(notification)});
         return;
       }
       ++load.slow_at_work;
@@ -286,65 +287,61 @@ void Work::serve(Lock& lock, Worker& worker, Job job, bool& slow) {
       slow = true;
     }
     lock.unlock();
-    Receipt receipt;
+    DeliveryResult result;
     try {
-      receipt = deliver(worker, channel, *notice);
-    } catch (const std::exception& e) {
-      receipt.error = e.what();
-    } catch (...) {
-      receipt.error = "an exception";
+      result = deliver(worker, channel, *notification);
+    } catch (const std::exception& e) { result.error = e.what(); } catch (...) {
+      result.error = "an exception was thrown";
     }
     lock.lock();
     if (stopping_) return;
-    remember(channel, receipt.status >= 200 && receipt.status < 300);
+    record_outcome(channel, result.status >= 200 && result.status < 300);
     lock.unlock();
-    source_->delivered(channel, std::move(receipt));
+    source_->delivered(channel, std::move(result));
     lock.lock();
     if (stopping_) return;
   } else {
     failed_.erase(channel);
   }
-  if (channels_[channel].again) {
+  if (channels_[channel].notified_again) {
     channels_[channel] = {};
-    enqueue(channel, std::move(job.receiver));
+    enqueue(channel, std::move(task.receiver));
   } else {
     channels_.erase(channel);
   }
 }
 
-void Work::remember(Channel channel, bool succeeded) {
-  constexpr std::size_t most = 4'096;  // channels that were removed leave theirs behind
-  if (failed_.size() >= most) failed_.clear();
+void Work::record_outcome(Channel channel, bool succeeded) {
+  constexpr std::size_t max_failed = 4'096;  // entries of removed channels are never erased
+  if (failed_.size() >= max_failed) failed_.clear();
   if (succeeded) failed_.erase(channel);
   else failed_.insert(channel);
 }
 
-std::optional<Notice> Work::ask(Channel channel) noexcept {
+std::optional<Notification> Work::fetch(Channel channel) noexcept {
   try {
-    return source_->next_notice(channel);
+    return source_->next_notification(channel);
   } catch (const std::exception& e) {
-    say(LogLevel::error, std::string("web callbacks: no notice: ") + e.what());
-  } catch (...) {
-    say(LogLevel::error, "web callbacks: no notice: an exception");
-  }
+    log(LogLevel::error, std::string("web callbacks: fetching a notification failed: ") + e.what());
+  } catch (...) { log(LogLevel::error, "web callbacks: fetching a notification failed: an exception was thrown"); }
   return std::nullopt;
 }
 
-Receipt Work::deliver(Worker& worker, Channel channel, const Notice& notice) {
-  const Result<CallbackUrl> url = subscription::parse_callback_url(notice.url);
+DeliveryResult Work::deliver(Worker& worker, Channel channel, const Notification& notification) {
+  const Result<CallbackUrl> url = subscription::parse_callback_url(notification.url);
   if (!url) return {0, url.error().message, true};
   if (!allowed_.names(url->host, url->port)) return {0, "\"" + url->host + "\" is not allowed", true};
 
   const Instant start = steady_clock::now();
-  const Patience patience{start + options_.answer_time, ended_};
-  const Instant connect_until = start + std::min(options_.connect_time, options_.answer_time);
-  // A connection serves one subscription: what one path of a receiver sends too much must not become the answer to another's notice.
+  const WaitLimit limit{start + options_.response_time, stop_descriptor_};
+  const Instant connect_until = start + std::min(options_.connect_time, options_.response_time);
+  // A connection serves one subscription. Otherwise surplus bytes from one path of a receiver could be read as the response of another path.
   const std::string receiver = (url->secure ? "s " : "p ") + url->host + " " + std::to_string(url->port) + " " +
                                std::to_string(static_cast<std::uint64_t>(channel));
   std::unique_ptr<Wire> wire;
   {
     const Lock lock(mutex_);
-    wire = kept_.take(receiver);
+    wire = idle_wires_.take(receiver);
   }
   if (wire && !wire->is_idle()) wire = nullptr;
   while (true) {
@@ -355,27 +352,27 @@ Receipt Work::deliver(Worker& worker, Channel channel, const Notice& notice) {
       if (!connected) return {0, connected.error().message, refused};
       wire = *std::move(connected);
     }
-    const Answer answer = post(*wire, *url, notice, options_.answer_bytes, patience);
-    // RFC 9112 9.3.1: a receiver may close a connection that it was keeping just when it is used again, and a POST must not be repeated if
-    // it may have been carried out. A notification says how things are and is repeated anyway when its answer is lost; so once more,
-    // on a connection of its own, if nothing at all came back.
-    if (answer.silent && !is_fresh) {
+    const PostResult result = post(*wire, *url, notification, options_.max_response_bytes, limit);
+    // RFC 9112 9.3.1: a receiver may close an idle connection at the moment when it is used again, and a POST must not be repeated
+    // automatically if the receiver may have acted on it. A notification is idempotent: it states the current representation. It is sent
+    // once more, on a new connection, if the receiver sent no byte.
+    if (result.silent && !is_fresh) {
       wire = nullptr;
       continue;
     }
-    if (answer.keep) {
+    if (result.keep) {
       std::vector<std::unique_ptr<Wire>> surplus;
       {
         const Lock lock(mutex_);
-        kept_.put(receiver, std::move(wire));
-        surplus = kept_.take_surplus(details_.kept, steady_clock::now() - details_.kept_time);
+        idle_wires_.put(receiver, std::move(wire));
+        surplus = idle_wires_.take_surplus(details_.kept, steady_clock::now() - details_.kept_time);
       }
       for (const auto& old : surplus) old->end();
-    } else if (answer.status != 0) {
+    } else if (result.status != 0) {
       wire->end();
     }
-    if (answer.status != 0) return {answer.status};
-    return {0, "\"" + url->host + "\": " + answer.error};
+    if (result.status != 0) return {result.status};
+    return {0, "\"" + url->host + "\": " + result.error};
   }
 }
 
@@ -385,12 +382,11 @@ Result<std::vector<Address>> Work::look_up(Worker& worker, const CallbackUrl& ur
     if (stopping_) return unexpected(Errc::cancelled, "the server stops");
     worker.resolving = true;
   }
-  // stop() does not wait for this: then this thread is on its own, with what it shares, and finds stopping_ set.
+  // stop() does not wait for the resolver. This thread may return from it after stop(); it then finds stopping_ set.
   Result<std::vector<Address>> found = unexpected(Errc::io_error, "no address of \"" + url.host + "\"");
   try {
     found = details_.look_up(url.host, url.port);
-  } catch (...) {
-  }
+  } catch (...) {}
   const Lock lock(mutex_);
   worker.resolving = false;
   if (stopping_) return unexpected(Errc::cancelled, "the server stops");
@@ -408,25 +404,27 @@ Result<std::unique_ptr<Wire>> Work::connect(Worker& worker, const CallbackUrl& u
     refused = true;
     std::string list;
     for (const Address& address : *found) list += (list.empty() ? "" : ", ") + address.text;
-    return unexpected(Errc::refused, "\"" + url.host + "\" is at " + list + ", where no callbacks are allowed to go");
+    return unexpected(Errc::refused,
+                      "\"" + url.host + "\" resolves to " + list + ", and callbacks to these addresses are not allowed");
   }
   std::string why;
   for (std::size_t i = 0; i < addresses.size(); ++i) {
     const Instant now = steady_clock::now();
-    // An address that does not answer leaves time for those after it.
-    const Patience patience{now + (connect_until - now) / static_cast<long>(addresses.size() - i), ended_};
+    // Each address gets an equal part of the remaining time.
+    const WaitLimit limit{now + (connect_until - now) / static_cast<long>(addresses.size() - i), stop_descriptor_};
     const std::string where = "\"" + url.host + "\" at " + addresses[i]->text + ": ";
-    Result<std::unique_ptr<Wire>> wire = Wire::open(*addresses[i], patience);
+    Result<std::unique_ptr<Wire>> wire = Wire::open(*addresses[i], limit);
     if (!wire) {
-      why = where + (wire.error().code == Errc::timed_out ? "no connection in time" : wire.error().message);
+      why = where + (wire.error().code == Errc::timed_out ? "timed out while connecting" : wire.error().message);
       continue;
     }
     if (url.secure) {
-      const Result<std::shared_ptr<const Tls>> trust = tls();
+      const Result<std::shared_ptr<const ClientTls>> trust = tls();
       if (!trust) return unexpected(trust.error());
-      if (Result<void> secured = (*wire)->secure(**trust, url.host, {connect_until, ended_}); !secured) {
+      if (Result<void> secured = (*wire)->secure(**trust, url.host, {connect_until, stop_descriptor_}); !secured) {
         const Error& error = secured.error();
-        return unexpected(error.code, where + "TLS: " + (error.code == Errc::timed_out ? "not agreed upon in time" : error.message));
+        return unexpected(error.code,
+                          where + "TLS: " + (error.code == Errc::timed_out ? "the handshake timed out" : error.message));
       }
     }
     return wire;
@@ -434,22 +432,21 @@ Result<std::unique_ptr<Wire>> Work::connect(Worker& worker, const CallbackUrl& u
   return unexpected(Errc::io_error, why);
 }
 
-/// The system's authorities are read when the first https receiver is to be called.
-Result<std::shared_ptr<const Tls>> Work::tls() {
+/// The system's certificate authorities are read at the first https delivery.
+Result<std::shared_ptr<const ClientTls>> Work::tls() {
   const Lock lock(tls_mutex_);
   if (!tls_) {
-    Result<std::shared_ptr<const Tls>> made = Tls::make(options_.ca_file);
+    Result<std::shared_ptr<const ClientTls>> made = ClientTls::make(options_.ca_file);
     if (!made) return made;
     tls_ = *std::move(made);
   }
   return tls_;
 }
 
-void Work::say(LogLevel level, const std::string& text) noexcept {
+void Work::log(LogLevel level, const std::string& text) noexcept {
   try {
     if (log_) log_(level, text);
-  } catch (...) {
-  }
+  } catch (...) {}
 }
 
 void Work::stop() noexcept {
@@ -459,24 +456,24 @@ void Work::stop() noexcept {
     if (stopping_) return;
     stopping_ = true;
     const std::uint64_t one = 1;
-    [[maybe_unused]] const auto written = ::write(ended_, &one, sizeof one);
+    [[maybe_unused]] const auto written = ::write(stop_descriptor_, &one, sizeof one);
     changed_.notify_all();
     changed_.wait(lock, [&] {
-      return std::all_of(workers_.begin(), workers_.end(), [](const Worker& w) { return w.over || w.resolving; });
+      return std::all_of(workers_.begin(), workers_.end(), [](const Worker& w) { return w.finished || w.resolving; });
     });
     for (Worker& worker : workers_) {
       if (worker.resolving) worker.thread.detach();
     }
-    // Those that resolve keep their places in workers_: they will say there that they are over.
+    // Workers in the resolver keep their entries in workers_: they set `finished` there.
     for (auto worker = workers_.begin(); worker != workers_.end();) {
       const auto next = std::next(worker);
-      if (worker->over) rest.splice(rest.end(), workers_, worker);
+      if (worker->finished) rest.splice(rest.end(), workers_, worker);
       worker = next;
     }
     log_ = nullptr;
     fresh_.clear();
     slow_.clear();
-    (void)kept_.take_surplus(0, steady_clock::now());
+    (void)idle_wires_.take_surplus(0, steady_clock::now());
   }
   for (Worker& worker : rest) worker.thread.join();
 }
@@ -497,28 +494,30 @@ class HttplibDeliverer final : public Deliverer {
 
 }  // namespace
 
-Result<std::unique_ptr<Deliverer>> make_httplib_deliverer(Source& source, const subscription::CallbackOptions& options, LogCallback log,
-                                                          Details details) {
+Result<std::unique_ptr<Deliverer>> make_httplib_deliverer(Source& source, const subscription::CallbackOptions& options,
+                                                          LogCallback log, Details details) {
   Result<subscription::AllowedHosts> allowed = subscription::AllowedHosts::parse(options.allow);
   if (!allowed) return unexpected(std::move(allowed).error());
-  if (options.threads == 0) return unexpected(Errc::invalid_option, "threads of callbacks: expected at least 1");
-  if (options.connect_time.count() <= 0 || options.answer_time.count() <= 0) {
-    return unexpected(Errc::invalid_option, "connect_time and answer_time of callbacks: expected more than 0");
+  if (options.max_threads == 0) return unexpected(Errc::invalid_option, "max_threads of callbacks: expected at least 1");
+  if (options.connect_time.count() <= 0 || options.response_time.count() <= 0) {
+    return unexpected(Errc::invalid_option, "connect_time and response_time of callbacks: expected more than 0");
   }
-  std::shared_ptr<const Tls> tls;
-  if (!options.ca_file.empty()) {  // told now, not when the first receiver is to be called
-    Result<std::shared_ptr<const Tls>> made = Tls::make(options.ca_file);
+  std::shared_ptr<const ClientTls> tls;
+  if (!options.ca_file.empty()) {  // an error is reported now instead of at the first delivery
+    Result<std::shared_ptr<const ClientTls>> made = ClientTls::make(options.ca_file);
     if (!made) return unexpected(std::move(made).error());
     tls = *std::move(made);
   }
   const int ended = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-  if (ended < 0) return unexpected(Errc::io_error, std::string("no event descriptor for callbacks: ") + std::strerror(errno));
+  if (ended < 0)
+    return unexpected(Errc::io_error, std::string("cannot create an event descriptor for callbacks: ") + std::strerror(errno));
   auto work = std::make_shared<Work>(source, options, *std::move(allowed), std::move(log), std::move(details), ended);
   work->trust(std::move(tls));
   return std::unique_ptr<Deliverer>(std::make_unique<HttplibDeliverer>(std::move(work)));
 }
 
-Result<std::unique_ptr<Deliverer>> make_deliverer(Source& source, const subscription::CallbackOptions& options, LogCallback log) {
+Result<std::unique_ptr<Deliverer>> make_deliverer(Source& source, const subscription::CallbackOptions& options,
+                                                  LogCallback log) {
   return make_httplib_deliverer(source, options, std::move(log), Details{});
 }
 

@@ -15,31 +15,33 @@
 namespace lrt::delivery {
 namespace {
 
-// What a receiver may send before it is taken for hostile. cpp-httplib itself has no bound for a line, for their number, or for what a
-// chunk's size line says, and matches the status line with std::regex, which recurses for each byte of it.
-constexpr std::size_t head_bytes = 16 * 1024;
-constexpr std::size_t status_line_bytes = 512;
+// Limits of a receiver's response. cpp-httplib does not limit the length of a line, the number of lines or the size of a chunk, and it
+// matches the status line with std::regex, which recurses for each byte.
+constexpr std::size_t max_header_bytes = 16 * 1024;
+constexpr std::size_t max_status_line_bytes = 512;
 
-/// What cpp-httplib writes to and reads from.
+/// A limited stream on a Wire, for cpp-httplib.
 class Bounded final : public httplib::Stream {
  public:
-  Bounded(Wire& wire, std::size_t body_bytes, Patience patience)
-      : wire_(wire), patience_(patience), most_(head_bytes + 4 * 1024 + 8 * body_bytes) {}  // a chunk of one byte takes six
+  Bounded(Wire& wire, std::size_t body_bytes, WaitLimit limit)
+      : wire_(wire),
+        limit_(limit),
+        max_bytes_(max_header_bytes + 4 * 1024 + 8 * body_bytes) {}  // a chunk of one byte takes 6 bytes
 
   bool is_readable() const override { return true; }
   bool is_writable() const override { return true; }
-  bool wait_readable() const { return true; }  // pure in later versions
+  bool wait_readable() const { return true; }  // pure virtual in later versions
   bool wait_writable() const { return true; }
   time_t duration() const { return 0; }
 
   ssize_t write(const char* bytes, std::size_t size) override {
-    out_.append(bytes, size);  // head and body leave together, as one segment where they fit
+    out_.append(bytes, size);  // the header section and the body are sent together
     return static_cast<ssize_t>(size);
   }
   ssize_t read(char* to, std::size_t size) override {
     if (at_ == filled_ && !refill()) return error_ ? -1 : 0;
     size = std::min(size, filled_ - at_);
-    if (!head_over_ && !look_at_head(buffer_.data() + at_, size)) return -1;
+    if (!header_section_ended_ && !check_header_section(buffer_.data() + at_, size)) return -1;
     std::copy_n(buffer_.data() + at_, size, to);
     at_ += size;
     return static_cast<ssize_t>(size);
@@ -48,9 +50,9 @@ class Bounded final : public httplib::Stream {
   void get_local_ip_and_port(std::string& /*ip*/, int& /*port*/) const override {}
   socket_t socket() const override { return INVALID_SOCKET; }
 
-  void head_is_over() noexcept { head_over_ = true; }
-  bool received_anything() const noexcept { return received_ > 0; }
-  /// Everything that came was part of the answer, and the connection is open.
+  void end_header_section() noexcept { header_section_ended_ = true; }
+  bool received_bytes() const noexcept { return received_ > 0; }
+  /// All received bytes belong to the response, and the connection is open.
   bool is_clean() const noexcept { return !error_ && !ended_ && at_ == filled_; }
   bool ended() const noexcept { return ended_; }
   const std::optional<Error>& error() const noexcept { return error_; }
@@ -58,13 +60,13 @@ class Bounded final : public httplib::Stream {
  private:
   bool refill() {
     if (!out_.empty()) {
-      Result<void> sent = wire_.write(out_, patience_);
+      Result<void> sent = wire_.write(out_, limit_);
       out_.clear();
-      // A receiver that answers without reading all of it, and hangs up: the answer may be there.
+      // A receiver may respond and close without reading the whole request. Its response may be readable.
       if (!sent && sent.error().code != Errc::closed) return fail(std::move(sent).error());
     }
-    if (received_ >= most_) return fail({Errc::limit_exceeded, "its answer is too long"});
-    Result<std::size_t> got = wire_.read(buffer_.data(), buffer_.size(), patience_);
+    if (received_ >= max_bytes_) return fail({Errc::limit_exceeded, "its response is too long"});
+    Result<std::size_t> got = wire_.read(buffer_.data(), buffer_.size(), limit_);
     if (!got) return fail(std::move(got).error());
     at_ = 0;
     filled_ = *got;
@@ -72,13 +74,15 @@ class Bounded final : public httplib::Stream {
     ended_ = *got == 0;
     return !ended_;
   }
-  bool look_at_head(const char* bytes, std::size_t size) {
+  bool check_header_section(const char* bytes, std::size_t size) {
     for (std::size_t i = 0; i < size; ++i) {
       const char c = bytes[i];
-      if (++head_ > head_bytes) return fail({Errc::limit_exceeded, "the head of its answer is longer than 16384 bytes"});
+      if (++header_bytes_ > max_header_bytes)
+        return fail({Errc::limit_exceeded, "the header section of its response is longer than 16384 bytes"});
       if (line_ < start.size()) is_status_line_ = (line_ == 0 || is_status_line_) && c == start[line_];
       line_ = c == '\n' ? 0 : line_ + 1;
-      if (is_status_line_ && line_ > status_line_bytes) return fail({Errc::limit_exceeded, "the status line of its answer is too long"});
+      if (is_status_line_ && line_ > max_status_line_bytes)
+        return fail({Errc::limit_exceeded, "the status line of its response is too long"});
     }
     return true;
   }
@@ -89,31 +93,31 @@ class Bounded final : public httplib::Stream {
 
   static constexpr std::string_view start = "HTTP/";
   Wire& wire_;
-  Patience patience_;
-  std::size_t most_;
+  WaitLimit limit_;
+  std::size_t max_bytes_;
   std::string out_;
   std::array<char, 4096> buffer_;
   std::size_t at_ = 0, filled_ = 0, received_ = 0;
-  std::size_t head_ = 0, line_ = 0;
+  std::size_t header_bytes_ = 0, line_ = 0;
   bool is_status_line_ = false;
-  bool head_over_ = false;
+  bool header_section_ended_ = false;
   bool ended_ = false;
   std::optional<Error> error_;
 };
 
-/// The part of cpp-httplib's client that turns a request into bytes and bytes into a response; its sockets are not used.
+/// The message codec of cpp-httplib's client: writes a request, reads a response. Its sockets are not used.
 class Messages final : public httplib::ClientImpl {
  public:
   explicit Messages(const subscription::CallbackUrl& url) : ClientImpl(url.host, url.port) {
     set_keep_alive(true);
     set_follow_location(false);
-    set_url_encode(false);  // the target is the URL's, byte by byte
+    set_url_encode(false);  // the target is sent as it stands in the URL
     set_decompress(false);
   }
   using ClientImpl::process_request;
 };
 
-bool says_close(const httplib::Response& response) {
+bool has_connection_close(const httplib::Response& response) {
   const auto range = response.headers.equal_range("Connection");
   for (auto it = range.first; it != range.second; ++it) {
     std::string_view list = it->second;
@@ -126,8 +130,8 @@ bool says_close(const httplib::Response& response) {
   return false;
 }
 
-/// RFC 9112 6.3: where two readers could see different ends of the answer, what follows it is nobody's answer.
-bool is_framed_twice(const httplib::Response& response) {
+/// RFC 9112 6.3: two readers could find different ends of this response.
+bool has_ambiguous_framing(const httplib::Response& response) {
   const auto lengths = response.headers.count("Content-Length"), codings = response.headers.count("Transfer-Encoding");
   return lengths + codings > 1;
 }
@@ -139,60 +143,64 @@ bool has_stray_body(const httplib::Response& response) {
 
 }  // namespace
 
-Answer post(Wire& wire, const subscription::CallbackUrl& url, const subscription::Notice& notice, std::size_t answer_bytes,
-            Patience patience) {
+PostResult post(Wire& wire, const subscription::CallbackUrl& url, const subscription::Notification& notification,
+                std::size_t max_response_bytes, WaitLimit limit) {
   httplib::Request request;
   request.method = "POST";
   request.path = url.target;
-  for (const http::Field& field : notice.fields.list()) request.headers.emplace(std::string(field.name), std::string(field.value));
-  for (const char* ours : {"Host", "Connection", "Content-Length", "Transfer-Encoding", "Accept-Encoding"}) request.headers.erase(ours);
+  for (const http::Field& field : notification.fields.list())
+    request.headers.emplace(std::string(field.name), std::string(field.value));
+  for (const char* ours : {"Host", "Connection", "Content-Length", "Transfer-Encoding", "Accept-Encoding"})
+    request.headers.erase(ours);
   request.headers.emplace("Host", url.authority);
   if (request.headers.count("User-Agent") == 0) request.headers.emplace("User-Agent", "lrt/" LRT_VERSION);
-  if (notice.body) request.body = *notice.body;
-  if (!notice.secret.empty()) request.headers.emplace("X-Hub-Signature", sign(notice.secret, request.body));
+  if (notification.body) request.body = *notification.body;
+  if (!notification.secret.empty()) request.headers.emplace("X-Hub-Signature", sign(notification.secret, request.body));
 
-  Bounded stream(wire, answer_bytes, patience);
+  Bounded stream(wire, max_response_bytes, limit);
   std::uint64_t body = 0;
   request.response_handler = [&](const httplib::Response& /*head*/) {
-    stream.head_is_over();
+    stream.end_header_section();
     return true;
   };
   request.content_receiver = [&](const char* /*bytes*/, std::size_t size, std::uint64_t, std::uint64_t) {
     body += size;
-    return body <= answer_bytes;
+    return body <= max_response_bytes;
   };
 
   httplib::Response response;
   httplib::Error error = httplib::Error::Success;
   const bool complete = Messages(url).process_request(stream, request, response, false, error);
-  Answer answer;
-  if (complete && !stream.error() && is_framed_twice(response)) {
-    answer.error = "its answer has more than one length";
-    return answer;
+  PostResult result;
+  if (complete && !stream.error() && has_ambiguous_framing(response)) {
+    result.error = "its response has more than one length";
+    return result;
   }
   if (complete && !stream.error() && response.status >= 200) {
-    answer.status = response.status;
-    answer.keep = stream.is_clean() && !has_stray_body(response) && response.version == "HTTP/1.1" && !says_close(response);
-    return answer;
+    result.status = response.status;
+    result.keep =
+        stream.is_clean() && !has_stray_body(response) && response.version == "HTTP/1.1" && !has_connection_close(response);
+    return result;
   }
-  if (complete && !stream.error()) {  // 102, 103: cpp-httplib takes any but 100 for the answer
-    answer.error = "it answered " + std::to_string(response.status) + ", which is no answer";
-    return answer;
+  if (complete && !stream.error()) {  // 102, 103: cpp-httplib takes every status but 100 as final
+    result.error = "expected a final response, found status " + std::to_string(response.status);
+    return result;
   }
   const bool closed = stream.ended() || (stream.error() && stream.error()->code == Errc::closed);
   if (stream.error() && stream.error()->code == Errc::timed_out) {
-    answer.error = stream.received_anything() ? "its answer was not complete in time" : "it did not answer in time";
-  } else if (body > answer_bytes) {
-    answer.error = "its answer is longer than " + std::to_string(answer_bytes) + " bytes";
+    result.error = stream.received_bytes() ? "its response timed out before it was complete" : "it did not respond in time";
+  } else if (body > max_response_bytes) {
+    result.error = "its response is longer than " + std::to_string(max_response_bytes) + " bytes";
   } else if (closed) {
-    answer.silent = !stream.received_anything();
-    answer.error = answer.silent ? "it hung up without an answer" : "it hung up in the middle of its answer";
+    result.silent = !stream.received_bytes();
+    result.error = result.silent ? "it closed the connection without a response"
+                                 : "it closed the connection before its response was complete";
   } else if (stream.error()) {
-    answer.error = stream.error()->message;
+    result.error = stream.error()->message;
   } else {
-    answer.error = "its answer is not HTTP/1.1";
+    result.error = "its response is not HTTP/1.1";
   }
-  return answer;
+  return result;
 }
 
 }  // namespace lrt::delivery

@@ -4,23 +4,23 @@
 #include <string>
 
 #include <lrt/subscription/allowed_hosts.hpp>
-#include <lrt/subscription/notice.hpp>
+#include <lrt/subscription/notification.hpp>
 
 #include "src/delivery/httplib/wire.hpp"
 
 namespace lrt::delivery {
 
-/// What came back for a notice.
-struct Answer {
-  int status = 0;        ///< 0: no complete answer
-  std::string error{};   ///< then: why, a sentence
-  bool silent = false;   ///< then: the receiver hung up before the first byte of an answer
-  bool keep = false;     ///< the connection can be used again
+/// The outcome of one POST.
+struct PostResult {
+  int status = 0;       ///< of the response; 0: no complete response was received
+  std::string error{};  ///< the reason, if status is 0
+  bool silent = false;  ///< the receiver closed the connection before the first byte of a response
+  bool keep = false;    ///< the connection can be used again
 };
 
-/// Sends a notice and reads the answer, once, by cpp-httplib. No redirects, no decompression, nothing of the environment.
-/// @param answer_bytes  of the answer's body that are read; a longer one is no answer
-Answer post(Wire& wire, const subscription::CallbackUrl& url, const subscription::Notice& notice, std::size_t answer_bytes,
-            Patience patience);
+/// Sends a notification and reads the response with cpp-httplib. Does not retry, follow redirects, decompress or read the environment.
+/// @param max_response_bytes  limit of the response's body; a longer one is an error
+PostResult post(Wire& wire, const subscription::CallbackUrl& url, const subscription::Notification& notification,
+                std::size_t max_response_bytes, WaitLimit limit);
 
 }  // namespace lrt::delivery

@@ -13,7 +13,7 @@
 namespace lrt::delivery {
 namespace {
 
-/// Without the zone of a link-local address: AllowedHosts judges the address.
+/// The numeric text without the zone of a link-local address, as AllowedHosts expects it.
 std::string numeric(const sockaddr& address) {
   std::array<char, INET6_ADDRSTRLEN> text{};
   const void* bytes = nullptr;

@@ -23,10 +23,10 @@ std::string last_error(const std::string& fallback) {
 }  // namespace
 
 void TlsSessionEnd::operator()(ssl_st* session) const noexcept { SSL_free(session); }
-void Tls::ContextEnd::operator()(ssl_ctx_st* context) const noexcept { SSL_CTX_free(context); }
+void ClientTls::ContextEnd::operator()(ssl_ctx_st* context) const noexcept { SSL_CTX_free(context); }
 
-Result<std::shared_ptr<const Tls>> Tls::make(const std::string& ca_file) {
-  auto result = std::make_shared<Tls>();
+Result<std::shared_ptr<const ClientTls>> ClientTls::make(const std::string& ca_file) {
+  auto result = std::make_shared<ClientTls>();
   ERR_clear_error();
   result->context_.reset(SSL_CTX_new(TLS_client_method()));
   SSL_CTX* const context = result->context_.get();
@@ -37,13 +37,14 @@ Result<std::shared_ptr<const Tls>> Tls::make(const std::string& ca_file) {
   const bool loaded = ca_file.empty() ? SSL_CTX_set_default_verify_paths(context) == 1
                                       : SSL_CTX_load_verify_locations(context, ca_file.c_str(), nullptr) == 1;
   if (!loaded) {
-    return unexpected(Errc::invalid_option, "certificate authorities of callbacks" + (ca_file.empty() ? "" : ", \"" + ca_file + "\"") +
-                                                ": " + last_error("not readable"));
+    return unexpected(Errc::invalid_option, "certificate authorities of callbacks" +
+                                                (ca_file.empty() ? "" : ", \"" + ca_file + "\"") + ": " +
+                                                last_error("not readable"));
   }
-  return std::shared_ptr<const Tls>(std::move(result));
+  return std::shared_ptr<const ClientTls>(std::move(result));
 }
 
-TlsSession Tls::session(int descriptor, const std::string& host) const {
+TlsSession ClientTls::session(int descriptor, const std::string& host) const {
   TlsSession result(SSL_new(context_.get()));
   SSL* const ssl = result.get();
   if (ssl == nullptr || SSL_set_fd(ssl, descriptor) != 1) return nullptr;
@@ -56,7 +57,7 @@ TlsSession Tls::session(int descriptor, const std::string& host) const {
       ::inet_pton(AF_INET, name.c_str(), ignored.data()) == 1 || ::inet_pton(AF_INET6, name.c_str(), ignored.data()) == 1;
   const bool set = is_address ? X509_VERIFY_PARAM_set1_ip_asc(SSL_get0_param(ssl), name.c_str()) == 1
                               : SSL_set1_host(ssl, name.c_str()) == 1 && SSL_set_tlsext_host_name(ssl, name.c_str()) == 1;
-  if (!set) return nullptr;  // without it any host's certificate would do
+  if (!set) return nullptr;  // otherwise a certificate of any host would be accepted
   SSL_set_connect_state(ssl);
   return result;
 }
@@ -73,8 +74,8 @@ std::string sign(std::string_view secret, std::string_view body) {
   static constexpr char digits[] = "0123456789abcdef";
   std::array<unsigned char, EVP_MAX_MD_SIZE> mac{};
   unsigned size = 0;
-  if (HMAC(EVP_sha256(), secret.data(), static_cast<int>(secret.size()), reinterpret_cast<const unsigned char*>(body.data()), body.size(),
-           mac.data(), &size) == nullptr) {
+  if (HMAC(EVP_sha256(), secret.data(), static_cast<int>(secret.size()), reinterpret_cast<const unsigned char*>(body.data()),
+           body.size(), mac.data(), &size) == nullptr) {
     throw std::runtime_error("HMAC-SHA256 failed");
   }
   std::string result = "sha256=";

@@ -16,16 +16,17 @@ struct TlsSessionEnd {
 };
 using TlsSession = std::unique_ptr<ssl_st, TlsSessionEnd>;
 
-/// Whom to trust; the one place that knows how certificates are checked. Nothing of OpenSSL's own settings for the process is changed.
+/// A TLS context for connections to receivers. It defines how certificates are checked. OpenSSL's process-wide settings stay unchanged.
 /// @par Threads  const: any
-class Tls {
+class ClientTls {
  public:
   /// @param ca_file  PEM of certificate authorities; empty: the system's
   /// @par Errors  invalid_option, with OpenSSL's reason
-  static Result<std::shared_ptr<const Tls>> make(const std::string& ca_file);
+  static Result<std::shared_ptr<const ClientTls>> make(const std::string& ca_file);
 
-  /// A session on a connected socket, TLS 1.2 or later, that accepts only a certificate for this host; nullptr: no memory.
-  /// @param host  as in a URL: a name (sent as SNI), or an address (RFC 6066 3: not sent)
+  /// A session on a connected socket, TLS 1.2 or later. Only a certificate for this host is accepted.
+  /// @param host  as in a URL: a name (sent as SNI) or an address (not sent, RFC 6066 3)
+  /// @return      nullptr: out of memory
   TlsSession session(int descriptor, const std::string& host) const;
 
  private:
@@ -35,7 +36,7 @@ class Tls {
   std::unique_ptr<ssl_ctx_st, ContextEnd> context_;
 };
 
-/// Why the calling thread's last operation on a session failed, in words; ends OpenSSL's list of this thread's errors.
+/// Describes why the calling thread's last operation on a session failed. Clears OpenSSL's error queue of this thread.
 std::string tls_reason(const ssl_st* session, const std::string& fallback);
 
 /// The value of X-Hub-Signature (WebSub 7.1): "sha256=" and the lower-case hex of HMAC-SHA256.

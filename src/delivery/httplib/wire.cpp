@@ -17,15 +17,15 @@ namespace {
 
 std::string words(int error) { return std::system_category().message(error); }
 
-bool is_hang_up(int error) noexcept { return error == EPIPE || error == ECONNRESET || error == ENOTCONN || error == ECONNABORTED; }
-
-Unexpected socket_error(int error) {
-  return unexpected(is_hang_up(error) ? Errc::closed : Errc::io_error, words(error));
+bool is_hang_up(int error) noexcept {
+  return error == EPIPE || error == ECONNRESET || error == ENOTCONN || error == ECONNABORTED;
 }
+
+Unexpected socket_error(int error) { return unexpected(is_hang_up(error) ? Errc::closed : Errc::io_error, words(error)); }
 
 }  // namespace
 
-Result<std::unique_ptr<Wire>> Wire::open(const Address& address, Patience patience) {
+Result<std::unique_ptr<Wire>> Wire::open(const Address& address, WaitLimit limit) {
   const int descriptor = ::socket(address.socket.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (descriptor < 0) return unexpected(Errc::io_error, words(errno));
   std::unique_ptr<Wire> wire(new Wire(descriptor));
@@ -33,7 +33,7 @@ Result<std::unique_ptr<Wire>> Wire::open(const Address& address, Patience patien
   ::setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   if (::connect(descriptor, reinterpret_cast<const sockaddr*>(&address.socket), address.size) != 0) {
     if (errno != EINPROGRESS) return unexpected(Errc::io_error, words(errno));
-    if (Result<void> ready = wire->wait(POLLOUT, patience); !ready) return unexpected(std::move(ready).error());
+    if (Result<void> ready = wire->wait(POLLOUT, limit); !ready) return unexpected(std::move(ready).error());
     int error = 0;
     socklen_t size = sizeof error;
     if (::getsockopt(descriptor, SOL_SOCKET, SO_ERROR, &error, &size) != 0) error = errno;
@@ -47,21 +47,21 @@ Wire::~Wire() {
   ::close(descriptor_);
 }
 
-Result<void> Wire::wait(short events, Patience patience) const {
-  pollfd items[2] = {{descriptor_, events, 0}, {patience.ended, POLLIN, 0}};
+Result<void> Wire::wait(short events, WaitLimit limit) const {
+  pollfd items[2] = {{descriptor_, events, 0}, {limit.stop_descriptor, POLLIN, 0}};
   while (true) {
-    // Rounded up, so that the wait does not end just before what it waits for.
-    const auto rest = std::chrono::ceil<std::chrono::milliseconds>(patience.until - std::chrono::steady_clock::now()).count();
+    // Rounded up, so that the wait does not end before the time limit.
+    const auto rest = std::chrono::ceil<std::chrono::milliseconds>(limit.until - std::chrono::steady_clock::now()).count();
     const int found = ::poll(items, 2, static_cast<int>(std::clamp<std::int64_t>(rest, 0, INT_MAX)));
     if (found < 0 && errno != EINTR) return unexpected(Errc::io_error, words(errno));
     if (found > 0 && items[1].revents != 0) return unexpected(Errc::cancelled, "the server stops");
-    // A receiver that always has another byte must not be given more time than one that has none.
-    if (rest <= 0) return unexpected(Errc::timed_out, "its time is over");
+    // Checked even if the socket is ready: a receiver that sends byte by byte gets no extra time.
+    if (rest <= 0) return unexpected(Errc::timed_out, "timed out");
     if (found > 0) return {};
   }
 }
 
-Result<void> Wire::secure(const Tls& tls, const std::string& host, Patience patience) {
+Result<void> Wire::secure(const ClientTls& tls, const std::string& host, WaitLimit limit) {
   tls_ = tls.session(descriptor_, host);
   if (!tls_) return unexpected(Errc::io_error, "no session");
   while (true) {
@@ -71,41 +71,42 @@ Result<void> Wire::secure(const Tls& tls, const std::string& host, Patience pati
     const int error = errno;
     const int why = SSL_get_error(tls_.get(), done);
     if (why != SSL_ERROR_WANT_READ && why != SSL_ERROR_WANT_WRITE) {
-      return unexpected(Errc::io_error, tls_reason(tls_.get(), done != 0 && error != 0 ? words(error) : "the receiver hung up"));
+      return unexpected(Errc::io_error,
+                        tls_reason(tls_.get(), done != 0 && error != 0 ? words(error) : "the receiver closed the connection"));
     }
-    if (Result<void> ready = wait(why == SSL_ERROR_WANT_READ ? POLLIN : POLLOUT, patience); !ready) return ready;
+    if (Result<void> ready = wait(why == SSL_ERROR_WANT_READ ? POLLIN : POLLOUT, limit); !ready) return ready;
   }
 }
 
-Result<std::size_t> Wire::read(char* to, std::size_t most, Patience patience) {
-  most = std::min<std::size_t>(most, INT_MAX);
+Result<std::size_t> Wire::read(char* to, std::size_t size, WaitLimit limit) {
+  size = std::min<std::size_t>(size, INT_MAX);
   while (true) {
-    // Asked before each read and not only when there is nothing: time counts for those who drip, too.
-    if (patience.until <= std::chrono::steady_clock::now()) return unexpected(Errc::timed_out, "its time is over");
+    // Checked before each read: a receiver that sends byte by byte gets no extra time.
+    if (limit.until <= std::chrono::steady_clock::now()) return unexpected(Errc::timed_out, "timed out");
     short events = POLLIN;
     if (tls_) {
       ERR_clear_error();
-      const int got = SSL_read(tls_.get(), to, static_cast<int>(most));
+      const int got = SSL_read(tls_.get(), to, static_cast<int>(size));
       if (got > 0) return static_cast<std::size_t>(got);
       const int error = errno;
       const int why = SSL_get_error(tls_.get(), got);
       if (why == SSL_ERROR_ZERO_RETURN) return std::size_t{0};
       if (why == SSL_ERROR_SYSCALL) {
         ERR_clear_error();
-        return got == 0 || error == 0 ? unexpected(Errc::closed, "it hung up") : socket_error(error);
+        return got == 0 || error == 0 ? unexpected(Errc::closed, "it closed the connection") : socket_error(error);
       }
       if (why == SSL_ERROR_WANT_WRITE) events = POLLOUT;
-      else if (why != SSL_ERROR_WANT_READ) return unexpected(Errc::closed, tls_reason(tls_.get(), "a failure of TLS"));
+      else if (why != SSL_ERROR_WANT_READ) return unexpected(Errc::closed, tls_reason(tls_.get(), "TLS failed"));
     } else {
-      const auto got = ::recv(descriptor_, to, most, 0);
+      const auto got = ::recv(descriptor_, to, size, 0);
       if (got >= 0) return static_cast<std::size_t>(got);
       if (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR) return socket_error(errno);
     }
-    if (Result<void> ready = wait(events, patience); !ready) return unexpected(std::move(ready).error());
+    if (Result<void> ready = wait(events, limit); !ready) return unexpected(std::move(ready).error());
   }
 }
 
-Result<void> Wire::write(std::string_view bytes, Patience patience) {
+Result<void> Wire::write(std::string_view bytes, WaitLimit limit) {
   while (!bytes.empty()) {
     short events = POLLOUT;
     if (tls_) {
@@ -122,7 +123,7 @@ Result<void> Wire::write(std::string_view bytes, Patience patience) {
         return socket_error(error);
       }
       if (why == SSL_ERROR_WANT_READ) events = POLLIN;
-      else if (why != SSL_ERROR_WANT_WRITE) return unexpected(Errc::closed, tls_reason(tls_.get(), "it hung up"));
+      else if (why != SSL_ERROR_WANT_WRITE) return unexpected(Errc::closed, tls_reason(tls_.get(), "it closed the connection"));
     } else {
       const auto put = ::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
       if (put >= 0) {
@@ -131,14 +132,14 @@ Result<void> Wire::write(std::string_view bytes, Patience patience) {
       }
       if (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR) return socket_error(errno);
     }
-    if (Result<void> ready = wait(events, patience); !ready) return ready;
+    if (Result<void> ready = wait(events, limit); !ready) return ready;
   }
   return {};
 }
 
 bool Wire::is_idle() {
   char byte = 0;
-  if (tls_) {  // reads what TLS itself has to say, such as session tickets
+  if (tls_) {  // reads TLS messages such as session tickets
     ERR_clear_error();
     const int got = SSL_read(tls_.get(), &byte, 1);
     const bool idle = got <= 0 && SSL_get_error(tls_.get(), got) == SSL_ERROR_WANT_READ;

@@ -15,10 +15,10 @@ namespace lrt::delivery {
 
 using Instant = std::chrono::steady_clock::time_point;
 
-/// When a wait is over although nothing came.
-struct Patience {
+/// Bounds a wait for the receiver.
+struct WaitLimit {
   Instant until;
-  int ended;  ///< a descriptor that is readable once the deliverer stops
+  int stop_descriptor;  ///< readable once the deliverer stops
 };
 
 struct Address {
@@ -29,31 +29,32 @@ struct Address {
 
 /// A connection to a receiver, plain or with TLS.
 ///
-/// Every wait is ours: cpp-httplib's own sockets count their time anew with each byte, hold a mutex while they connect so that nobody
-/// can end them, and look up names that were not checked.
+/// The sockets of cpp-httplib are not used: they restart their time limit with each byte, hold a mutex while they connect, so that a
+/// connection attempt cannot be cancelled, and resolve names again without the check of addresses.
 /// @par Threads  distinct objects: any; one object: one at a time, with SIGPIPE blocked (OpenSSL writes without MSG_NOSIGNAL)
 class Wire {
  public:
-  static Result<std::unique_ptr<Wire>> open(const Address& address, Patience patience);
+  static Result<std::unique_ptr<Wire>> open(const Address& address, WaitLimit limit);
   ~Wire();
   Wire(const Wire&) = delete;
   Wire& operator=(const Wire&) = delete;
 
-  /// TLS with a receiver of that host, whose certificate must say so.
-  Result<void> secure(const Tls& tls, const std::string& host, Patience patience);
+  /// Performs the TLS handshake. The certificate must be valid for `host`.
+  Result<void> secure(const ClientTls& tls, const std::string& host, WaitLimit limit);
 
-  /// At least one byte; 0: the receiver has ended its side. closed when it hung up, timed_out, cancelled.
-  Result<std::size_t> read(char* to, std::size_t most, Patience patience);
-  /// Errors as read().
-  Result<void> write(std::string_view bytes, Patience patience);
-  /// Whether it can be used for another exchange: it is open, and nothing came that nobody asked for.
+  /// Reads up to `size` bytes, at least one. 0: the receiver has closed its side.
+  /// @par Errors  closed, timed_out, cancelled (the deliverer stops), io_error
+  Result<std::size_t> read(char* to, std::size_t size, WaitLimit limit);
+  /// @par Errors  as read()
+  Result<void> write(std::string_view bytes, WaitLimit limit);
+  /// Whether it can be used for another exchange: it is open, and no unexpected bytes were received.
   bool is_idle();
-  /// Says good-bye where the protocol has a word for it. Does not wait.
+  /// Sends the TLS close alert, if TLS is used. Does not wait.
   void end() noexcept;
 
  private:
   explicit Wire(int descriptor) noexcept : descriptor_(descriptor) {}
-  Result<void> wait(short events, Patience patience) const;
+  Result<void> wait(short events, WaitLimit limit) const;
 
   int descriptor_;
   TlsSession tls_;

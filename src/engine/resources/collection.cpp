@@ -98,8 +98,8 @@ Outcome CollectionResource::post(Context& context, Parts& parts) {
   auto read = parts.bodies.read_value(context, *spec->type, spec->facets);
   if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
-  if (members_.size() + creating_ >= spec->most)
-    return parts.responses.problem(context, 409, "the collection is full with " + std::to_string(spec->most) + " members");
+  if (members_.size() + creating_ >= spec->max_members)
+    return parts.responses.problem(context, 409, "the collection is full with " + std::to_string(spec->max_members) + " members");
   const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out());
   if (!ticket) return parts.responses.overloaded(context);
   ++creating_;

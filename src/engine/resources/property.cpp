@@ -128,7 +128,7 @@ void PropertyResource::begin_next_write(Parts& parts, TimePoint now) {
     writing_ = true;
     const bool conditional = context->request().find("If-Match") || context->request().find("If-None-Match");
     parts.values.take_published(*this);
-    const bool is_behind = spec->slot && spec->slot->has_news();
+    const bool is_behind = spec->slot && spec->slot->has_change();
     if (conditional || is_behind) return judge_after_refresh({}, parts);
     return judge_write(parts, now, true);
   }
@@ -187,7 +187,7 @@ void PropertyResource::end_write(Result<Written> written, Parts& parts, TimePoin
   writes_.pop_front();
   if (written && spec->slot) {
     // What was published since the lambda began counts, even the old value. Otherwise the written value is shown until the next publish.
-    const bool published = spec->slot->has_news();
+    const bool published = spec->slot->has_change();
     parts.values.take_published(*this);
     if (!published && !rdf::same(value, write.value)) parts.values.set(*this, {write.value, std::move(written->whole), now.utc, {}});
   }

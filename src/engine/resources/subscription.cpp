@@ -24,7 +24,7 @@ std::string receiver_of(const std::string& url) {
 // ---------------------------------------------------------------------------------------------------------- subscription
 
 SubscriptionResource::SubscriptionResource(std::string its_path, std::string its_id, Channel its_channel, SubscriptionRequest request,
-                                           std::size_t its_base, Utc at, Subscriptions& owner, const subscription::Options& options,
+                                           std::size_t its_base, Utc at, Subscriptions& owner, const subscription::SubscriptionOptions& options,
                                            std::size_t& queued_bytes)
     : Resource(std::move(its_path), request.observed->thing),
       subscription_id(std::move(its_id)),
@@ -37,7 +37,7 @@ SubscriptionResource::SubscriptionResource(std::string its_path, std::string its
       receiver(receiver_of(request.url)),
       secret(std::move(request.secret)),
       created(at),
-      backlog(request.policy, options.queue_bytes, options.all_queue_bytes, queued_bytes),
+      backlog(request.policy, options.max_queue_bytes, options.max_total_queue_bytes, queued_bytes),
       retry(options.callbacks),
       owner_(owner) {}
 
@@ -118,7 +118,7 @@ std::vector<Resource*> SubscriptionsResource::members() const {
   return all;
 }
 
-void describe_subscription_shape(rdf::Graph& graph, const std::string& iri, const subscription::Options& options) {
+void describe_subscription_shape(rdf::Graph& graph, const std::string& iri, const subscription::SubscriptionOptions& options) {
   const rdf::TermId shape = graph.intern(rdf::iri(iri));
   About(graph, shape).a(vocab::sh::NodeShape).add(vocab::sh::name, rdf::literal("subscriptions"));
   const auto integer = [](std::uint64_t n) { return std::to_string(n); };
@@ -140,7 +140,7 @@ void describe_subscription_shape(rdf::Graph& graph, const std::string& iri, cons
   property(vocab::lrt::queueLength, false)
       .add(vocab::sh::datatype, rdf::TermView(vocab::xsd::integer))
       .add(vocab::sh::minInclusive, rdf::literal("0", vocab::xsd::integer))
-      .add(vocab::sh::maxInclusive, rdf::literal(integer(options.longest_queue), vocab::xsd::integer));
+      .add(vocab::sh::maxInclusive, rdf::literal(integer(options.max_queue_length), vocab::xsd::integer));
   property(vocab::lrt::secret, false)
       .add(vocab::sh::datatype, rdf::TermView(vocab::xsd::string))
       .add(vocab::sh::maxLength, rdf::literal(integer(max_secret), vocab::xsd::integer));

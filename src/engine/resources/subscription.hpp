@@ -12,7 +12,7 @@
 #include "src/engine/deadline_queue.hpp"
 #include "src/engine/resource.hpp"
 #include "src/subscription/backlog.hpp"
-#include "src/subscription/patience.hpp"
+#include "src/subscription/retry_policy.hpp"
 
 namespace lrt::engine {
 
@@ -34,7 +34,7 @@ struct SubscriptionRequest {
 class SubscriptionResource final : public Resource, public Observer {
  public:
   SubscriptionResource(std::string path, std::string id, Channel its_channel, SubscriptionRequest request, std::size_t its_base, Utc at,
-                       Subscriptions& owner, const subscription::Options& options, std::size_t& queued_bytes);
+                       Subscriptions& owner, const subscription::SubscriptionOptions& options, std::size_t& queued_bytes);
 
   Methods methods() const noexcept override;
   /// DELETE cancels. With If-Match it is cancelled only if its counters have not moved (R0.11).
@@ -59,7 +59,7 @@ class SubscriptionResource final : public Resource, public Observer {
   const Protocol protocol;
   const std::size_t base;                    ///< of its representations (SPEC 3.7)
   const Variant its_variant;
-  const std::string url, receiver, secret;   ///< of a callback; receiver: as in subscription::Due
+  const std::string url, receiver, secret;   ///< of a callback; receiver: as in subscription::ReadyCallback
   const Utc created;
 
   subscription::Backlog backlog;
@@ -71,7 +71,7 @@ class SubscriptionResource final : public Resource, public Observer {
   DeadlineQueue<Channel>::Place next_notification;  ///< when it waits for its minimum interval or for another attempt
 
   // Of a callback.
-  subscription::Patience retry;
+  subscription::RetryPolicy retry;
   std::optional<subscription::Item> under_way;
   std::string last_error;
 
@@ -97,7 +97,7 @@ class SubscriptionsResource final : public Resource {
 };
 
 /// What a POST to the container must say (SPEC 3.5).
-void describe_subscription_shape(rdf::Graph& graph, const std::string& shape, const subscription::Options& options);
+void describe_subscription_shape(rdf::Graph& graph, const std::string& shape, const subscription::SubscriptionOptions& options);
 
 /// Limits of what a subscriber may ask for.
 inline constexpr std::chrono::seconds max_interval{86'400};

@@ -9,7 +9,7 @@
 #include <lrt/http/head.hpp>
 #include <lrt/http/problem.hpp>
 
-#include "src/transport/event_waker.hpp"
+#include "src/base/event_waker.hpp"
 
 namespace lrt::transport {
 namespace {

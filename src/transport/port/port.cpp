@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "src/transport/event_waker.hpp"
+#include "src/base/event_waker.hpp"
 #include "src/transport/port/alarm.hpp"
 #include "src/transport/port/connection.hpp"
 #include "src/transport/port/listener.hpp"

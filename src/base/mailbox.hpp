@@ -4,12 +4,11 @@
 #include <memory>
 #include <utility>
 
-#include <lrt/base/unique_function.hpp>
-#include <lrt/base/waker.hpp>
+namespace lrt {
 
-namespace lrt::engine {
-
-/// Many threads put, one takes all, nobody waits. Shared, so that whoever holds it may outlive the one who takes.
+/// A lock-free queue with many writers and one reader.
+///
+/// @par Threads  put(), empty(): any. take_all(): one at a time.
 template <class T>
 class Mailbox {
  public:
@@ -26,7 +25,7 @@ class Mailbox {
 
   bool empty() const noexcept { return newest_.load(std::memory_order_acquire) == nullptr; }
 
-  /// Gives each item to `f` in the order they were put. `f` may put more; those wait for the next call.
+  /// Calls `f` with each item, in the order of put(). Items that `f` puts are taken by the next call. `f` must not throw.
   template <class F>
   void take_all(F f) {
     Node* node = newest_.exchange(nullptr, std::memory_order_acquire);
@@ -58,4 +57,4 @@ class Mailbox {
   std::atomic<Node*> newest_{nullptr};
 };
 
-}  // namespace lrt::engine
+}  // namespace lrt

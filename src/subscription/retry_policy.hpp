@@ -8,10 +8,10 @@
 
 namespace lrt::subscription {
 
-/// How long a receiver that fails is borne with (CallbackOptions).
-class Patience {
+/// Counts the failed deliveries of one web callback and gives the pause before the next attempt, by CallbackOptions.
+class RetryPolicy {
  public:
-  explicit Patience(const CallbackOptions& options) : options_(options) {}
+  explicit RetryPolicy(const CallbackOptions& options) : options_(options) {}
 
   bool suspended() const noexcept { return suspended_; }
   /// The last attempt failed.
@@ -21,8 +21,9 @@ class Patience {
     failures_ = 0;
     suspended_ = false;
   }
-  /// How long to wait before the next attempt; nullopt: there is to be none, the subscription is over.
-  /// @param chance  in [0, 1): spreads the attempts of many
+  /// Counts a failed attempt.
+  /// @param chance  random, in [0, 1): the pause is multiplied by 0.5 + chance, so that the retries of many callbacks spread
+  /// @return        the pause before the next attempt; nullopt: no attempt is left, the subscription ends
   std::optional<std::chrono::milliseconds> failed(double chance) noexcept {
     ++failures_;
     if (!suspended_ && failures_ >= options_.attempts) {
@@ -34,8 +35,8 @@ class Patience {
     auto pause = options_.suspended_pause;
     if (!suspended_) {
       pause = options_.first_pause;
-      for (unsigned i = 1; i < failures_ && pause < options_.longest_pause; ++i) pause *= 2;
-      pause = std::min(pause, options_.longest_pause);
+      for (unsigned i = 1; i < failures_ && pause < options_.max_pause; ++i) pause *= 2;
+      pause = std::min(pause, options_.max_pause);
     }
     return std::chrono::milliseconds(static_cast<std::chrono::milliseconds::rep>(static_cast<double>(pause.count()) * (0.5 + chance)));
   }

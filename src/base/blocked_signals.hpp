@@ -3,16 +3,16 @@
 #include <pthread.h>
 #include <signal.h>
 
-namespace lrt::delivery {
+namespace lrt {
 
-/// While it lives, threads are born with all signals blocked that come from outside: the host's handlers run on the host's threads. What
-/// OpenSSL and the disk raise on a thread of ours (SIGPIPE, SIGXFSZ) stays there for ever, and the call fails instead.
+/// Blocks signals in the calling thread during its lifetime. Threads created meanwhile inherit the mask, so signal handlers of the host run
+/// on threads of the host only. In such a thread SIGPIPE and SIGXFSZ stay pending, and the system call that caused one returns an error.
 class BlockedSignals {
  public:
   BlockedSignals() noexcept {
     sigset_t all;
     ::sigfillset(&all);
-    // Faults are a thread's own and not to be held back.
+    // Faults are synchronous: blocking them is undefined behaviour.
     for (const int fault : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP, SIGABRT, SIGSYS}) ::sigdelset(&all, fault);
     ::pthread_sigmask(SIG_BLOCK, &all, &before_);
   }
@@ -24,4 +24,4 @@ class BlockedSignals {
   sigset_t before_;
 };
 
-}  // namespace lrt::delivery
+}  // namespace lrt

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/waker.hpp>
+
+namespace lrt::model {
+
+/// Wakes the engine while it sleeps; costs one atomic load while it is awake. Many threads signal, one thread sleeps.
+///
+/// The engine scans for changes periodically. Before it stops, it calls sleep() and scans once more. A change made after that scan finds
+/// asleep() true. Each side stores its own flag and then loads the flag of the other side; all four operations are sequentially consistent,
+/// so at least one side sees the other.
+class WakeSignal {
+ public:
+  /// @par Threads  Any.
+  /// @par Time     Wait-free, no allocation. One system call if the engine sleeps; only the first of several concurrent calls makes it.
+  void signal() noexcept {
+    if (!asleep_.load(std::memory_order_seq_cst) || !asleep_.exchange(false, std::memory_order_seq_cst)) return;
+    if (Waker* waker = waker_.load(std::memory_order_acquire)) waker->wake();
+  }
+
+  // For the engine.
+  void sleep() noexcept { asleep_.store(true, std::memory_order_seq_cst); }
+  void stay_awake() noexcept { asleep_.store(false, std::memory_order_seq_cst); }
+  bool asleep() const noexcept { return asleep_.load(std::memory_order_seq_cst); }
+  /// Sets the waker that signal() calls. Every waker is kept until the WakeSignal is destroyed: a concurrent signal() may still use it.
+  void set_waker(std::shared_ptr<Waker> waker) {
+    const std::lock_guard lock(mutex_);
+    wakers_.push_back(std::move(waker));
+    waker_.store(wakers_.back().get(), std::memory_order_release);
+  }
+
+ private:
+  std::atomic<bool> asleep_{false};
+  std::atomic<Waker*> waker_{nullptr};
+  std::mutex mutex_;  // guards wakers_
+  std::vector<std::shared_ptr<Waker>> wakers_;
+};
+
+/// Something that can change on the robot. It signals the engine while it is observed.
+class ChangeSource {
+ public:
+  virtual ~ChangeSource() = default;
+
+  // For the engine.
+  void attach(std::shared_ptr<WakeSignal> wake_signal) { attached_ = std::move(wake_signal); }
+  /// @pre attach() was called, if `observed`
+  void set_observed(bool observed) noexcept { wake_signal_.store(observed ? attached_.get() : nullptr, std::memory_order_seq_cst); }
+
+ protected:
+  void signal() noexcept {
+    if (WakeSignal* wake_signal = wake_signal_.load(std::memory_order_seq_cst)) wake_signal->signal();
+  }
+
+ private:
+  std::shared_ptr<WakeSignal> attached_;
+  std::atomic<WakeSignal*> wake_signal_{nullptr};
+};
+
+/// The flag behind Property::changed(): the host requests that a pulled property is read again.
+class ChangeSignal final : public ChangeSource {
+ public:
+  /// Any thread; wait-free.
+  void changed() noexcept {
+    changed_.store(true, std::memory_order_seq_cst);
+    signal();
+  }
+  bool has_change() const noexcept { return changed_.load(std::memory_order_seq_cst); }
+  bool take() noexcept { return changed_.exchange(false, std::memory_order_seq_cst); }
+
+ private:
+  std::atomic<bool> changed_{false};
+};
+
+}  // namespace lrt::model

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <lrt/http/message.hpp>
+#include <lrt/subscription/channel.hpp>
+
+namespace lrt::subscription {
+
+/// A web callback that has a notification to post.
+struct ReadyCallback {
+  Channel channel;
+  std::string receiver;  ///< scheme, host and port of its URL
+};
+
+/// A notification for a web callback.
+struct Notification {
+  std::string url;                          ///< has passed parse_callback_url() and AllowedHosts::names()
+  http::Fields fields;                      ///< Content-Type, ETag, Link (SPEC 3.6)
+  std::shared_ptr<const std::string> body;
+  std::string secret;                       ///< signs the body; empty: unsigned
+  bool failed_before = false;               ///< the last delivery to this subscriber failed
+};
+
+/// The outcome of one delivery.
+struct DeliveryResult {
+  int status = 0;        ///< of the receiver's response; 0: no response was received
+  std::string error{};   ///< the reason, if no response was received
+  bool refused = false;  ///< no address of the receiver is allowed; a retry would fail too
+};
+
+}  // namespace lrt::subscription
