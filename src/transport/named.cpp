@@ -3,7 +3,6 @@
 #include <utility>
 
 #include <lrt/transport/asio.hpp>
-#include <lrt/transport/classic.hpp>
 
 namespace lrt::transport {
 
@@ -12,9 +11,6 @@ std::vector<std::string_view> names() {
 #if LRT_HAS_ASIO
       "asio",
 #endif
-#if LRT_HAS_CLASSIC
-      "classic",
-#endif
   };
 }
 
@@ -22,9 +18,6 @@ std::unique_ptr<Transport> make_named(std::string_view name, Options options) {
   if (name.empty() && !names().empty()) name = names().front();
 #if LRT_HAS_ASIO
   if (name == "asio") return make_asio(std::move(options));
-#endif
-#if LRT_HAS_CLASSIC
-  if (name == "classic") return make_classic(std::move(options));
 #endif
   (void)options;
   return nullptr;

@@ -13,9 +13,6 @@
 #if LRT_HAS_ASIO
 #include <lrt/transport/asio.hpp>
 #endif
-#if LRT_HAS_CLASSIC
-#include <lrt/transport/classic.hpp>
-#endif
 
 #include "examples/ex_own_transport/epoll_transport.hpp"
 
@@ -115,9 +112,6 @@ std::optional<Served> served(const std::string& name) {
   const std::string plain = name.substr(0, name.find(" over TLS"));
 #if LRT_HAS_ASIO
   if (plain == "asio") return Served{[](transport::Options o) { return transport::make_asio(std::move(o)); }, tls};
-#endif
-#if LRT_HAS_CLASSIC
-  if (plain == "classic") return Served{[](transport::Options o) { return transport::make_classic(std::move(o)); }, tls};
 #endif
   if (name == "a transport of one's own") return Served{make_epoll_transport, false};
   return std::nullopt;
@@ -323,11 +317,9 @@ TEST_CASE("the cases hold on loopback", "[conformance][loopback]") {
 
 TEST_CASE("the cases hold on asio", "[conformance][asio]") { run_served_cases("asio"); }
 TEST_CASE("the cases hold on asio over TLS", "[conformance][asio][tls][R0.2]") { run_served_cases("asio over TLS"); }
-TEST_CASE("the cases hold on classic", "[conformance][classic]") { run_served_cases("classic"); }
-TEST_CASE("the cases hold on classic over TLS", "[conformance][classic][tls][R0.2]") { run_served_cases("classic over TLS"); }
 TEST_CASE("the cases hold on a transport of one's own", "[conformance][own]") { run_served_cases("a transport of one's own"); }
 
-TEST_CASE("the table of transports in src/README.md is true", "[conformance][asio][classic][own]") {
+TEST_CASE("the table of transports in src/README.md is true", "[conformance][asio][own]") {
   const auto rows = table(LRT_SOURCE_DIR "/src/README.md", "<!-- conformance -->", "<!-- /conformance -->");
   std::set<std::string> names;
   for (const auto& row : rows) {
@@ -338,7 +330,7 @@ TEST_CASE("the table of transports in src/README.md is true", "[conformance][asi
     if (const auto transport = served(row[0])) CHECK(row[1] == std::to_string(count_cases(*transport)));
     else WARN("not compiled in, so its row is not checked: " << row[0]);
   }
-  CHECK(names == std::set<std::string>{"asio", "asio over TLS", "classic", "classic over TLS", "a transport of one's own"});
+  CHECK(names == std::set<std::string>{"asio", "asio over TLS", "a transport of one's own"});
 }
 
 TEST_CASE("patterns of fields", "[conformance]") {

@@ -18,9 +18,6 @@
 #if LRT_HAS_ASIO
 #include "src/transport/asio/beast_protocols.hpp"
 #endif
-#if LRT_HAS_CLASSIC
-#include "src/transport/classic/classic_protocols.hpp"
-#endif
 
 using namespace lrt;
 using namespace lrt::test;
@@ -41,9 +38,6 @@ std::vector<Kind> kinds() {
   return {
 #if LRT_HAS_ASIO
       {"asio", [] { return std::unique_ptr<Protocols>(std::make_unique<transport::BeastProtocols>()); }},
-#endif
-#if LRT_HAS_CLASSIC
-      {"classic", [] { return std::unique_ptr<Protocols>(std::make_unique<transport::ClassicProtocols>()); }},
 #endif
   };
 }
@@ -337,7 +331,6 @@ TEST_CASE("messages that nobody asks for wait, and no input is wanted", "[transp
 
 TEST_CASE("a large message is sent from where it is", "[transport][R0.12]") {
   for (const auto& kind : kinds()) {
-    if (kind.name == std::string_view("classic")) continue;  // libwebsockets writes its header before the message, into a copy
     const auto protocols = kind.make();
     Owner owner(*protocols);
     const auto message = std::make_shared<const std::string>(text_of(100000));

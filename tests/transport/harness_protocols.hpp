@@ -10,18 +10,12 @@
 #if LRT_HAS_ASIO
 #include "src/transport/asio/beast_protocols.hpp"
 #endif
-#if LRT_HAS_CLASSIC
-#include "src/transport/classic/classic_protocols.hpp"
-#endif
 
 namespace lrt::test {
 
 inline std::unique_ptr<transport::Protocols> make_protocols() {
 #if LRT_HAS_ASIO
   if (present_transport() == "asio") return std::make_unique<transport::BeastProtocols>();
-#endif
-#if LRT_HAS_CLASSIC
-  if (present_transport() == "classic") return std::make_unique<transport::ClassicProtocols>();
 #endif
   return nullptr;
 }

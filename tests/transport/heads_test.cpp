@@ -16,9 +16,6 @@
 #if LRT_HAS_ASIO
 #include "src/transport/asio/beast_protocols.hpp"
 #endif
-#if LRT_HAS_CLASSIC
-#include "src/transport/classic/classic_protocols.hpp"
-#endif
 
 using namespace lrt;
 
@@ -35,9 +32,6 @@ std::vector<Named> all_protocols() {
   std::vector<Named> all;
 #if LRT_HAS_ASIO
   all.push_back({"asio", std::make_unique<transport::BeastProtocols>()});
-#endif
-#if LRT_HAS_CLASSIC
-  all.push_back({"classic", std::make_unique<transport::ClassicProtocols>()});
 #endif
   return all;
 }

@@ -8,7 +8,7 @@
 
 namespace lrt::transport {
 
-/// The transports with a network that this lrt was built with, the default first: "asio", "classic".
+/// The transports with a network that this lrt was built with, the default first: "asio".
 std::vector<std::string_view> names();
 
 /// Makes the one of that name; an empty name means the default. nullptr: this lrt was built without it.
