@@ -5,7 +5,7 @@
 // --demo                  the arm moves by itself
 // --allow-callback HOST   web callbacks may go there too: a name, an address or a network, with or without a port
 // --subscriptions FILE    where web callbacks are kept, so that they survive a restart
-// --transport NAME        asio
+// --transport NAME        http or libwebsockets, as far as they are built
 // --tls DIR               HTTPS with DIR/server.pem and DIR/server-key.pem (examples/make-certificate.sh DIR); SIGHUP reads them again
 
 #include <charconv>
@@ -69,7 +69,7 @@ int main(int argc, char** argv) {
       if (error != std::errc() || read_to != end) return std::fprintf(stderr, "baxter: --port wants 0 to 65535\n"), 2;
     } else {
       std::fprintf(stderr, "usage: baxter [--port N] [--bind ADDRESS] [--demo] [--allow-callback HOST]... [--subscriptions FILE]\n"
-                           "              [--transport asio] [--tls DIR]\n");
+                           "              [--transport http|libwebsockets] [--tls DIR]\n");
       return arg == "--help" ? 0 : 2;
     }
   }

@@ -4,7 +4,7 @@
 
 #include <lrt/base/iri.hpp>
 #include <lrt/base/utf8.hpp>
-#include <lrt/http/head.hpp>
+#include <lrt/http/target.hpp>
 #include <lrt/http/websocket.hpp>
 
 #include "src/base/ascii.hpp"

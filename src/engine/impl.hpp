@@ -15,7 +15,7 @@
 #include <vector>
 
 #include <lrt/engine/engine.hpp>
-#include <lrt/http/head.hpp>
+#include <lrt/http/target.hpp>
 #include <lrt/http/link.hpp>
 #include <lrt/http/prefer.hpp>
 #include <lrt/rdf/value_codec.hpp>

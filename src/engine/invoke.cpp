@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <lrt/http/head.hpp>
+#include <lrt/http/target.hpp>
 
 #include "src/engine/impl.hpp"
 

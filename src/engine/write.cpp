@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include <lrt/base/media_type.hpp>
-#include <lrt/http/head.hpp>
+#include <lrt/http/target.hpp>
 
 #include "src/engine/impl.hpp"
 

@@ -191,7 +191,7 @@ AddedFields added_fields(const Response& response, bool keep_alive, int version)
   return added;
 }
 
-void write_head(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version) {
+void write_response_header(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version) {
   const AddedFields added = added_fields(response, keep_alive, version);
   out += "HTTP/1.1 ";
   append_number(out, static_cast<std::uint64_t>(response.status));

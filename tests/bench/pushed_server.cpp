@@ -1,6 +1,6 @@
 // The server under tests/bench/http_load: one pushed property, optionally among many things and published at 1 kHz.
 //
-//   pushed_server [--things 1] [--publish] [--period 1000 (us)] [--keep N] [--tick] [--transport asio] [--tls DIR]
+//   pushed_server [--things 1] [--publish] [--period 1000 (us)] [--keep N] [--tick] [--transport http|libwebsockets] [--tls DIR]
 //
 // The property is at /arm/joint/angle. Ends on SIGINT or SIGTERM and prints its resident memory.
 

@@ -5,7 +5,7 @@
 #
 #   tests/bench/transports.sh [BUILD_FOLDER]
 #
-#   ROUNDS=5 REQUESTS=30000 (of a run; a quarter with one connection) CONNECTIONS='1 8 64 256' IDLE=1000 TRANSPORTS=asio
+#   ROUNDS=5 REQUESTS=30000 (of a run; a quarter with one connection) CONNECTIONS='1 8 64 256' IDLE=1000 TRANSPORTS=http
 #   LIMIT=200 (seconds after which no further pair is begun)
 #   PIN=1    the load runs on core 1, the servers, which have one thread at work, on core 0. PIN=0: all as it comes.
 set -euo pipefail
@@ -13,7 +13,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 build=${1:-$here/build/release}/tests/bench
 rounds=${ROUNDS:-5} requests=${REQUESTS:-30000} idle=${IDLE:-1000} limit=${LIMIT:-200}
 read -ra counts <<< "${CONNECTIONS:-1 8 64 256}"
-read -ra wanted <<< "${TRANSPORTS:-asio}"
+read -ra wanted <<< "${TRANSPORTS:-http}"
 pin=${PIN:-1}
 (($(nproc) > 1)) || pin=0
 path=/arm/joint/angle
@@ -51,7 +51,7 @@ bytes() {  # name, scheme: of an answer
   local port=port_$1
   curl -s -k -i "$2://127.0.0.1:${!port}$path" | wc -c
 }
-constant_of() { case $1 in asio) echo beast ;; esac; }
+constant_of() { case $1 in http) echo beast ;; esac; }
 scheme_of() { if [ "$1" = tls ]; then echo https; else echo http; fi; }
 
 transports=()

@@ -1,6 +1,6 @@
 # cmake -D INCLUDE=... -P third_parties.cmake
 # Public headers include the standard library and lrt, and nothing else. eigen.hpp may include Eigen,
-# transport/asio.hpp may ask which Boost the host has.
+# transport/asio_loop.hpp may ask which Boost the host has.
 file(GLOB_RECURSE headers RELATIVE ${INCLUDE} ${INCLUDE}/*)
 list(LENGTH headers count)
 if(count EQUAL 0)
@@ -14,7 +14,7 @@ foreach(header ${headers})
       continue()
     elseif(header STREQUAL "lrt/eigen.hpp" AND line MATCHES "<Eigen/")
       continue()
-    elseif(header STREQUAL "lrt/transport/asio.hpp" AND line MATCHES "<boost/version.hpp>")
+    elseif(header STREQUAL "lrt/transport/asio_loop.hpp" AND line MATCHES "<boost/version.hpp>")
       continue()
     endif()
     string(APPEND found "  ${header}: ${line}\n")

@@ -1,11 +1,11 @@
-#include "src/transport/port/readiness.hpp"
+#include "src/transport/http/readiness.hpp"
 
 #include <sys/eventfd.h>
 
 #include <string>
 
-#include "src/transport/port/alarm.hpp"
-#include "src/transport/port/client.hpp"
+#include "src/transport/http/alarm.hpp"
+#include "src/transport/http/client.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace lrt;

@@ -179,7 +179,7 @@ transport::Options on_any_port() {
 struct Host {
   explicit Host(transport::Options options = on_any_port()) : limits(options.limits) {
     options.clock = &clock;
-    server = make_transport(std::move(options));
+    server = transport::make_http(std::move(options));
     if (const auto started = server->start(handler); !started) throw std::runtime_error(started.error().message);
   }
   ~Host() { CHECK(handler.wrong == ""); }
@@ -237,7 +237,6 @@ const std::string euro = "\xE2\x82\xAC";
 
 TEST_CASE("a handshake is answered with 101, the handler's fields and Date, and what the handler has for the channel",
           "[transport][R0.12][R0.14]") {
-  ON_EACH_TRANSPORT();
   Host host;
   CHECK(host.server->capabilities().websocket);
   auto client = host.connect();
@@ -257,7 +256,6 @@ TEST_CASE("a handshake is answered with 101, the handler's fields and Date, and 
 }
 
 TEST_CASE("frames that arrive with the handshake are not lost, however the bytes are split", "[transport][R0.12]") {
-  ON_EACH_TRANSPORT();
   Host host;
   const std::string bytes = WebSocketClient::handshake("/echo") + Frame{Frame::text, "first"}.bytes() +
                             Frame{Frame::ping, "p"}.bytes() + Frame{Frame::binary, std::string(3000, 'b')}.bytes();
@@ -285,7 +283,6 @@ TEST_CASE("frames that arrive with the handshake are not lost, however the bytes
 }
 
 TEST_CASE("many frames that arrive with the handshake are not lost", "[transport][R0.12]") {
-  ON_EACH_TRANSPORT();
   auto options = on_any_port();
   options.limits.websocket_messages = 10'000;
   Host host(options);
@@ -298,7 +295,6 @@ TEST_CASE("many frames that arrive with the handshake are not lost", "[transport
 }
 
 TEST_CASE("a refused handshake leaves a connection that can try again", "[transport][R0.1][R0.12]") {
-  ON_EACH_TRANSPORT();
   Host host;
   const auto instead = [](std::string text, std::string_view what, std::string_view by) {
     return text.replace(text.find(what), what.size(), by);
@@ -325,7 +321,6 @@ TEST_CASE("a refused handshake leaves a connection that can try again", "[transp
 }
 
 TEST_CASE("requests before the upgrade are answered first", "[transport][R0.1][R0.12]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto client = host.connect();
   client->answers_before = 3;
@@ -340,7 +335,6 @@ TEST_CASE("requests before the upgrade are answered first", "[transport][R0.1][R
 }
 
 TEST_CASE("an upgrade that was deferred keeps its handshake and the frames that came meanwhile", "[transport][R0.12]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto client = host.connect();
   client->answers_before = 1;
@@ -357,7 +351,6 @@ TEST_CASE("an upgrade that was deferred keeps its handshake and the frames that 
 }
 
 TEST_CASE("a deferred upgrade may be refused after all", "[transport][R0.12]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto client = host.connect();
   client->answers_before = 1;
@@ -372,7 +365,6 @@ TEST_CASE("a deferred upgrade may be refused after all", "[transport][R0.12]") {
 }
 
 TEST_CASE("a client that is gone before its deferred upgrade comes: abandoned, and the channel is closed", "[transport][R0.12]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto client = host.connect();
   client->send(WebSocketClient::handshake("/later"));
@@ -387,7 +379,6 @@ TEST_CASE("a client that is gone before its deferred upgrade comes: abandoned, a
 }
 
 TEST_CASE("a client that half-closed before its deferred upgrade comes is gone as soon as it is one", "[transport][R0.12]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto client = host.connect();
   client->send(WebSocketClient::handshake("/later"));
@@ -401,7 +392,6 @@ TEST_CASE("a client that half-closed before its deferred upgrade comes is gone a
 }
 
 TEST_CASE("what is no handshake does not become a WebSocket, whatever the handler says", "[transport][R0.12]") {
-  ON_EACH_TRANSPORT();
   Host host;
   for (const std::string request : {"GET /forced HTTP/1.1\r\nHost: a\r\n\r\n", "POST /forced HTTP/1.1\r\nHost: a\r\nContent-Length: 1\r\n\r\nx"}) {
     auto client = host.connect();
@@ -423,7 +413,6 @@ TEST_CASE("what is no handshake does not become a WebSocket, whatever the handle
 // -------------------------------------------------------------------------------------------------------------- messages
 
 TEST_CASE("messages of every length and kind are echoed as they came", "[transport][R0.14]") {
-  ON_EACH_TRANSPORT();
   auto options = on_any_port();
   options.limits.websocket_message_bytes = 1'000'000;
   Host host(options);
@@ -448,7 +437,6 @@ TEST_CASE("messages of every length and kind are echoed as they came", "[transpo
 }
 
 TEST_CASE("a fragmented message is assembled, and control frames in between are answered at once", "[transport][R0.14]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto client = host.open();
   client->send(Frame{Frame::text, "one ", false});
@@ -472,7 +460,6 @@ TEST_CASE("a fragmented message is assembled, and control frames in between are 
 }
 
 TEST_CASE("frames have one meaning however the bytes are split", "[transport]") {
-  ON_EACH_TRANSPORT();
   Host host;
   const std::string bytes = Frame{Frame::text, "a" + euro, false}.bytes() + Frame{Frame::ping, "x"}.bytes() +
                             Frame{Frame::continuation, euro + "b"}.bytes() + Frame{Frame::binary, std::string(130, 'c')}.bytes() +
@@ -490,7 +477,6 @@ TEST_CASE("frames have one meaning however the bytes are split", "[transport]") 
 }
 
 TEST_CASE("hundreds of pings in one segment are all answered", "[transport]") {
-  ON_EACH_TRANSPORT();
   auto options = on_any_port();
   options.limits.websocket_messages = 4000;
   Host host(options);
@@ -503,7 +489,6 @@ TEST_CASE("hundreds of pings in one segment are all answered", "[transport]") {
 }
 
 TEST_CASE("the handler is asked for more after each message, and channels it names are served in its order", "[transport]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto first = host.open("/a");
   const auto a = host.last();
@@ -529,7 +514,6 @@ TEST_CASE("the handler is asked for more after each message, and channels it nam
 // ---------------------------------------------------------------------------------------------------------------- limits
 
 TEST_CASE("a message above the limit is closed with 1009, before it has come", "[transport]") {
-  ON_EACH_TRANSPORT();
   Host host;
   const auto limit = host.limits.websocket_message_bytes;
   auto fits = host.open();
@@ -556,7 +540,6 @@ TEST_CASE("a message above the limit is closed with 1009, before it has come", "
 }
 
 TEST_CASE("text that is no UTF-8 is closed with 1007, also when a character is split", "[transport]") {
-  ON_EACH_TRANSPORT();
   Host host;
   const std::vector<std::vector<Frame>> bad = {
       {{Frame::text, "a\xFF"}},
@@ -589,7 +572,6 @@ TEST_CASE("text that is no UTF-8 is closed with 1007, also when a character is s
 }
 
 TEST_CASE("what no client may send is closed with 1002", "[transport]") {
-  ON_EACH_TRANSPORT();
   Host host;
   std::vector<std::pair<std::string, std::vector<Frame>>> bad = {
       {"unmasked", {{Frame::text, "x", true, 0, false}}},
@@ -627,7 +609,6 @@ TEST_CASE("what no client may send is closed with 1002", "[transport]") {
 }
 
 TEST_CASE("a client that talks too much is closed with 1008", "[transport]") {
-  ON_EACH_TRANSPORT();
   auto options = on_any_port();
   options.limits.websocket_messages = 4;
   Host host(options);
@@ -656,7 +637,6 @@ TEST_CASE("a client that talks too much is closed with 1008", "[transport]") {
 }
 
 TEST_CASE("a WebSocket needs no further descriptor", "[transport][R0.12]") {
-  ON_EACH_TRANSPORT();
   Host host;
   const auto early = host.open();
   const auto client = host.connect();
@@ -680,7 +660,6 @@ TEST_CASE("a WebSocket needs no further descriptor", "[transport][R0.12]") {
 }
 
 TEST_CASE("pings are counted as messages are, and many of them are not one step of a poll", "[transport]") {
-  ON_EACH_TRANSPORT();
   auto options = on_any_port();
   options.limits.websocket_messages = 1000;
   Host host(options);
@@ -702,7 +681,6 @@ TEST_CASE("pings are counted as messages are, and many of them are not one step 
 }
 
 TEST_CASE("a WebSocket counts as a connection, and is not closed to make room", "[transport][R0.1]") {
-  ON_EACH_TRANSPORT();
   auto options = on_any_port();
   options.limits.connections = 2;
   Host host(options);
@@ -723,7 +701,6 @@ TEST_CASE("a WebSocket counts as a connection, and is not closed to make room", 
 // --------------------------------------------------------------------------------------------------------------- closing
 
 TEST_CASE("a client that closes gets its code back, and the connection ends without a reset", "[transport][R0.14]") {
-  ON_EACH_TRANSPORT();
   Host host;
   for (const unsigned code : {1000, 1001, 1011, 3000, 4999, 0}) {
     INFO(code);
@@ -742,7 +719,6 @@ TEST_CASE("a client that closes gets its code back, and the connection ends with
 }
 
 TEST_CASE("the handler closes with its code and reason, after what it said before", "[transport][R0.14]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto client = host.open();
   host.handler.say(host.last(), "last words");
@@ -770,7 +746,6 @@ TEST_CASE("the handler closes with its code and reason, after what it said befor
 }
 
 TEST_CASE("both may close at once", "[transport][R0.14]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto client = host.open();
   client->send_close(3001);
@@ -783,7 +758,6 @@ TEST_CASE("both may close at once", "[transport][R0.14]") {
 }
 
 TEST_CASE("the client's half of a close is awaited for close_time", "[transport]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto mute = host.open();
   host.handler.say(host.last(), Push{nullptr, true, 1000, ""});
@@ -812,7 +786,6 @@ TEST_CASE("the client's half of a close is awaited for close_time", "[transport]
 // ------------------------------------------------------------------------------------------------------------- keep-alive
 
 TEST_CASE("a silent client is pinged, and dropped when nothing comes", "[transport]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto lively = host.open();
   auto dead = host.open();
@@ -850,7 +823,6 @@ TEST_CASE("a silent client is pinged, and dropped when nothing comes", "[transpo
 }
 
 TEST_CASE("a client that was pinged and says something else lives, and is pinged again", "[transport]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto client = host.open();
   for (int round = 0; round < 3; ++round) {
@@ -870,7 +842,6 @@ TEST_CASE("a client that was pinged and says something else lives, and is pinged
 }
 
 TEST_CASE("a client that answers pings lives on without a word", "[transport]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto client = host.open();
   for (int round = 0; round < 20; ++round) {
@@ -887,7 +858,6 @@ TEST_CASE("a client that answers pings lives on without a word", "[transport]") 
 }
 
 TEST_CASE("a client that does not read costs one message on its way, and is dropped after write_time", "[transport]") {
-  ON_EACH_TRANSPORT();
   auto options = on_any_port();
   options.limits.ping_time = options.limits.write_time * 10;  // not what is looked at
   Host host(options);
@@ -921,7 +891,6 @@ TEST_CASE("a client that does not read costs one message on its way, and is drop
 }
 
 TEST_CASE("a client that reads slowly gets every message whole", "[transport]") {
-  ON_EACH_TRANSPORT();
   auto options = on_any_port();
   options.limits.ping_time = options.limits.write_time * 100;
   Host host(options);
@@ -950,7 +919,6 @@ TEST_CASE("a client that reads slowly gets every message whole", "[transport]") 
 }
 
 TEST_CASE("a client that does not read cannot keep a close or the end of the server from happening", "[transport]") {
-  ON_EACH_TRANSPORT();
   auto options = on_any_port();
   options.limits.stop_time = milliseconds(20);
   Host host(options);
@@ -998,7 +966,6 @@ TEST_CASE("a client that does not read cannot keep a close or the end of the ser
 // --------------------------------------------------------------------------------------------------------------- fairness
 
 TEST_CASE("poll leaves the channels that its budget does not cover to the next poll, which does not wait", "[transport]") {
-  ON_EACH_TRANSPORT();
   Host host;
   std::vector<std::unique_ptr<WebSocketClient>> clients;
   for (int i = 0; i < 20; ++i) clients.push_back(host.open("/a"));
@@ -1025,7 +992,6 @@ TEST_CASE("poll leaves the channels that its budget does not cover to the next p
 }
 
 TEST_CASE("a channel that always has more does not keep the others waiting", "[transport]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto greedy = host.open("/a");
   const auto endless = host.last();
@@ -1046,7 +1012,6 @@ TEST_CASE("a channel that always has more does not keep the others waiting", "[t
 }
 
 TEST_CASE("a client that talks fast does not keep the others waiting", "[transport]") {
-  ON_EACH_TRANSPORT();
   auto options = on_any_port();
   options.limits.websocket_messages = std::numeric_limits<std::size_t>::max();
   Host host(options);
@@ -1072,11 +1037,10 @@ TEST_CASE("a client that talks fast does not keep the others waiting", "[transpo
 }
 
 TEST_CASE("a wait for the handler ends when it is due, not at the next millisecond before or after", "[transport]") {
-  ON_EACH_TRANSPORT();
   Handler handler;
   transport::Options options;
   options.port = 0;
-  const auto server = make_transport(options);  // by the system's clock
+  const auto server = transport::make_http(options);  // by the system's clock
   REQUIRE(server->start(handler));
   int early = 0;
   for (int i = 0; i < 50; ++i) {
@@ -1091,7 +1055,6 @@ TEST_CASE("a wait for the handler ends when it is due, not at the next milliseco
 // ------------------------------------------------------------------------------------------------------------- vanishing
 
 TEST_CASE("a client that vanishes in any state is noticed, and its channel closed once", "[transport]") {
-  ON_EACH_TRANSPORT();
   Host host;
   const std::string handshake = WebSocketClient::handshake("/echo");
   const std::string starts[] = {handshake,
@@ -1136,7 +1099,6 @@ TEST_CASE("a client that vanishes in any state is noticed, and its channel close
 }
 
 TEST_CASE("a push to a client that has just vanished harms nobody", "[transport]") {
-  ON_EACH_TRANSPORT();
   Host host;
   for (int i = 0; i < 20; ++i) {
     auto client = host.open("/a");
@@ -1153,7 +1115,6 @@ TEST_CASE("a push to a client that has just vanished harms nobody", "[transport]
 // ---------------------------------------------------------------------------------------------------------------- the end
 
 TEST_CASE("stop closes every WebSocket with 1001 and waits for the answers", "[transport]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto polite = host.open();
   auto mute = host.open();
@@ -1193,7 +1154,6 @@ TEST_CASE("stop closes every WebSocket with 1001 and waits for the answers", "[t
 }
 
 TEST_CASE("a transport that is destroyed closes its channels", "[transport]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto idle = host.open();
   auto half = host.open();
@@ -1211,7 +1171,6 @@ TEST_CASE("a transport that is destroyed closes its channels", "[transport]") {
 }
 
 TEST_CASE("many sockets that open, talk and end in any order leave nothing behind", "[transport]") {
-  ON_EACH_TRANSPORT();
   auto options = on_any_port();
   options.limits.connections = 150;
   options.limits.websocket_messages = 1'000'000;

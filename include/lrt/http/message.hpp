@@ -18,7 +18,7 @@ struct Field {
 /// ASCII case-insensitive comparison, for field names and tokens.
 bool iequals(std::string_view a, std::string_view b) noexcept;
 
-/// A request whose head passed the checks of http/head.hpp and whose body is complete. All views belong to the transport and
+/// A request whose header section http::parse_request_header() has accepted and whose body is complete. All views belong to the transport and
 /// live for the call.
 struct Request {
   std::string_view method;
@@ -90,6 +90,6 @@ AddedFields added_fields(const Response& response, bool keep_alive, int version)
 
 /// Writes the head of a response with its empty line. Date and Content-Length are left out where `response.fields` has them.
 /// @param date  an IMF-fixdate
-void write_head(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version);
+void write_response_header(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version);
 
 }  // namespace lrt::http

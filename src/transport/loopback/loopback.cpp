@@ -6,7 +6,7 @@
 #include <utility>
 #include <variant>
 
-#include <lrt/http/head.hpp>
+#include <lrt/http/request_parser.hpp>
 #include <lrt/http/problem.hpp>
 
 #include "src/transport/event_waker.hpp"
@@ -120,7 +120,8 @@ void Loopback::stop() {
 
 void Loopback::submit(const http::Request& request, std::function<void(http::Response)> done) {
   if (!impl_->handler) return done(problem(503, "the server is not running"));
-  if (auto refusal = http::check_head(request)) return done(problem(refusal->status, std::move(refusal->reason)));
+  http::Framing framing;
+  if (auto refusal = http::check_request(request, framing)) return done(problem(refusal->status, std::move(refusal->reason)));
   if (request.body.size() > impl_->options.limits.body_bytes) {
     return done(problem(413, "the body has more than " + std::to_string(impl_->options.limits.body_bytes) + " bytes"));
   }

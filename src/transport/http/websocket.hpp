@@ -1,0 +1,120 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include <lrt/transport/session.hpp>
+
+#include "src/transport/http/client.hpp"
+#include "src/transport/http/deadlines.hpp"
+#include "src/transport/http/loop.hpp"
+#include "src/transport/http/websocket_frames.hpp"
+
+namespace lrt::transport {
+
+/// A client after its opening handshake: Frames on the socket that was a Connection's, messages pulled from the handler, one on its way
+/// at a time.
+///
+/// Frames speak RFC 6455; this has the socket, the order of things and all times, which are Deadlines by the clock of the options. Per
+/// message that is one sendmsg, without an epoll_ctl, as long as the client reads.
+///
+/// @par Implements  R0.12, R0.14, RFC 6455
+class WebSocket final : public Client, public Linked<TurnTag> {
+ public:
+  /// @param tls  nullptr: plain
+  WebSocket(Loop& loop, Socket socket, Session::Upgrade upgrade, Addresses::Place place, std::unique_ptr<TlsStream> tls);
+
+  /// Its place in the loop's list is taken. Answers 101.
+  void open(TimePoint now);
+  /// Sends what the handler has, as long as the client takes it and for its turn.
+  void push(TimePoint now);
+
+  void on_ready(std::uint32_t events) override;
+  void go_on() override;
+  /// Begins the closing handshake with 1001.
+  void begin_stop(TimePoint now) override;
+  bool is_busy() const noexcept override { return phase_ == Phase::closing; }
+  void give_up(TimePoint) override {}
+  void close() override;
+
+ private:
+  enum class Phase : unsigned char {
+    opening,    ///< the 101 is being sent
+    open,
+    closing,    ///< the client's half of the closing handshake is awaited; limits.close_time from here to the end
+    lingering,  ///< half-closed: the client should notice that the connection is over
+    closed,
+  };
+  struct Timer final : Deadlines::Entry {
+    Timer(WebSocket& owner, void (WebSocket::*step)(TimePoint)) : owner_(owner), step_(step) {}
+    void expire(TimePoint now) override { (owner_.*step_)(now); }
+
+   private:
+    WebSocket& owner_;
+    void (WebSocket::*step_)(TimePoint);
+  };
+
+  std::string make_header(TimePoint now);
+  void begin(TimePoint now);
+
+  void read(TimePoint now);
+  ssize_t receive(char* to, std::size_t size);
+  void take_messages(TimePoint now);
+  void count(TimePoint now);
+  bool is_too_much() const noexcept;
+  bool count_pings(TimePoint now);
+  bool must_pause();
+  void discard();
+  bool is_speaking() const noexcept { return phase_ == Phase::open || phase_ == Phase::closing; }
+  bool wants_input() const noexcept;
+  bool has_more() const noexcept;
+
+  void push_some(TimePoint now);
+  bool write(TimePoint now);
+  void send_all(TimePoint now);
+  Output output() const noexcept;
+  void sent(std::size_t bytes);
+  void block(bool anew, TimePoint now);
+
+  void begin_close(std::uint16_t code, std::string_view reason, TimePoint now);
+  void follow_state(TimePoint now);
+  void enter_closing(TimePoint now);
+  void linger();
+  void release_channel();
+
+  void heard(TimePoint now);
+  void on_silence(TimePoint now);
+  void on_stuck(TimePoint) { close(); }
+  void watch();
+
+  Session::Upgrade upgrade_;
+  const engine::Channel channel_;
+  Socket socket_;
+  std::unique_ptr<TlsStream> tls_;  ///< nullptr: plain
+  Addresses::Place place_;
+  std::unique_ptr<WebSocketFrames> frames_;  ///< lives as long as this: close() may be called below one of its users
+  Phase phase_ = Phase::opening;
+  std::string header_;             ///< the 101
+  std::size_t header_sent_ = 0;
+  std::string early_;            ///< what came with the handshake
+  std::size_t early_used_ = 0;
+  Timer life_{*this, &WebSocket::on_silence};
+  Timer progress_{*this, &WebSocket::on_stuck};
+  std::chrono::steady_clock::time_point window_{};  ///< in which the client's messages are counted
+  std::size_t window_messages_ = 0;
+  std::size_t pings_ = 0;  ///< that are counted
+  std::size_t discarded_ = 0;
+  bool blocked_ = false;      ///< the socket takes no more for now
+  bool unfinished_ = false;   ///< the frames may have more messages of what was received
+  bool pinged_ = false;       ///< and heard nothing since
+  bool owes_ping_ = false;    ///< that waits behind a message
+  bool owes_closed_ = true;   ///< to the handler
+};
+
+}  // namespace lrt::transport
