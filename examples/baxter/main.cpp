@@ -56,7 +56,7 @@ int main(int argc, char** argv) {
     } else if (arg == "--subscriptions" && i + 1 < argc) {
       options.subscriptions_file = argv[++i];
     } else if (arg == "--transport" && i + 1 < argc) {
-      options.transport = [name = std::string(argv[++i])](lrt::transport::Options t) { return lrt::transport::make_named(name, std::move(t)); };
+      options.transport = [name = std::string(argv[++i])](lrt::transport::TransportOptions t) { return lrt::transport::make_named(name, std::move(t)); };
     } else if (arg == "--tls" && i + 1 < argc) {
       const std::string folder = argv[++i];
       options.tls.emplace();

@@ -51,9 +51,9 @@ struct Client {
 
 class EpollTransport final : public transport::Transport {
  public:
-  explicit EpollTransport(transport::Options o) : options_(std::move(o)), clock_(options_.clock ? *options_.clock : system_clock()) {}
+  explicit EpollTransport(transport::TransportOptions o) : options_(std::move(o)), clock_(options_.clock ? *options_.clock : system_clock()) {}
   ~EpollTransport() override { stop_within(milliseconds(0)); }
-  void stop() override { stop_within(limits_.stop_time); }
+  void stop() override { stop_within(limits_.stop_timeout); }
   std::shared_ptr<Waker> waker() const noexcept override { return waker_; }
   transport::Capabilities capabilities() const noexcept override { return {true, false, false}; }
   std::uint16_t port() const noexcept override { return port_; }
@@ -200,8 +200,8 @@ class EpollTransport final : public transport::Transport {
       c.socket.reset(fd);
       const int on = 1;
       ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-      if (!watch(EPOLL_CTL_ADD, fd, id, EPOLLIN) || clients_.size() > limits_.connections + 64) c.closed = true;
-      else if (clients_.size() > limits_.connections) c.session.refuse(503, "there are too many connections", now);
+      if (!watch(EPOLL_CTL_ADD, fd, id, EPOLLIN) || clients_.size() > limits_.max_connections + 64) c.closed = true;
+      else if (clients_.size() > limits_.max_connections) c.session.refuse(503, "there are too many connections", now);
       go_on(id, c, now);
     }
   }
@@ -256,7 +256,7 @@ class EpollTransport final : public transport::Transport {
     context_.handler = nullptr, port_ = 0, armed_ = accept_again_ = never;
   }
 
-  const transport::Options options_;
+  const transport::TransportOptions options_;
   const transport::Limits& limits_ = options_.limits;
   const Clock& clock_;
   transport::SessionContext context_{limits_};  // its handler: from start() to stop()
@@ -273,6 +273,6 @@ class EpollTransport final : public transport::Transport {
 
 }  // namespace
 
-std::unique_ptr<lrt::transport::Transport> make_epoll_transport(lrt::transport::Options options) {
+std::unique_ptr<lrt::transport::Transport> make_epoll_transport(lrt::transport::TransportOptions options) {
   return std::make_unique<EpollTransport>(std::move(options));
 }

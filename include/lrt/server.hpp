@@ -34,12 +34,12 @@ struct Options {
   /// Runs the lambdas of things with Dispatch::executor. Must run each once, some time.
   std::function<void(std::function<void()>)> executor;
   /// Makes the transport; empty: the first of transport::names().
-  std::function<std::unique_ptr<transport::Transport>(transport::Options)> transport;
+  std::function<std::unique_ptr<transport::Transport>(transport::TransportOptions)> transport;
   /// Listening on an address that is not of this machine, without TLS and without an authorizer, is refused unless this says so:
   /// whoever reaches the port moves the robot (R0.2).
   bool allow_unprotected_network = false;
   /// Certificate and key: the port speaks HTTPS, and nothing else (R0.2).
-  std::optional<transport::Tls> tls;
+  std::optional<transport::TlsOptions> tls;
   /// Where web callbacks are kept, so that they survive a restart; empty: they do not. Written soon after they change, atomically. A file that
   /// cannot be understood is set aside, and the log says so. It has the callbacks' secrets: only its owner may read it.
   std::string subscriptions_file;
@@ -72,7 +72,7 @@ class Server {
 
   /// Runs lambdas that have come due, and with Io::in_poll serves the network. Never waits. At most one lambda is begun after `budget`
   /// is used up, and with Io::in_poll what is under way by then is completed: 1 ms at most for anything but a large body (README, Threads),
-  /// which limits.body_bytes bounds. When idle: no allocation, and no system call with Io::own_thread, one with Io::in_poll.
+  /// which limits.max_body_bytes bounds. When idle: no allocation, and no system call with Io::own_thread, one with Io::in_poll.
   /// @return  how long the caller may sleep; zero when there is more to do
   std::chrono::milliseconds poll(std::chrono::microseconds budget = std::chrono::microseconds(200)) noexcept;
   /// Readable whenever poll() has something to do, what is due by now and what a budget left over included: a host that sleeps in its own

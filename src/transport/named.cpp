@@ -18,7 +18,7 @@ std::vector<std::string_view> names() {
   };
 }
 
-std::unique_ptr<Transport> make_named(std::string_view name, Options options) {
+std::unique_ptr<Transport> make_named(std::string_view name, TransportOptions options) {
   if (name.empty() || name == "http") return make_http(std::move(options));
 #if LRT_HAS_LIBWEBSOCKETS
   if (name == "libwebsockets") return make_libwebsockets(std::move(options));

@@ -42,7 +42,7 @@ int main(int argc, char** argv) {
   std::signal(SIGTERM, [](int) { ended = 1; });
 
   options.port = 0;
-  options.limits.connections = 4096;
+  options.limits.max_connections = 4096;
   options.engine.subscriptions.most = 4096;
   options.engine.subscriptions.tick = tick;
   auto server = lrt::Server::create(std::move(options));

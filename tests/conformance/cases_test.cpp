@@ -71,7 +71,7 @@ class LoopbackTarget final : public Target {
  public:
   LoopbackTarget() {
     Options o = server_options(clock);
-    o.transport = [this](transport::Options t) {
+    o.transport = [this](transport::TransportOptions t) {
       auto made = std::make_unique<transport::Loopback>(std::move(t));
       loopback_ = made.get();
       return made;
@@ -100,7 +100,7 @@ class LoopbackTarget final : public Target {
 };
 
 struct Served {
-  std::function<std::unique_ptr<transport::Transport>(transport::Options)> make;
+  std::function<std::unique_ptr<transport::Transport>(transport::TransportOptions)> make;
   bool tls;
 };
 
@@ -110,7 +110,7 @@ std::optional<Served> served(const std::string& name) {
   const std::string plain = name.substr(0, name.find(" over TLS"));
   const auto names = transport::names();
   if (const auto found = std::find(names.begin(), names.end(), plain); found != names.end())
-    return Served{[name = *found](transport::Options o) { return transport::make_named(name, std::move(o)); }, tls};
+    return Served{[name = *found](transport::TransportOptions o) { return transport::make_named(name, std::move(o)); }, tls};
   if (name == "a transport of one's own") return Served{make_epoll_transport, false};
   return std::nullopt;
 }
@@ -121,7 +121,7 @@ struct TlsSide {
   Certificate authority = make_certificate({"authority", {}, -3600, 3600, true});
   Certificate own = make_certificate({"robot", "DNS:localhost,IP:127.0.0.1"}, &authority);
   SslContext client = tls_client(authority);
-  transport::Tls options;
+  transport::TlsOptions options;
 
   TlsSide() {
     options.certificate_file = folder.put("server.pem", {&own});

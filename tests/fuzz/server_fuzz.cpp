@@ -60,9 +60,9 @@ void serve(std::string_view bytes, std::size_t chunk) {
   REQUIRE_THAT(engine.add(make_joint(robot)));
 
   lrt::transport::Limits limits;
-  limits.head_bytes = 2048;
-  limits.line_bytes = 1024;
-  limits.body_bytes = 4096;
+  limits.max_header_bytes = 2048;
+  limits.max_line_bytes = 1024;
+  limits.max_body_bytes = 4096;
   lrt::transport::SessionContext context(limits);
   context.handler = &engine;
   context.websockets = true;

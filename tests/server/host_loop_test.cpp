@@ -156,7 +156,7 @@ Options on(asio::io_context& io) {
   Options options;
   options.port = 0;
   options.io = Io::in_poll;
-  options.transport = [&io](transport::Options given) { return transport::make_http(std::move(given), io); };
+  options.transport = [&io](transport::TransportOptions given) { return transport::make_http(std::move(given), io); };
   return options;
 }
 
@@ -366,7 +366,7 @@ TEST_CASE("what one turn leaves over is done in the next, though nothing new arr
   std::unique_ptr<transport::Transport> transport;
   Handler handler;
   int turns = 0, thrown = 0, logged = 0;
-  transport::Options options;
+  transport::TransportOptions options;
   options.port = 0;
   options.log = [&](LogLevel level, std::string_view) { logged += level == LogLevel::error; };
   options.turn = [&] {
@@ -414,7 +414,7 @@ TEST_CASE("what one turn leaves over is done in the next, though nothing new arr
 
 TEST_CASE("a transport on a host's io_context says that it needs a turn", "[server]") {
   asio::io_context io;
-  const auto transport = transport::make_http(transport::Options{}, io);
+  const auto transport = transport::make_http(transport::TransportOptions{}, io);
   Handler handler;
   const auto started = transport->start(handler);
   REQUIRE_FALSE(started);
@@ -507,7 +507,7 @@ TEST_CASE("a turn that is queued already when the transport goes does nothing", 
   Handler handler;
   std::unique_ptr<transport::Transport> transport;
   int turns = 0;
-  transport::Options options;
+  transport::TransportOptions options;
   options.port = 0;
   options.turn = [&] {
     ++turns;

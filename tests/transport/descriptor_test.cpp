@@ -51,7 +51,7 @@ class Handler final : public engine::Handler {
 /// A host that sleeps in a poll() of its own until the transport's descriptor is readable, by the machine's clock.
 struct Host {
   explicit Host(transport::Limits limits = {}, microseconds given_budget = milliseconds(1)) : budget(given_budget) {
-    transport::Options options;
+    transport::TransportOptions options;
     options.port = 0;
     options.limits = limits;
     server = transport::make_http(std::move(options));
@@ -131,8 +131,8 @@ TEST_CASE("the descriptor tells of a wake from another thread", "[transport][thr
 
 TEST_CASE("the descriptor tells of times that are over", "[transport]") {
   transport::Limits limits;
-  limits.head_time = milliseconds(30);
-  limits.linger_time = milliseconds(30);
+  limits.header_timeout = milliseconds(30);
+  limits.linger_timeout = milliseconds(30);
   Host host(limits);
   auto silent = host.client();
   auto slow = host.client();
@@ -170,7 +170,7 @@ TEST_CASE("the descriptor tells of what the handler has for a WebSocket, when it
 
 TEST_CASE("the descriptor stays readable while a budget leaves something over", "[transport]") {
   transport::Limits limits;
-  limits.head_time = milliseconds(50);
+  limits.header_timeout = milliseconds(50);
   Host host(limits, microseconds(0));
   SECTION("pipelined requests") {
     auto client = host.client();

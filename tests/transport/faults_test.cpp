@@ -23,10 +23,10 @@ using std::chrono::milliseconds;
 
 namespace {
 
-transport::Options options_on(std::uint16_t port) {
-  transport::Options options;
+transport::TransportOptions options_on(std::uint16_t port) {
+  transport::TransportOptions options;
   options.port = port;
-  options.limits.stop_time = milliseconds(200);
+  options.limits.stop_timeout = milliseconds(200);
   return options;
 }
 

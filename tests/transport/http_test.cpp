@@ -36,17 +36,17 @@ std::atomic<std::size_t> allocations{0};
 
 namespace {
 
-transport::Options on_any_port() {
-  transport::Options options;
+transport::TransportOptions on_any_port() {
+  transport::TransportOptions options;
   options.port = 0;
-  options.limits.body_bytes = 1'000'000;
-  options.limits.linger_time = milliseconds(300);
-  options.limits.stop_time = milliseconds(200);
+  options.limits.max_body_bytes = 1'000'000;
+  options.limits.linger_timeout = milliseconds(300);
+  options.limits.stop_timeout = milliseconds(200);
   return options;
 }
 
 struct Host : TestHost {
-  explicit Host(transport::Options options = on_any_port()) : TestHost(transport::make_http(std::move(options))) {}
+  explicit Host(transport::TransportOptions options = on_any_port()) : TestHost(transport::make_http(std::move(options))) {}
 };
 
 }  // namespace
@@ -196,7 +196,7 @@ TEST_CASE("clients that are slow are told so by the clock of the options", "[tra
     }
   };
   steps();
-  clock.advance(options.limits.head_time - milliseconds(1));
+  clock.advance(options.limits.header_timeout - milliseconds(1));
   steps();
   CHECK(head.received.empty());
   clock.advance(milliseconds(1));
@@ -207,16 +207,16 @@ TEST_CASE("clients that are slow are told so by the clock of the options", "[tra
   steps();
   CHECK(host.handler.requests == 1);
   CHECK_FALSE(body.ended);
-  clock.advance(options.limits.body_time);
+  clock.advance(options.limits.body_timeout);
   REQUIRE(host.run({&body}, [&] { return !body.received.empty(); }));
   CHECK(statuses(parse_answers(body.received)) == std::vector{408});
   CHECK_FALSE(idle.ended);
-  clock.advance(options.limits.idle_time);
+  clock.advance(options.limits.idle_timeout);
   REQUIRE(host.run_to_end(idle));
   CHECK(statuses(parse_answers(idle.received)) == std::vector{204});
 }
 
-TEST_CASE("a client must complete the head of its first request within head_time of being accepted", "[transport][R0.1]") {
+TEST_CASE("a client must complete the head of its first request within header_timeout of being accepted", "[transport][R0.1]") {
   HandClock clock;
   auto options = on_any_port();
   options.clock = &clock;
@@ -226,7 +226,7 @@ TEST_CASE("a client must complete the head of its first request within head_time
   auto served = host.client();
   served.send(get("/"));
   REQUIRE(host.run_to_answers(served, 1));
-  clock.advance(options.limits.head_time - milliseconds(1));
+  clock.advance(options.limits.header_timeout - milliseconds(1));
   late.send("GET / HT");
   late.step();
   host.settle();
@@ -242,7 +242,7 @@ TEST_CASE("a client must complete the head of its first request within head_time
   served.send("GET / HT");  // a later head has its time from its first byte
   host.run({&served}, [&] { return served.all_sent(); });
   host.settle();
-  clock.advance(options.limits.head_time - milliseconds(1));
+  clock.advance(options.limits.header_timeout - milliseconds(1));
   host.settle();
   served.send("TP/1.1\r\nHost: a\r\n\r\n");
   REQUIRE(host.run_to_answers(served, 2));
@@ -276,7 +276,7 @@ TEST_CASE("a client that takes no bytes of an answer is given up", "[transport]"
   REQUIRE(host.run_until_handled(client, 1));
   for (int i = 0; i < 20; ++i) {  // what the system still had room for is progress, and is in the end no more
     host.settle();
-    clock.advance(options.limits.write_time + milliseconds(1));
+    clock.advance(options.limits.write_timeout + milliseconds(1));
   }
   host.settle();
   client.paused = false;
@@ -346,7 +346,7 @@ TEST_CASE("a client that closes its side after the request gets the answer", "[t
 
 TEST_CASE("connections above the limit are told 503, and there is room again when one leaves", "[transport]") {
   auto options = on_any_port();
-  options.limits.connections = 2;
+  options.limits.max_connections = 2;
   Host host(options);
   auto first = host.client();
   auto second = host.client();
@@ -372,7 +372,7 @@ TEST_CASE("connections above the limit are told 503, and there is room again whe
 
 TEST_CASE("silent connections do not keep anybody out: the one that is idle longest makes room", "[transport][R0.1]") {
   auto options = on_any_port();
-  options.limits.connections = 4;
+  options.limits.max_connections = 4;
   Host host(options);
   std::vector<RawClient> silent;
   for (int i = 0; i < 40; ++i) silent.push_back(host.client()), host.settle();
@@ -393,7 +393,7 @@ TEST_CASE("silent connections do not keep anybody out: the one that is idle long
 TEST_CASE("room is made by who is idle longest, and by nobody who waits for an answer or has sent something",
           "[transport][R0.1]") {
   auto options = on_any_port();
-  options.limits.connections = 5;
+  options.limits.max_connections = 5;
   Host host(options);
   auto waiting = host.client();
   waiting.send(get("/defer"));
@@ -431,7 +431,7 @@ TEST_CASE("room is made by who is idle longest, and by nobody who waits for an a
 
 TEST_CASE("of many clients at once each gets its answer, however few connections there may be", "[transport][R0.1]") {
   auto options = on_any_port();
-  options.limits.connections = 20;
+  options.limits.max_connections = 20;
   for (const auto budget : {std::chrono::microseconds(0), std::chrono::microseconds(100'000)}) {
     Host host(options);
     std::vector<RawClient> clients;
@@ -451,7 +451,7 @@ TEST_CASE("of many clients at once each gets its answer, however few connections
 
 TEST_CASE("each refused client is told 503, however many there are", "[transport][R0.1]") {
   auto options = on_any_port();
-  options.limits.connections = 1;
+  options.limits.max_connections = 1;
   Host host(options);
   auto busy = host.client();
   busy.send(get("/defer"));
@@ -524,7 +524,7 @@ TEST_CASE("poll leaves what its budget does not cover to the next poll, which do
     std::vector<RawClient> clients;
     for (int i = 0; i < 5; ++i) clients.push_back(host.client());
     host.settle();
-    clock.advance(options.limits.head_time);
+    clock.advance(options.limits.header_timeout);
     for (std::size_t n = 1; n <= 5; ++n) {
       host.server->poll(std::chrono::microseconds(0), std::chrono::minutes(10));
       std::size_t ended = 0;
@@ -669,9 +669,9 @@ TEST_CASE("poll says how long nothing is due", "[transport]") {
   auto client = host.client();
   client.send(get("/"));
   REQUIRE(host.run_to_answers(client, 1));
-  CHECK(host.server->poll(milliseconds(1), milliseconds(0)) == options.limits.idle_time);
+  CHECK(host.server->poll(milliseconds(1), milliseconds(0)) == options.limits.idle_timeout);
   clock.advance(milliseconds(1000));
-  CHECK(host.server->poll(milliseconds(1), milliseconds(0)) == options.limits.idle_time - milliseconds(1000));
+  CHECK(host.server->poll(milliseconds(1), milliseconds(0)) == options.limits.idle_timeout - milliseconds(1000));
 }
 
 TEST_CASE("poll allocates nothing when there is nothing to do, and nothing for a plain request", "[transport]") {

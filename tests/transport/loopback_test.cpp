@@ -63,8 +63,8 @@ TEST_CASE("loopback checks heads as a socket would", "[transport][R0.1]") {
 
 TEST_CASE("what loopback still owes when it stops is 503, and the ticket is abandoned", "[transport]") {
   TestHandler handler;
-  transport::Options options;
-  options.limits.stop_time = std::chrono::milliseconds(1);
+  transport::TransportOptions options;
+  options.limits.stop_timeout = std::chrono::milliseconds(1);
   transport::Loopback loopback(options);
   int status = 0;
   const auto done = [&](const http::Response& response) { status = response.status; };

@@ -45,7 +45,7 @@ struct Run {
 
 transport::Limits small_body() {
   transport::Limits limits;
-  limits.body_bytes = 1'000'000;
+  limits.max_body_bytes = 1'000'000;
   return limits;
 }
 
@@ -220,7 +220,7 @@ TEST_CASE("what is buffered behind a deferred answer is bounded", "[transport]")
     run.receive(std::string(4096, 'x'));
     taken += 4096;
   }
-  CHECK(taken <= run.limits.head_bytes + 4096);
+  CHECK(taken <= run.limits.max_header_bytes + 4096);
 }
 
 TEST_CASE("HEAD, 204 and 304 have no body, and 204 has no length", "[transport][R0.1]") {
@@ -236,7 +236,7 @@ TEST_CASE("HEAD, 204 and 304 have no body, and 204 has no length", "[transport][
 
 TEST_CASE("the last request that a connection may carry is answered with close", "[transport]") {
   transport::Limits limits;
-  limits.requests_per_connection = 3;
+  limits.max_requests_per_connection = 3;
   Run run(limits);
   for (int i = 0; i < 5; ++i) run.receive(get("/"));
   const auto answers = parse_answers(run.written);
@@ -321,8 +321,8 @@ TEST_CASE("a request is a view of its header section until the response, however
 
 TEST_CASE("a line of the head above the limit is refused as soon as it is, and says which", "[transport][R0.1]") {
   transport::Limits limits;
-  limits.line_bytes = 100;
-  limits.head_bytes = 1000;
+  limits.max_line_bytes = 100;
+  limits.max_header_bytes = 1000;
   const auto path = [](std::size_t line) { return "/" + std::string(line - sizeof "GET / HTTP/1.1" + 1, 'a'); };
   const auto field = [](std::size_t line) { return "X: " + std::string(line - 3, 'b') + "\r\n"; };
   const std::tuple<std::string, int, std::string> cases[] = {

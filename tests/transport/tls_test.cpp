@@ -97,13 +97,13 @@ struct TlsClient {
 };
 
 struct Host {
-  explicit Host(const std::function<void(transport::Options&)>& change = {}) {
+  explicit Host(const std::function<void(transport::TransportOptions&)>& change = {}) {
     options.port = 0;
-    options.limits.body_bytes = 6'000'000;
-    options.limits.linger_time = milliseconds(300);
-    options.limits.stop_time = milliseconds(200);
-    options.limits.websocket_message_bytes = 1'000'000;
-    options.limits.websocket_messages = 100'000;
+    options.limits.max_body_bytes = 6'000'000;
+    options.limits.linger_timeout = milliseconds(300);
+    options.limits.stop_timeout = milliseconds(200);
+    options.limits.max_websocket_message_bytes = 1'000'000;
+    options.limits.max_websocket_messages = 100'000;
     const auto own = localhost();
     options.tls.emplace();
     options.tls->certificate_file = folder.put("server.pem", {&own});
@@ -154,7 +154,7 @@ struct Host {
 
   TlsFolder folder;
   SslContext context = tls_client(authority());
-  transport::Options options;
+  transport::TransportOptions options;
   TlsHandler handler;
   std::unique_ptr<transport::Transport> server;
 };
@@ -182,7 +182,7 @@ TEST_CASE("requests over TLS are answered and known to be secure", "[transport][
 }
 
 TEST_CASE("framing over TLS is as in the session", "[transport][tls][R0.1][R0.2]") {
-  Host host([](auto& options) { options.limits.body_bytes = 1'000'000; });
+  Host host([](auto& options) { options.limits.max_body_bytes = 1'000'000; });
   auto cases = framing_cases();
   for (auto& item : cases) {  // the scheme of an absolute target must be the connection's
     if (item.bytes.compare(0, 11, "GET http://") == 0) item.bytes.insert(8, "s");
@@ -500,7 +500,7 @@ TEST_CASE("a handshake has the time of the first head", "[transport][tls][R0.2]"
   REQUIRE(host.run({&served, &waits, &in_head}, [&] { return !served.received.empty() && waits.side->done() && in_head.side->done(); }));
   host.run({&half, &silent}, [&] { return half.all_sent(); });
   host.settle({&served, &waits, &in_head});
-  clock.advance(host.options.limits.head_time - milliseconds(1));
+  clock.advance(host.options.limits.header_timeout - milliseconds(1));
   host.settle({&served, &waits, &in_head});
   for (auto* const one : {&silent, &half}) {
     one->step();
@@ -516,7 +516,7 @@ TEST_CASE("a handshake has the time of the first head", "[transport][tls][R0.2]"
   CHECK(statuses(parse_answers(in_head.received)) == std::vector{408});
   served.step();
   CHECK_FALSE(served.ended);
-  clock.advance(host.options.limits.idle_time);
+  clock.advance(host.options.limits.idle_timeout);
   REQUIRE(host.run_to_end(served));
   CHECK(served.side->closed);
 }
@@ -530,7 +530,7 @@ TEST_CASE("a client that takes no bytes of an answer over TLS is given up, one t
   for (int i = 0; i < 3; ++i) {  // more than the system holds for it, so that the server sees that it takes some
     client.raw.paused = true;
     host.settle({&client});
-    clock.advance(host.options.limits.write_time - milliseconds(1));
+    clock.advance(host.options.limits.write_timeout - milliseconds(1));
     host.settle({&client});
     client.raw.paused = false;
     const auto before = client.received.size();
@@ -540,7 +540,7 @@ TEST_CASE("a client that takes no bytes of an answer over TLS is given up, one t
   client.raw.paused = true;
   for (int i = 0; i < 20; ++i) {  // what the system still had room for is progress, and is in the end no more
     host.settle({&client});
-    clock.advance(host.options.limits.write_time + milliseconds(1));
+    clock.advance(host.options.limits.write_timeout + milliseconds(1));
   }
   host.settle({&client});
   client.raw.paused = false;
@@ -575,7 +575,7 @@ TEST_CASE("an end without close_notify cuts a request only where framing says so
 }
 
 TEST_CASE("connections above the limit are told 503 over TLS, and a handshake is not idle", "[transport][tls][R0.2]") {
-  Host host([](auto& options) { options.limits.connections = 1; });
+  Host host([](auto& options) { options.limits.max_connections = 1; });
   auto first = host.raw();
   first.send(TlsClientSide(host.context.get()).give().substr(0, 100));
   host.run({&first}, [&] { return first.all_sent(); });
@@ -640,14 +640,14 @@ TEST_CASE("start says which file of TLS is wrong and why", "[transport][tls][R0.
   const TlsFolder folder;
   const auto own = localhost();
   const auto other = localhost();
-  transport::Tls good;
+  transport::TlsOptions good;
   good.certificate_file = folder.put("server.pem", {&own});
   good.key_file = folder.put_key("server-key.pem", own);
   const auto text = folder.put("text.pem", "no PEM at all\n");
   struct Case {
     Errc code;
     std::string says;
-    std::function<void(transport::Tls&)> change;
+    std::function<void(transport::TlsOptions&)> change;
   };
   const Case cases[] = {
       {Errc::invalid_option, "certificate_file", [&](auto& tls) { tls.certificate_file.clear(); }},
@@ -666,7 +666,7 @@ TEST_CASE("start says which file of TLS is wrong and why", "[transport][tls][R0.
   for (const auto& item : cases) {
     INFO(item.says);
     TestHandler handler;
-    transport::Options options;
+    transport::TransportOptions options;
     options.port = 0;
     options.tls = good;
     item.change(*options.tls);
@@ -789,10 +789,10 @@ TEST_CASE("one address can have so many connections, and again when one leaves",
     return reached();
   };
   TestHandler handler;
-  transport::Options options;
+  transport::TransportOptions options;
   options.port = 0;
-  options.limits.connections_per_address = 2;
-  options.limits.linger_time = milliseconds(300);
+  options.limits.max_connections_per_address = 2;
+  options.limits.linger_timeout = milliseconds(300);
   {
     const auto server = transport::make_http(options);
     REQUIRE(server->start(handler));

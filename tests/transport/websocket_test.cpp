@@ -168,16 +168,16 @@ class Handler final : public engine::Handler {
   std::deque<Channel> ready_;
 };
 
-transport::Options on_any_port() {
-  transport::Options options;
+transport::TransportOptions on_any_port() {
+  transport::TransportOptions options;
   options.port = 0;
-  options.limits.stop_time = milliseconds(200);
+  options.limits.stop_timeout = milliseconds(200);
   return options;
 }
 
 /// A transport that is driven by the test's own thread, in between the steps of its clients, by a clock that is moved by hand.
 struct Host {
-  explicit Host(transport::Options options = on_any_port()) : limits(options.limits) {
+  explicit Host(transport::TransportOptions options = on_any_port()) : limits(options.limits) {
     options.clock = &clock;
     server = transport::make_http(std::move(options));
     if (const auto started = server->start(handler); !started) throw std::runtime_error(started.error().message);
@@ -284,7 +284,7 @@ TEST_CASE("frames that arrive with the handshake are not lost, however the bytes
 
 TEST_CASE("many frames that arrive with the handshake are not lost", "[transport][R0.12]") {
   auto options = on_any_port();
-  options.limits.websocket_messages = 10'000;
+  options.limits.max_websocket_messages = 10'000;
   Host host(options);
   auto client = host.connect();
   std::string bytes = WebSocketClient::handshake("/echo");
@@ -414,7 +414,7 @@ TEST_CASE("what is no handshake does not become a WebSocket, whatever the handle
 
 TEST_CASE("messages of every length and kind are echoed as they came", "[transport][R0.14]") {
   auto options = on_any_port();
-  options.limits.websocket_message_bytes = 1'000'000;
+  options.limits.max_websocket_message_bytes = 1'000'000;
   Host host(options);
   auto client = host.open();
   for (const std::size_t size : {0, 1, 125, 126, 127, 1535, 1536, 1537, 65535, 65536, 65537, 200'000, 1'000'000}) {
@@ -478,7 +478,7 @@ TEST_CASE("frames have one meaning however the bytes are split", "[transport]") 
 
 TEST_CASE("hundreds of pings in one segment are all answered", "[transport]") {
   auto options = on_any_port();
-  options.limits.websocket_messages = 4000;
+  options.limits.max_websocket_messages = 4000;
   Host host(options);
   auto client = host.open();
   std::string bytes;
@@ -515,7 +515,7 @@ TEST_CASE("the handler is asked for more after each message, and channels it nam
 
 TEST_CASE("a message above the limit is closed with 1009, before it has come", "[transport]") {
   Host host;
-  const auto limit = host.limits.websocket_message_bytes;
+  const auto limit = host.limits.max_websocket_message_bytes;
   auto fits = host.open();
   fits->send_text(std::string(limit, 'x'));
   REQUIRE(host.run_to_frames(*fits, 1));
@@ -610,7 +610,7 @@ TEST_CASE("what no client may send is closed with 1002", "[transport]") {
 
 TEST_CASE("a client that talks too much is closed with 1008", "[transport]") {
   auto options = on_any_port();
-  options.limits.websocket_messages = 4;
+  options.limits.max_websocket_messages = 4;
   Host host(options);
   auto quiet = host.open();
   auto client = host.open();
@@ -618,7 +618,7 @@ TEST_CASE("a client that talks too much is closed with 1008", "[transport]") {
     for (int i = 0; i < 3; ++i) client->send_text("x");
     client->send(Frame{Frame::ping, "counts as one"});
     REQUIRE(host.run_to_frames(*client, static_cast<std::size_t>(round + 1) * 4));
-    host.clock.advance(host.limits.ping_time);
+    host.clock.advance(host.limits.ping_interval);
     client->send(Frame{Frame::pong, ""});
     quiet->send(Frame{Frame::pong, ""});
     host.settle({client.get(), quiet.get()});
@@ -661,7 +661,7 @@ TEST_CASE("a WebSocket needs no further descriptor", "[transport][R0.12]") {
 
 TEST_CASE("pings are counted as messages are, and many of them are not one step of a poll", "[transport]") {
   auto options = on_any_port();
-  options.limits.websocket_messages = 1000;
+  options.limits.max_websocket_messages = 1000;
   Host host(options);
   auto client = host.open();
   std::string bytes;
@@ -682,7 +682,7 @@ TEST_CASE("pings are counted as messages are, and many of them are not one step 
 
 TEST_CASE("a WebSocket counts as a connection, and is not closed to make room", "[transport][R0.1]") {
   auto options = on_any_port();
-  options.limits.connections = 2;
+  options.limits.max_connections = 2;
   Host host(options);
   auto first = host.open();
   auto second = host.open();
@@ -757,7 +757,7 @@ TEST_CASE("both may close at once", "[transport][R0.14]") {
   CHECK(host.handler.open.empty());
 }
 
-TEST_CASE("the client's half of a close is awaited for close_time", "[transport]") {
+TEST_CASE("the client's half of a close is awaited for close_timeout", "[transport]") {
   Host host;
   auto mute = host.open();
   host.handler.say(host.last(), Push{nullptr, true, 1000, ""});
@@ -769,7 +769,7 @@ TEST_CASE("the client's half of a close is awaited for close_time", "[transport]
   host.settle({mute.get(), babbling.get(), open_end.get()});
   REQUIRE(mute->close_code() == 1000);
   CHECK(open_end->ended);
-  host.clock.advance(host.limits.close_time - milliseconds(1));
+  host.clock.advance(host.limits.close_timeout - milliseconds(1));
   babbling->send_text("no close");
   host.settle({mute.get(), babbling.get()});
   CHECK_FALSE(mute->ended);
@@ -793,7 +793,7 @@ TEST_CASE("a silent client is pinged, and dropped when nothing comes", "[transpo
   const std::string frame = Frame{Frame::text, "a long story"}.bytes();
   const auto all = {lively.get(), dead.get(), trickling.get()};
   host.settle(all);
-  host.clock.advance(host.limits.ping_time - milliseconds(1));
+  host.clock.advance(host.limits.ping_interval - milliseconds(1));
   host.settle(all);
   CHECK(lively->frames.empty());
   CHECK(host.server->poll(milliseconds(1), milliseconds(0)) == milliseconds(1));
@@ -806,7 +806,7 @@ TEST_CASE("a silent client is pinged, and dropped when nothing comes", "[transpo
   CHECK(trickling->frames.empty());
   lively->send(Frame{Frame::pong, ""});
   host.settle(all);
-  host.clock.advance(host.limits.pong_time - milliseconds(1));
+  host.clock.advance(host.limits.pong_timeout - milliseconds(1));
   trickling->send(frame.substr(1, 1));
   host.settle(all);
   CHECK_FALSE(dead->ended);
@@ -827,12 +827,12 @@ TEST_CASE("a client that was pinged and says something else lives, and is pinged
   auto client = host.open();
   for (int round = 0; round < 3; ++round) {
     client->frames.clear();
-    host.clock.advance(host.limits.ping_time);
+    host.clock.advance(host.limits.ping_interval);
     host.settle({client.get()});
     REQUIRE(kinds(client->frames) == "i");
     client->send(Frame{Frame::ping, ""});
     host.settle({client.get()});
-    host.clock.advance(host.limits.pong_time);
+    host.clock.advance(host.limits.pong_timeout);
     host.settle({client.get()});
     CHECK(kinds(client->frames) == "io");
     client->send(Frame{Frame::pong, ""});
@@ -845,10 +845,10 @@ TEST_CASE("a client that answers pings lives on without a word", "[transport]") 
   Host host;
   auto client = host.open();
   for (int round = 0; round < 20; ++round) {
-    host.clock.advance(host.limits.ping_time);
+    host.clock.advance(host.limits.ping_interval);
     host.settle({client.get()});
     REQUIRE(kinds(client->frames) == "i");
-    host.clock.advance(host.limits.pong_time - milliseconds(1));
+    host.clock.advance(host.limits.pong_timeout - milliseconds(1));
     client->send(Frame{Frame::pong, client->frames[0].payload});
     host.settle({client.get()});
     client->frames.clear();
@@ -857,9 +857,9 @@ TEST_CASE("a client that answers pings lives on without a word", "[transport]") 
   CHECK(host.handler.open.size() == 1);
 }
 
-TEST_CASE("a client that does not read costs one message on its way, and is dropped after write_time", "[transport]") {
+TEST_CASE("a client that does not read costs one message on its way, and is dropped after write_timeout", "[transport]") {
   auto options = on_any_port();
-  options.limits.ping_time = options.limits.write_time * 10;  // not what is looked at
+  options.limits.ping_interval = options.limits.write_timeout * 10;  // not what is looked at
   Host host(options);
   auto stuck = host.open("/a", 4096);
   const auto channel = host.last();
@@ -875,7 +875,7 @@ TEST_CASE("a client that does not read costs one message on its way, and is drop
   const auto most = pushed();
   CHECK(host.handler.alive_messages() <= 1);  // libwebsockets has a copy
   host.handler.make_ready(channel);  // again and again, to no avail
-  host.clock.advance(host.limits.write_time - milliseconds(1));
+  host.clock.advance(host.limits.write_timeout - milliseconds(1));
   host.settle({other.get()});
   CHECK(pushed() == most);
   CHECK(host.handler.alive_messages() <= 1);  // libwebsockets has a copy
@@ -892,7 +892,7 @@ TEST_CASE("a client that does not read costs one message on its way, and is drop
 
 TEST_CASE("a client that reads slowly gets every message whole", "[transport]") {
   auto options = on_any_port();
-  options.limits.ping_time = options.limits.write_time * 100;
+  options.limits.ping_interval = options.limits.write_timeout * 100;
   Host host(options);
   auto client = host.open("/a", 4096);
   client->paused = true;
@@ -901,7 +901,7 @@ TEST_CASE("a client that reads slowly gets every message whole", "[transport]") 
   host.settle({client.get()});
   CHECK(host.handler.open[host.last()].queue.size() > 0);
   for (int i = 0; i < 4; ++i) {  // never done, always some progress
-    host.clock.advance(host.limits.write_time - milliseconds(1));
+    host.clock.advance(host.limits.write_timeout - milliseconds(1));
     client->paused = false;
     const auto before = client->frames.size();
     REQUIRE(host.run_to_frames(*client, before + 1));
@@ -920,7 +920,7 @@ TEST_CASE("a client that reads slowly gets every message whole", "[transport]") 
 
 TEST_CASE("a client that does not read cannot keep a close or the end of the server from happening", "[transport]") {
   auto options = on_any_port();
-  options.limits.stop_time = milliseconds(20);
+  options.limits.stop_timeout = milliseconds(20);
   Host host(options);
   auto stuck = host.open("/a", 4096);
   stuck->paused = true;
@@ -929,23 +929,23 @@ TEST_CASE("a client that does not read cannot keep a close or the end of the ser
   host.settle({stuck.get()});
   host.settle({stuck.get()});
   SECTION("too many messages") {
-    for (std::size_t i = 0; i <= host.limits.websocket_messages; ++i) stuck->send_text("x");
+    for (std::size_t i = 0; i <= host.limits.max_websocket_messages; ++i) stuck->send_text("x");
     host.settle({stuck.get()});
     CHECK(host.handler.open.size() == 1);
-    host.clock.advance(host.limits.close_time);
+    host.clock.advance(host.limits.close_timeout);
     host.settle({stuck.get()});
   }
   SECTION("a protocol error") {
     stuck->send(Frame{3, "x"});
     host.settle({stuck.get()});
     CHECK(host.handler.open.size() == 1);
-    host.clock.advance(host.limits.write_time);
+    host.clock.advance(host.limits.write_timeout);
     host.settle({stuck.get()});
   }
   SECTION("the client closes") {
     stuck->send_close(1000);
     host.settle({stuck.get()});
-    host.clock.advance(host.limits.write_time);
+    host.clock.advance(host.limits.write_timeout);
     host.settle({stuck.get()});
   }
   SECTION("the client vanishes") {
@@ -984,7 +984,7 @@ TEST_CASE("poll leaves the channels that its budget does not cover to the next p
     CHECK(due == milliseconds(0));
   }
   host.settle();
-  CHECK(host.server->poll(milliseconds(1), milliseconds(0)) == host.limits.ping_time);
+  CHECK(host.server->poll(milliseconds(1), milliseconds(0)) == host.limits.ping_interval);
   for (auto& client : clients) {
     client->step();
     CHECK(kinds(client->frames) == "tt");
@@ -1013,7 +1013,7 @@ TEST_CASE("a channel that always has more does not keep the others waiting", "[t
 
 TEST_CASE("a client that talks fast does not keep the others waiting", "[transport]") {
   auto options = on_any_port();
-  options.limits.websocket_messages = std::numeric_limits<std::size_t>::max();
+  options.limits.max_websocket_messages = std::numeric_limits<std::size_t>::max();
   Host host(options);
   auto fast = host.open("/a");
   auto slow = host.open("/b");
@@ -1038,7 +1038,7 @@ TEST_CASE("a client that talks fast does not keep the others waiting", "[transpo
 
 TEST_CASE("a wait for the handler ends when it is due, not at the next millisecond before or after", "[transport]") {
   Handler handler;
-  transport::Options options;
+  transport::TransportOptions options;
   options.port = 0;
   const auto server = transport::make_http(options);  // by the system's clock
   REQUIRE(server->start(handler));
@@ -1172,8 +1172,8 @@ TEST_CASE("a transport that is destroyed closes its channels", "[transport]") {
 
 TEST_CASE("many sockets that open, talk and end in any order leave nothing behind", "[transport]") {
   auto options = on_any_port();
-  options.limits.connections = 150;
-  options.limits.websocket_messages = 1'000'000;
+  options.limits.max_connections = 150;
+  options.limits.max_websocket_messages = 1'000'000;
   Host host(options);
   std::mt19937 random(20261121);
   const auto pick = [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random); };
@@ -1224,10 +1224,10 @@ TEST_CASE("many sockets that open, talk and end in any order leave nothing behin
   CHECK(host.handler.channels.size() > 100);
   clients.clear();
   host.settle();
-  host.clock.advance(host.limits.write_time + host.limits.ping_time + host.limits.pong_time);
+  host.clock.advance(host.limits.write_timeout + host.limits.ping_interval + host.limits.pong_timeout);
   for (std::size_t i = 0; i < host.handler.tickets.size(); ++i) host.handler.accept(i);
   host.server->waker()->wake();
-  for (int i = 0; i < 10; ++i) host.settle(), host.clock.advance(host.limits.ping_time);
+  for (int i = 0; i < 10; ++i) host.settle(), host.clock.advance(host.limits.ping_interval);
   CHECK(host.handler.open.empty());
   CHECK(host.handler.alive_messages() == 0);
   auto other = host.open();

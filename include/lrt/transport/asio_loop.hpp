@@ -19,7 +19,7 @@ namespace lrt::transport {
 namespace detail {
 /// Defined for the version of Boost that lrt was compiled with. A host with another version does not link.
 template <int boost_version>
-std::unique_ptr<Transport> make_http_on_loop(Options options, boost::asio::io_context& io);
+std::unique_ptr<Transport> make_http_on_loop(TransportOptions options, boost::asio::io_context& io);
 }  // namespace detail
 
 /// make_http() on the host's io_context: the threads that run it serve, and call the lambdas of Things; the host polls nothing. Needs
@@ -27,7 +27,7 @@ std::unique_ptr<Transport> make_http_on_loop(Options options, boost::asio::io_co
 ///
 /// @param io  must outlive the transport. Host and lrt must be compiled with the same version of Boost: else the host does not link.
 /// @par Threads  Those that run `io`, one at a time.
-inline std::unique_ptr<Transport> make_http(Options options, boost::asio::io_context& io) {
+inline std::unique_ptr<Transport> make_http(TransportOptions options, boost::asio::io_context& io) {
   return detail::make_http_on_loop<BOOST_VERSION>(std::move(options), io);
 }
 #endif

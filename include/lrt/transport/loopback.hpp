@@ -14,7 +14,7 @@ namespace lrt::transport {
 /// @par Threads  One thread at a time; what waker() returns: any.
 class Loopback final : public Transport {
  public:
-  explicit Loopback(Options options = {});
+  explicit Loopback(TransportOptions options = {});
   ~Loopback() override;
 
   Result<void> start(engine::Handler& handler) override;

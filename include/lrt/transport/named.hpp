@@ -12,6 +12,6 @@ namespace lrt::transport {
 std::vector<std::string_view> names();
 
 /// Makes the transport of that name; an empty name means the default. nullptr: this build has none of that name.
-std::unique_ptr<Transport> make_named(std::string_view name, Options options);
+std::unique_ptr<Transport> make_named(std::string_view name, TransportOptions options);
 
 }  // namespace lrt::transport

@@ -58,11 +58,11 @@ class Session {
  public:
   /// What the session waits for.
   enum class Phase : unsigned char {
-    idle,       ///< a request; limits.idle_time, for the first one limits.head_time
-    header,     ///< the rest of a header section; limits.head_time
-    body,       ///< the rest of a body; limits.body_time
-    writing,    ///< the client, to read output(); limits.write_time
-    lingering,  ///< the client, to close the connection, which is half-closed (RFC 9112 9.6); limits.linger_time
+    idle,       ///< a request; limits.idle_timeout, for the first one limits.header_timeout
+    header,     ///< the rest of a header section; limits.header_timeout
+    body,       ///< the rest of a body; limits.body_timeout
+    writing,    ///< the client, to read output(); limits.write_timeout
+    lingering,  ///< the client, to close the connection, which is half-closed (RFC 9112 9.6); limits.linger_timeout
     waiting,    ///< the handler's reply to ticket(); no limit here
     upgraded,   ///< the owner, to call take_upgrade(); the session is over. Only with SessionContext::websockets
     closed,
@@ -105,7 +105,7 @@ class Session {
 
   bool wants_input() const noexcept;
   Phase phase() const noexcept { return phase_; }
-  /// The phase whose limit applies: the header section of the first request must be complete within limits.head_time from the beginning.
+  /// The phase whose limit applies: the header section of the first request must be complete within limits.header_timeout from the beginning.
   Phase timed_phase() const noexcept { return phase_ == Phase::idle && requests_ == 0 ? Phase::header : phase_; }
   /// How long timed_phase() may last; nullopt: no limit.
   std::optional<std::chrono::milliseconds> time() const noexcept;

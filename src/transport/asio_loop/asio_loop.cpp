@@ -94,7 +94,7 @@ class DescriptorWatch final : public std::enable_shared_from_this<DescriptorWatc
 /// An HTTP transport that is polled by a host's io_context.
 class HostLoopTransport final : public Transport {
  public:
-  HostLoopTransport(Options options, boost::asio::io_context& io)
+  HostLoopTransport(TransportOptions options, boost::asio::io_context& io)
       : io_(io), turn_(options.turn), log_(options.log), http_(make_http(std::move(options))) {}
   ~HostLoopTransport() override { end_watch(); }
 
@@ -131,7 +131,7 @@ class HostLoopTransport final : public Transport {
 };
 
 Result<void> HostLoopTransport::start(engine::Handler& handler) {
-  if (!turn_) return unexpected(Errc::invalid_option, "the transport lives on a loop of the host's: Options::turn says what to do there");
+  if (!turn_) return unexpected(Errc::invalid_option, "the transport lives on a loop of the host's: TransportOptions::turn says what to do there");
   if (auto started = http_->start(handler); !started) return started;
   end_watch();
   watch_ = std::make_shared<DescriptorWatch>(io_, turn_, log_);
@@ -143,9 +143,9 @@ Result<void> HostLoopTransport::start(engine::Handler& handler) {
 }  // namespace
 
 template <int boost_version>
-std::unique_ptr<Transport> detail::make_http_on_loop(Options options, boost::asio::io_context& io) {
+std::unique_ptr<Transport> detail::make_http_on_loop(TransportOptions options, boost::asio::io_context& io) {
   return std::make_unique<HostLoopTransport>(std::move(options), io);
 }
-template std::unique_ptr<Transport> detail::make_http_on_loop<BOOST_VERSION>(Options options, boost::asio::io_context& io);
+template std::unique_ptr<Transport> detail::make_http_on_loop<BOOST_VERSION>(TransportOptions options, boost::asio::io_context& io);
 
 }  // namespace lrt::transport

@@ -9,7 +9,7 @@
 
 namespace lrt::transport {
 
-/// How many connections each address has (Limits::connections_per_address). Those of this machine are not counted.
+/// How many connections each address has (Limits::max_connections_per_address). Those of this machine are not counted.
 class Addresses {
  public:
   explicit Addresses(std::size_t limit) : limit_(limit) {}

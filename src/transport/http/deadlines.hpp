@@ -19,10 +19,10 @@ class Deadlines {
  public:
   using Instant = std::chrono::steady_clock::time_point;
   static constexpr std::size_t phases = 5;  ///< the kinds below: the phases of a Session that have a time, see there
-  static constexpr std::size_t blocked = 3;     ///< as Session::Phase::writing: limits.write_time
-  static constexpr std::size_t silent = 5;      ///< limits.ping_time
-  static constexpr std::size_t unanswered = 6;  ///< limits.pong_time
-  static constexpr std::size_t closing = 7;     ///< limits.close_time
+  static constexpr std::size_t blocked = 3;     ///< as Session::Phase::writing: limits.write_timeout
+  static constexpr std::size_t silent = 5;      ///< limits.ping_interval
+  static constexpr std::size_t unanswered = 6;  ///< limits.pong_timeout
+  static constexpr std::size_t closing = 7;     ///< limits.close_timeout
   static constexpr std::size_t kinds = 8;
 
   /// Base of what has a deadline. At most one at a time.

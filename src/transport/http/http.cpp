@@ -46,7 +46,7 @@ class Wakes final : public Watched {
 
 class HttpTransport final : public Transport {
  public:
-  explicit HttpTransport(Options options)
+  explicit HttpTransport(TransportOptions options)
       : loop_(std::move(options)), waker_(std::make_shared<EventWaker>()), wakes_(*waker_), listener_(loop_) {}
 
   ~HttpTransport() override {
@@ -239,7 +239,7 @@ void HttpTransport::stop() {
   for (std::size_t i = loop_.clients.size(); i-- > 0;) loop_.clients[i]->begin_stop(now_stopping);
   // Bounded by the machine's time, whatever the clock of the options says.
   const auto begin = SteadyClock::now();
-  auto end = begin + loop_.options.limits.stop_time;
+  auto end = begin + loop_.options.limits.stop_timeout;
   while (!loop_.clients.empty()) {
     const bool busy = std::any_of(loop_.clients.begin(), loop_.clients.end(), [](const auto& client) { return client->is_busy(); });
     const auto now = SteadyClock::now();
@@ -260,6 +260,6 @@ void HttpTransport::close_all() {
 
 }  // namespace
 
-std::unique_ptr<Transport> make_http(Options options) { return std::make_unique<HttpTransport>(std::move(options)); }
+std::unique_ptr<Transport> make_http(TransportOptions options) { return std::make_unique<HttpTransport>(std::move(options)); }
 
 }  // namespace lrt::transport

@@ -177,7 +177,7 @@ void Listener::admit(int descriptor, std::string peer) {
 }
 
 bool Listener::has_room() const noexcept {
-  return loop_.clients.size() - loop_.refused < loop_.options.limits.connections;
+  return loop_.clients.size() - loop_.refused < loop_.options.limits.max_connections;
 }
 
 /// Closes the connection that has been idle longest. One whose next request has arrived unnoticed is not idle: it is served now, as

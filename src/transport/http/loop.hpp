@@ -34,11 +34,11 @@ using TurnOrder = List<WebSocket, TurnTag>;
 
 /// What the connections of one transport share. One thread.
 struct Loop {
-  explicit Loop(Options given)
+  explicit Loop(TransportOptions given)
       : options(std::move(given)),
         clock(options.clock ? *options.clock : system_clock()),
         context(options.limits),
-        addresses(options.limits.connections_per_address) {
+        addresses(options.limits.max_connections_per_address) {
     context.websockets = true;
   }
 
@@ -46,7 +46,7 @@ struct Loop {
     if (options.log) options.log(level, text);
   }
 
-  const Options options;
+  const TransportOptions options;
   const Clock& clock;
   Readiness readiness;
   SessionContext context;

@@ -55,11 +55,11 @@ void Session::enter(Phase phase) noexcept {
 std::optional<std::chrono::milliseconds> Session::time() const noexcept {
   const auto& limits = context_.limits();
   switch (timed_phase()) {
-    case Phase::idle: return limits.idle_time;
-    case Phase::header: return limits.head_time;
-    case Phase::body: return limits.body_time;
-    case Phase::writing: return limits.write_time;
-    case Phase::lingering: return limits.linger_time;
+    case Phase::idle: return limits.idle_timeout;
+    case Phase::header: return limits.header_timeout;
+    case Phase::body: return limits.body_timeout;
+    case Phase::writing: return limits.write_timeout;
+    case Phase::lingering: return limits.linger_timeout;
     case Phase::waiting:
     case Phase::upgraded:
     case Phase::closed: break;
@@ -75,9 +75,9 @@ bool Session::wants_input() const noexcept {
     case Phase::idle:
     case Phase::header:
     case Phase::body: return true;
-    case Phase::waiting: return in_.size() - in_used_ < context_.limits().head_bytes;
+    case Phase::waiting: return in_.size() - in_used_ < context_.limits().max_header_bytes;
     // Over the limit nothing is read, so that TCP holds the client back until the time is over, too.
-    case Phase::lingering: return discarded_ < context_.limits().linger_bytes;
+    case Phase::lingering: return discarded_ < context_.limits().max_linger_bytes;
     case Phase::writing:
     case Phase::upgraded:
     case Phase::closed: return false;
@@ -141,7 +141,7 @@ void Session::run(TimePoint now) {
 
 /// The size of the header section at the front of rest_ if it is complete. Refuses one that cannot become acceptable.
 std::optional<std::size_t> Session::find_header_end(TimePoint now) {
-  const auto limit = context_.limits().head_bytes;
+  const auto limit = context_.limits().max_header_bytes;
   const auto window = rest_.substr(0, limit);
   while (scanned_ < window.size()) {
     const void* const found = std::memchr(window.data() + scanned_, '\n', window.size() - scanned_);
@@ -170,7 +170,7 @@ std::optional<std::size_t> Session::find_header_end(TimePoint now) {
 
 /// Refuses a line of the header section that is longer than allowed, complete or not. Its CRLF does not count.
 bool Session::is_line_too_long(std::string_view line, TimePoint now) {
-  const auto limit = context_.limits().line_bytes;
+  const auto limit = context_.limits().max_line_bytes;
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
   if (line.size() <= limit) return false;
   const auto longer = " is longer than the " + std::to_string(limit) + " bytes allowed for a line";
@@ -224,7 +224,7 @@ void Session::begin_body(std::string_view header, TimePoint now) {
     dispatch(now);
     return;
   }
-  const auto limit = context_.limits().body_bytes;
+  const auto limit = context_.limits().max_body_bytes;
   if (!framing_.chunked && framing_.length > limit) {
     refuse(413, "the body has " + std::to_string(framing_.length) + " bytes; " + std::to_string(limit) + " are allowed", now);
     return;
@@ -239,7 +239,7 @@ void Session::begin_body(std::string_view header, TimePoint now) {
   }
   if (framing_.expects_continue && rest_.empty()) out_ += "HTTP/1.1 100 Continue\r\n\r\n";
   body_.clear();
-  chunks_.reset(limit, context_.limits().head_bytes);
+  chunks_.reset(limit, context_.limits().max_header_bytes);
   keep_header(header);
 }
 
@@ -276,7 +276,7 @@ bool Session::take_body(TimePoint now) {
       case ChunkDecoder::Status::done: break;
       case ChunkDecoder::Status::bad: refuse(400, std::string(chunks_.problem()), now); return false;
       case ChunkDecoder::Status::too_large:
-        refuse(413, "the body has more than " + std::to_string(context_.limits().body_bytes) + " bytes", now);
+        refuse(413, "the body has more than " + std::to_string(context_.limits().max_body_bytes) + " bytes", now);
         return false;
     }
   }
@@ -289,7 +289,7 @@ bool Session::take_body(TimePoint now) {
 
 void Session::dispatch(TimePoint now) {
   ++requests_;
-  keep_alive_ = framing_.keep_alive && requests_ < context_.limits().requests_per_connection;
+  keep_alive_ = framing_.keep_alive && requests_ < context_.limits().max_requests_per_connection;
   request_.can_upgrade = context_.websockets && version_ == 11 && !context_.stopping;
   auto outcome = context_.handler->handle(request_, now);
   if (auto* const deferred = std::get_if<engine::Deferred>(&outcome)) {
@@ -420,8 +420,8 @@ void Session::expire(TimePoint now) {
     return " was not complete within " + std::to_string(time.count()) + " ms";
   };
   switch (phase_) {
-    case Phase::header: refuse(408, "the head" + within(context_.limits().head_time), now); break;
-    case Phase::body: refuse(408, "the body" + within(context_.limits().body_time), now); break;
+    case Phase::header: refuse(408, "the head" + within(context_.limits().header_timeout), now); break;
+    case Phase::body: refuse(408, "the body" + within(context_.limits().body_timeout), now); break;
     case Phase::idle:
     case Phase::writing:
     case Phase::lingering: enter(Phase::closed); break;

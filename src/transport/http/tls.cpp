@@ -266,7 +266,7 @@ Result<void> check_readable(const char* what, const std::string& path) {
   return unexpected(Errc::io_error, std::string(what) + " \"" + path + "\": " + std::strerror(errno));
 }
 
-Result<std::shared_ptr<ssl_ctx_st>> make_context(const Tls& tls) {
+Result<std::shared_ptr<ssl_ctx_st>> make_context(const TlsOptions& tls) {
   if (tls.certificate_file.empty()) return unexpected(Errc::invalid_option, "tls.certificate_file: no file is named");
   if (tls.key_file.empty()) return unexpected(Errc::invalid_option, "tls.key_file: no file is named");
   if (tls.require_client_certificate && tls.client_ca_file.empty())
@@ -343,7 +343,7 @@ Result<std::shared_ptr<ssl_ctx_st>> make_context(const Tls& tls) {
 
 }  // namespace
 
-Result<void> TlsContext::load(const Tls& tls) {
+Result<void> TlsContext::load(const TlsOptions& tls) {
   const std::lock_guard loading(loading_);
   auto made = make_context(tls);
   if (!made) return Unexpected{std::move(made).error()};

@@ -90,7 +90,7 @@ class TlsContext {
  public:
   /// Reads the files; on error nothing changes.
   /// @par Errors  invalid_option: a file is not named; io_error: a file, with the reason
-  Result<void> load(const Tls& tls);
+  Result<void> load(const TlsOptions& tls);
   /// nullptr: no memory.
   std::unique_ptr<TlsStream> make(int descriptor);
 

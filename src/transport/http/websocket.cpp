@@ -36,7 +36,7 @@ WebSocket::WebSocket(Loop& loop, Socket socket, Session::Upgrade upgrade, Addres
       tls_(std::move(tls)),
       place_(std::move(place)),
       early_(std::move(upgrade_.early)) {
-  auto handshake = loop.framer.accept(upgrade_.key, loop.options.limits.websocket_message_bytes);
+  auto handshake = loop.framer.accept(upgrade_.key, loop.options.limits.max_websocket_message_bytes);
   upgrade_.response.fields.set("Sec-WebSocket-Accept", handshake.accept);
   frames_ = std::move(handshake.frames);
 }
@@ -153,16 +153,16 @@ void WebSocket::take_messages(TimePoint now) {
   }
 }
 
-/// A message or a ping, from the first after the last ping_time was over.
+/// A message or a ping, from the first after the last ping_interval was over.
 void WebSocket::count(TimePoint now) {
-  if (now.steady - window_ >= loop_.options.limits.ping_time) {
+  if (now.steady - window_ >= loop_.options.limits.ping_interval) {
     window_ = now.steady;
     window_messages_ = 0;
   }
   ++window_messages_;
 }
 
-bool WebSocket::is_too_much() const noexcept { return phase_ == Phase::open && window_messages_ > loop_.options.limits.websocket_messages; }
+bool WebSocket::is_too_much() const noexcept { return phase_ == Phase::open && window_messages_ > loop_.options.limits.max_websocket_messages; }
 
 /// Reads what nobody needs, so that closing does not reset the connection while the client's last bytes are on their way.
 void WebSocket::discard() {
@@ -173,7 +173,7 @@ void WebSocket::discard() {
     if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
     if (got <= 0) return close();
     discarded_ += static_cast<std::size_t>(got);
-    if (discarded_ >= loop_.options.limits.linger_bytes) return watch();  // TCP holds the client back until the time is over
+    if (discarded_ >= loop_.options.limits.max_linger_bytes) return watch();  // TCP holds the client back until the time is over
     if (static_cast<std::size_t>(got) < scratch.size()) return;
   }
 }
@@ -257,10 +257,10 @@ void WebSocket::sent(std::size_t bytes) {
   else frames_->sent(bytes);
 }
 
-/// @param anew  the client has taken something: it has write_time for the next
+/// @param anew  the client has taken something: it has write_timeout for the next
 void WebSocket::block(bool anew, TimePoint now) {
   blocked_ = true;
-  if (anew) loop_.deadlines.set(progress_, Deadlines::blocked, now.steady + loop_.options.limits.write_time);
+  if (anew) loop_.deadlines.set(progress_, Deadlines::blocked, now.steady + loop_.options.limits.write_timeout);
 }
 
 // ---------------------------------------------------------------------------------------------------------------- closing
@@ -296,7 +296,7 @@ void WebSocket::enter_closing(TimePoint now) {
   if (phase_ != Phase::open) return;
   phase_ = Phase::closing;
   Linked<TurnTag>::unlink();
-  loop_.deadlines.set(life_, Deadlines::closing, now.steady + loop_.options.limits.close_time);
+  loop_.deadlines.set(life_, Deadlines::closing, now.steady + loop_.options.limits.close_timeout);
 }
 
 /// RFC 6455 7.1.1: the server is the first to end the connection, and waits for the client to notice.
@@ -333,13 +333,13 @@ void WebSocket::release_channel() {
 void WebSocket::heard(TimePoint now) {
   if (phase_ != Phase::open) return;
   pinged_ = owes_ping_ = false;
-  loop_.deadlines.set(life_, Deadlines::silent, now.steady + loop_.options.limits.ping_time);
+  loop_.deadlines.set(life_, Deadlines::silent, now.steady + loop_.options.limits.ping_interval);
 }
 
 void WebSocket::on_silence(TimePoint now) {
   if (phase_ != Phase::open || pinged_) return close();
   pinged_ = owes_ping_ = true;
-  loop_.deadlines.set(life_, Deadlines::unanswered, now.steady + loop_.options.limits.pong_time);
+  loop_.deadlines.set(life_, Deadlines::unanswered, now.steady + loop_.options.limits.pong_timeout);
   write(now);
   watch();
 }
@@ -347,7 +347,7 @@ void WebSocket::on_silence(TimePoint now) {
 /// Tells the loop what is waited for; that a client is gone it tells anyway.
 void WebSocket::watch() {
   if (phase_ == Phase::closed) return;
-  const bool wanted = phase_ == Phase::lingering ? discarded_ < loop_.options.limits.linger_bytes : is_speaking() && frames_->wants_input();
+  const bool wanted = phase_ == Phase::lingering ? discarded_ < loop_.options.limits.max_linger_bytes : is_speaking() && frames_->wants_input();
   if (loop_.readiness.watch(socket_, *this, (wanted ? EPOLLIN : 0U) | (blocked_ && phase_ != Phase::lingering ? EPOLLOUT : 0U))) return;
   loop_.log(LogLevel::warning, "a WebSocket is dropped: the system cannot watch more");
   close();

@@ -47,7 +47,7 @@ class WebSocket final : public Client, public Linked<TurnTag> {
   enum class Phase : unsigned char {
     opening,    ///< the 101 is being sent
     open,
-    closing,    ///< the client's half of the closing handshake is awaited; limits.close_time from here to the end
+    closing,    ///< the client's half of the closing handshake is awaited; limits.close_timeout from here to the end
     lingering,  ///< half-closed: the client should notice that the connection is over
     closed,
   };

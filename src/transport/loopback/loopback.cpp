@@ -28,7 +28,7 @@ http::Response problem(int status, std::string detail) {
 }  // namespace
 
 struct Loopback::Impl {
-  explicit Impl(Options given) : options(std::move(given)), clock(options.clock ? *options.clock : system_clock()) {}
+  explicit Impl(TransportOptions given) : options(std::move(given)), clock(options.clock ? *options.clock : system_clock()) {}
 
   void deliver(TimePoint now, std::chrono::microseconds budget) {
     std::optional<std::chrono::steady_clock::time_point> end;
@@ -76,7 +76,7 @@ struct Loopback::Impl {
     }
   }
 
-  const Options options;
+  const TransportOptions options;
   const Clock& clock;
   engine::Handler* handler = nullptr;
   bool left = false;  ///< the budget ended before the handler's replies
@@ -84,7 +84,7 @@ struct Loopback::Impl {
   std::unordered_map<std::uint64_t, std::function<void(http::Response)>> open;
 };
 
-Loopback::Loopback(Options options) : impl_(std::make_unique<Impl>(std::move(options))) {}
+Loopback::Loopback(TransportOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
 
 Loopback::~Loopback() {
   if (impl_->handler) impl_->give_up();
@@ -109,7 +109,7 @@ std::shared_ptr<Waker> Loopback::waker() const noexcept { return impl_->waker; }
 void Loopback::stop() {
   if (!impl_->handler) return;
   // Bounded by the machine's time, whatever the clock of the options says.
-  const auto end = std::chrono::steady_clock::now() + impl_->options.limits.stop_time;
+  const auto end = std::chrono::steady_clock::now() + impl_->options.limits.stop_timeout;
   while (impl_->handler && !impl_->open.empty()) {
     const auto now = std::chrono::steady_clock::now();
     if (now >= end) break;
@@ -122,8 +122,8 @@ void Loopback::submit(const http::Request& request, std::function<void(http::Res
   if (!impl_->handler) return done(problem(503, "the server is not running"));
   http::Framing framing;
   if (auto refusal = http::check_request(request, framing)) return done(problem(refusal->status, std::move(refusal->reason)));
-  if (request.body.size() > impl_->options.limits.body_bytes) {
-    return done(problem(413, "the body has more than " + std::to_string(impl_->options.limits.body_bytes) + " bytes"));
+  if (request.body.size() > impl_->options.limits.max_body_bytes) {
+    return done(problem(413, "the body has more than " + std::to_string(impl_->options.limits.max_body_bytes) + " bytes"));
   }
   auto outcome = impl_->handler->handle(request, impl_->clock.now());
   if (auto* const deferred = std::get_if<engine::Deferred>(&outcome)) {
