@@ -147,10 +147,11 @@ class EpollTransport final : public transport::Transport {
   /// Sends what there is, and sees to what the session wants next.
   void go_on(std::uint64_t id, Client& c, TimePoint now) {
     bool blocked = false;
-    if (const auto [first, second] = c.session.output(); !first.empty() && !c.closed) {
-      iovec parts[] = {{const_cast<char*>(first.data()), first.size()}, {const_cast<char*>(second.data()), second.size()}};
+    if (const auto [first, second, third] = c.session.output(); !first.empty() && !c.closed) {
+      iovec parts[] = {{const_cast<char*>(first.data()), first.size()}, {const_cast<char*>(second.data()), second.size()},
+                       {const_cast<char*>(third.data()), third.size()}};
       msghdr message{};
-      message.msg_iov = parts, message.msg_iovlen = 2;
+      message.msg_iov = parts, message.msg_iovlen = 3;
       const auto sent = ::sendmsg(c.socket.number, &message, MSG_NOSIGNAL);
       blocked = sent < 0 && errno == EAGAIN;
       if (sent >= 0) c.session.sent(static_cast<std::size_t>(sent), now);
@@ -179,7 +180,7 @@ class EpollTransport final : public transport::Transport {
     Client& c = clients_.find(id)->second;
     tickets_.erase(ticket);
     c.ticket.reset();
-    c.session.reply(std::move(reply.response), now);
+    c.session.reply(std::move(reply), now);
     go_on(id, c, now);
   }
 

@@ -77,8 +77,7 @@ void serve(std::string_view bytes, std::size_t chunk) {
       for (lrt::engine::Job& job : engine.take_jobs()) job.run(), moved = true;
       while (auto reply = engine.next_reply(now)) {
         moved = true;
-        if (session.ticket() == reply->ticket && !reply->channel) session.reply(std::move(reply->response), now);
-        else if (session.ticket() == reply->ticket) session.upgrade(*reply->channel, std::move(reply->response), now);
+        if (session.ticket() == reply->ticket) session.reply(*std::move(reply), now);
         else if (reply->channel) engine.closed(*reply->channel);
       }
       for (auto out = session.output(); !out.empty(); out = session.output()) {

@@ -113,7 +113,7 @@ TEST_CASE("an alarm rings until it is silenced or set anew, and is not set for w
   alarm.set(begin + std::chrono::hours(2), begin);
   CHECK(rings(20'000));
   CHECK(rings(0));
-  alarm.silence();
+  alarm.clear();
   CHECK_FALSE(rings(0));
   alarm.set(begin, begin);
   CHECK(rings(20'000));

@@ -30,7 +30,7 @@ struct Run {
   }
   void complete(std::string body) {
     handler.complete(handler.open.back(), std::move(body));
-    session.reply(handler.next_reply(clock.now())->response, clock.now());
+    session.reply(*handler.next_reply(clock.now()), clock.now());
     drain();
   }
   bool is_over() const { return session.phase() == Session::Phase::lingering || session.phase() == Session::Phase::closed; }

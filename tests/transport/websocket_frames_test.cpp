@@ -106,7 +106,8 @@ class Owner {
   bool drain() {
     bool any = false;
     while (!frames->output().empty()) {
-      auto [first, second] = frames->output();
+      const auto [first, second, third] = frames->output();
+      REQUIRE(third.empty());
       const auto size = std::min(pace_.out, first.size() + second.size());
       const auto from_first = std::min(size, first.size());
       written_.append(first.substr(0, from_first)).append(second.substr(0, size - from_first));

@@ -132,7 +132,9 @@ class Handler final : public engine::Handler {
   /// Answers the deferred handshake.
   Channel accept(std::size_t index) {
     const auto channel = new_channel("/echo");
-    replies.push_back({tickets.at(index), {}, channel});
+    http::Response response;
+    response.status = 101;
+    replies.push_back({tickets.at(index), std::move(response), channel});
     return channel;
   }
   std::size_t alive_messages() const {

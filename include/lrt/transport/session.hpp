@@ -16,10 +16,11 @@
 
 namespace lrt::transport {
 
-/// Bytes to write, in this order.
+/// Bytes to write, in this order. An owner may leave `third` out: then it is the first part of the next output.
 struct Output {
   std::string_view first;
   std::string_view second;
+  std::string_view third{};
   bool empty() const noexcept { return first.empty() && second.empty(); }
 };
 
@@ -33,6 +34,7 @@ class SessionContext {
   const Limits& limits() const noexcept { return limits_; }
   engine::Handler* handler = nullptr;
   bool websockets = false;  ///< the owner carries WebSockets
+  bool streams = false;     ///< the owner carries event streams: it calls push() for channel()
   bool stopping = false;    ///< every response is the last of its connection
 
   /// IMF-fixdate (RFC 9110 5.6.7), made once a second.
@@ -49,7 +51,8 @@ class SessionContext {
 ///
 /// The owner calls receive() with the bytes that it reads while wants_input(), writes output() and reports it by sent(), calls reply() for
 /// ticket(), and expire() when the time of phase() is over. It half-closes the connection when the phase becomes `lingering` and
-/// closes it when it becomes `closed`. TLS belongs between the owner and the session. examples/ex_own_transport is a transport that is made
+/// closes it when it becomes `closed`. With SessionContext::streams it gives push() what the handler has for channel(), whenever
+/// wants_message(). When the connection ends it calls abandon(). TLS belongs between the owner and the session. examples/ex_own_transport is a transport that is made
 /// of sessions.
 ///
 /// @par Threads     One at a time, also for all sessions of a context.
@@ -63,6 +66,7 @@ class Session {
     body,       ///< the rest of a body; limits.body_timeout
     writing,    ///< the client, to read output(); limits.write_timeout
     lingering,  ///< the client, to close the connection, which is half-closed (RFC 9112 9.6); limits.linger_timeout
+    streaming,  ///< a message for channel(); after limits.ping_interval expire() writes a comment
     waiting,    ///< the handler's reply to ticket(); no limit here
     upgraded,   ///< the owner, to call take_upgrade(); the session is over. Only with SessionContext::websockets
     closed,
@@ -81,12 +85,16 @@ class Session {
   void receive(std::string_view bytes, TimePoint now);
   /// The client has ended its sending. It still gets the response to what it has sent.
   void end_of_input(TimePoint now);
-  /// The deferred response to ticket().
-  void reply(http::Response response, TimePoint now);
-  /// The deferred response to ticket() accepts a WebSocket: phase() becomes `upgraded` if the request is an opening handshake.
-  void upgrade(engine::Channel channel, http::Response response, TimePoint now);
+  /// The deferred response to ticket(): a response, a WebSocket if the request is an opening handshake, or an event stream.
+  void reply(engine::Reply reply, TimePoint now);
   /// Once, in the phase `upgraded`. From then on the caller must call the handler's closed().
   Upgrade take_upgrade();
+  /// The next message of the event stream, or its end. Only if wants_message().
+  void push(engine::Push push, TimePoint now);
+  /// Ends the event stream, after the message that is being written. The handler's closed() is called.
+  void end_stream(TimePoint now);
+  /// The connection has ended: the handler forgets the open ticket or channel.
+  void abandon() noexcept;
   /// Responds with this status to whatever the client sent, and closes.
   void refuse(int status, std::string reason, TimePoint now);
   /// Responds with this, and closes.
@@ -113,6 +121,9 @@ class Session {
   std::uint32_t epoch() const noexcept { return epoch_; }
   /// Of the deferred response.
   std::optional<engine::Ticket> ticket() const noexcept { return ticket_; }
+  /// Of the open event stream.
+  std::optional<engine::Channel> channel() const noexcept { return channel_; }
+  bool wants_message() const noexcept { return phase_ == Phase::streaming; }
   bool input_ended() const noexcept { return input_ended_; }
 
  private:
@@ -129,6 +140,11 @@ class Session {
   void finish_response(TimePoint now);
   void keep_handshake();
   void accept_upgrade(engine::Channel channel, http::Response response, TimePoint now);
+  void accept_stream(engine::Channel channel, http::Response response, TimePoint now);
+  void write_chunk(std::string_view text);
+  void write_chunk(std::shared_ptr<const std::string> message);
+  bool must_end_stream() const noexcept { return input_ended_ || context_.stopping; }
+  void finish_stream(TimePoint now);
   void check_end(TimePoint now);
   void enter(Phase phase) noexcept;
 
@@ -161,9 +177,11 @@ class Session {
   int version_ = 11;
   std::size_t requests_ = 0;
   std::optional<engine::Ticket> ticket_;
+  std::optional<engine::Channel> channel_;  ///< of the open event stream
   std::unique_ptr<Upgrade> upgrade_;  ///< while the request is an opening handshake
   std::string out_;
-  std::shared_ptr<const std::string> out_body_;
+  std::shared_ptr<const std::string> out_body_;  ///< behind out_
+  std::string_view out_tail_;                    ///< behind that
   std::size_t out_sent_ = 0;
 };
 

@@ -23,23 +23,23 @@ class Alarm final : public Watched {
     return false;
   }
 
-  /// Rings at `due`, unless it rings before that anyway: that costs less than setting it each time that what is due moves away.
+  /// Expires at `due`, or earlier if it is set to an earlier instant: that costs less than setting it whenever the instant moves away.
   /// @param due  by a clock of which `now` is the present; it stands for the machine's time until then
   void set(Instant due, Instant now) noexcept {
-    if (!rings_ && due_ > now && due_ <= due) return;
+    if (!expired_ && due_ > now && due_ <= due) return;
     const auto left = std::clamp<std::chrono::nanoseconds>(due - now, std::chrono::nanoseconds(1), std::chrono::hours(1));
     write(left);
     due_ = due;
   }
-  /// Ends the ringing: nothing is due.
-  void silence() noexcept {
-    if (!rings_) return;
+  /// Nothing is due: makes the descriptor unreadable.
+  void clear() noexcept {
+    if (!expired_) return;
     write(std::chrono::nanoseconds(0));
     due_ = never;
   }
 
-  /// Left to set() or silence(), which end it in the call that they need anyway.
-  void on_ready(std::uint32_t) override { rings_ = true; }
+  /// set() and clear() make it unreadable again, in the system call that they need anyway.
+  void on_ready(std::uint32_t) override { expired_ = true; }
 
  private:
   static constexpr Instant never = Instant::max();
@@ -49,12 +49,12 @@ class Alarm final : public Watched {
     time.it_value.tv_sec = static_cast<time_t>(left.count() / 1'000'000'000);
     time.it_value.tv_nsec = static_cast<long>(left.count() % 1'000'000'000);
     ::timerfd_settime(timer_.descriptor(), 0, &time, nullptr);
-    rings_ = false;
+    expired_ = false;
   }
 
   Socket timer_;
-  Instant due_ = never;  ///< that it is set to
-  bool rings_ = false;
+  Instant due_ = never;  ///< the instant that the timer is set to
+  bool expired_ = false;
 };
 
 }  // namespace lrt::transport

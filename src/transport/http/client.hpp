@@ -1,7 +1,6 @@
 #pragma once
 
-#include <sys/socket.h>
-#include <sys/uio.h>
+#include <sys/types.h>
 
 #include <cstddef>
 #include <memory>
@@ -12,18 +11,24 @@
 
 namespace lrt::transport {
 
-/// A client's place in the loop: an HTTP connection, or the WebSocket that became of one.
-class Client : public Watched, public std::enable_shared_from_this<Client> {
+/// A client's place in the loop: an HTTP connection, or the WebSocket that it became. Either may carry a channel of the handler: an event
+/// stream or a WebSocket's messages, which are pulled from the handler, one on its way at a time.
+class Client : public Watched, public Linked<TurnTag>, public std::enable_shared_from_this<Client> {
  public:
   virtual ~Client() = default;
 
-  /// The server stops: closes where nothing is under way.
+  /// Sends what the handler has for the channel, as long as the client takes it and for one turn.
+  void push(TimePoint now) {
+    push_some(now);
+    update(now);
+  }
+
+  /// The server stops: ends what can end now.
   virtual void begin_stop(TimePoint now) = 0;
-  /// True while something is owed to the client, or awaited of it, that stop() should wait for.
+  /// True while stop() should wait for a response or for the client's half of a closing handshake.
   virtual bool is_busy() const noexcept = 0;
-  /// There is no more time for what is owed.
+  /// The time of stop() is over.
   virtual void give_up(TimePoint now) = 0;
-  /// Drops whatever is under way.
   virtual void close() = 0;
 
  protected:
@@ -31,43 +36,32 @@ class Client : public Watched, public std::enable_shared_from_this<Client> {
 
   /// As send(2).
   /// @param tls  nullptr: plain
-  static ssize_t send(const Socket& socket, TlsStream* tls, const Output& output) {
-    if (output.second.empty() && tls == nullptr) return ::send(socket.descriptor(), output.first.data(), output.first.size(), MSG_NOSIGNAL);
-    iovec parts[2] = {{const_cast<char*>(output.first.data()), output.first.size()},
-                      {const_cast<char*>(output.second.data()), output.second.size()}};
-    if (tls != nullptr) return tls->send(parts, 2);
-    msghdr message{};
-    message.msg_iov = parts;
-    message.msg_iovlen = 2;
-    return ::sendmsg(socket.descriptor(), &message, MSG_NOSIGNAL);
-  }
+  static ssize_t send(const Socket& socket, TlsStream* tls, const Output& output);
 
-  void join() {
-    index_ = loop_.clients.size();
-    loop_.clients.push_back(shared_from_this());
-  }
-  void leave() {
-    Watched::unlink();
-    auto self = std::move(loop_.clients[index_]);
-    if (index_ + 1 < loop_.clients.size()) {
-      loop_.clients[index_] = std::move(loop_.clients.back());
-      loop_.clients[index_]->index_ = index_;
-    }
-    loop_.clients.pop_back();
-    loop_.readiness.bury(std::move(self));
-  }
-  /// Leaves the loop to `next`.
-  void make_way(std::shared_ptr<Client> next) {
-    Watched::unlink();
-    next->index_ = index_;
-    std::swap(loop_.clients[index_], next);
-    loop_.readiness.bury(std::move(next));
-  }
+  /// Enters the loop's list.
+  void join();
+  /// Leaves it; deleted later.
+  void leave();
+  /// Gives its place in the loop's list to `next`.
+  void make_way(std::shared_ptr<Client> next);
+
+  /// From now on push() is called when the handler has something for the channel.
+  void open_channel(engine::Channel channel, const Socket& socket);
+  void close_channel() noexcept;
+  std::optional<engine::Channel> channel() const noexcept { return channel_; }
+  void push_some(TimePoint now);
+
+  /// The channel is open, and everything before has been sent.
+  virtual bool wants_message() const noexcept = 0;
+  virtual void send_message(engine::Push push, TimePoint now) = 0;
+  /// Follows the present state: what the loop should wait for, and whether the connection ends.
+  virtual void update(TimePoint now) = 0;
 
   Loop& loop_;
 
  private:
   std::size_t index_ = 0;  ///< in loop_.clients
+  std::optional<engine::Channel> channel_;
 };
 
 }  // namespace lrt::transport

@@ -10,14 +10,15 @@
 namespace lrt::transport {
 namespace {
 
-/// Reads of one turn: a fast sender must not keep the others waiting.
+/// Reads of one turn: a fast sender must not delay the others.
 constexpr int reads_per_turn = 4;
-/// Pipelined answers of one turn.
+/// Pipelined responses of one turn.
 constexpr int writes_per_turn = 32;
 
 std::size_t deadline_kind(Session::Phase phase) noexcept { return static_cast<std::size_t>(phase); }
 
 static_assert(static_cast<std::size_t>(Session::Phase::waiting) == Deadlines::phases);
+static_assert(static_cast<std::size_t>(Session::Phase::streaming) == Deadlines::silent);
 static_assert(static_cast<std::size_t>(Session::Phase::writing) == Deadlines::blocked);
 
 }  // namespace
@@ -40,30 +41,25 @@ void Connection::open_refused(TimePoint now) {
   ++loop_.refused;
   join();
   session_.refuse(503, "too many connections", now);
-  write(now);
-  update(now);
+  write_and_update(now);
 }
 
 void Connection::reply(engine::Reply reply, TimePoint now) {
   ticket_ = 0;  // the caller took it out of the loop's table
-  if (reply.channel) session_.upgrade(*reply.channel, std::move(reply.response), now);
-  else session_.reply(std::move(reply.response), now);
-  write(now);
-  update(now);
+  session_.reply(std::move(reply), now);
+  write_and_update(now);
 }
 
 void Connection::expire(TimePoint now) {
   session_.expire(now);
-  write(now);
-  update(now);
+  write_and_update(now);
 }
 
 void Connection::give_up(TimePoint now) {
-  const auto ticket = session_.ticket();
-  if (!ticket) return;
+  if (!session_.ticket()) return;
   loop_.tickets.erase(ticket_);
   ticket_ = 0;
-  loop_.context.handler->abandon(*ticket);
+  session_.abandon();
   session_.refuse(503, "the server stops", now);
   write(now);
 }
@@ -73,11 +69,9 @@ void Connection::close() {
   closed_ = true;
   loop_.deadlines.clear(*this);
   Linked<IdleTag>::unlink();
-  if (const auto ticket = session_.ticket()) {
-    loop_.tickets.erase(ticket_);
-    loop_.context.handler->abandon(*ticket);
-  }
-  if (session_.phase() == Session::Phase::upgraded) loop_.context.handler->closed(session_.take_upgrade().channel);
+  if (session_.ticket()) loop_.tickets.erase(ticket_);
+  close_channel();
+  session_.abandon();
   if (refused_) --loop_.refused;
   if (tls_) tls_->end();
   place_ = {};
@@ -85,7 +79,11 @@ void Connection::close() {
   leave();
 }
 
-void Connection::begin_stop(TimePoint) {
+void Connection::begin_stop(TimePoint now) {
+  if (session_.channel()) {
+    session_.end_stream(now);
+    return write_and_update(now);
+  }
   if (!is_busy() && session_.phase() != Session::Phase::lingering) close();
 }
 
@@ -93,6 +91,7 @@ void Connection::begin_stop(TimePoint) {
 void Connection::upgrade(TimePoint now) {
   auto upgrade = session_.take_upgrade();
   closed_ = true;
+  close_channel();
   loop_.deadlines.clear(*this);
   Linked<IdleTag>::unlink();
   auto next = std::make_shared<WebSocket>(loop_, std::move(socket_), std::move(upgrade), std::move(place_), std::move(tls_));
@@ -110,19 +109,21 @@ void Connection::on_ready(std::uint32_t events) {
     blocked_ = false;
     const auto now = loop_.clock.now();
     write(now);
+    push_some(now);
     update(now);
     if (closed_ || !broken) return;
   }
   read(broken);
 }
 
-/// What it left, when the others have had their turn.
+/// Continues after the others have had their turn.
 void Connection::go_on() {
   if (closed_) return;
   const bool reads = std::exchange(reads_later_, false);
   if (std::exchange(writes_later_, false)) {
     const auto now = loop_.clock.now();
     write(now);
+    push_some(now);
     update(now);
   }
   if (reads) read(false);
@@ -151,12 +152,12 @@ void Connection::read(bool broken) {
     if (!session_.wants_input()) break;
   }
   if (!drained && wants_input()) read_later();
-  if (tls_) write(now);  // what waited for the handshake, or belongs to TLS
+  if (tls_) write(now);  // output that waited for the handshake, or is of TLS itself
   update(now);
 }
 
 ssize_t Connection::receive(char* to, std::size_t size) {
-  // After close_notify nobody needs to understand what still comes.
+  // After close_notify the bytes that still come are only discarded.
   if (!tls_ || half_closed_) return ::recv(socket_.descriptor(), to, size, 0);
   const bool was_open = tls_->is_open();
   const auto got = tls_->receive(to, size);
@@ -166,7 +167,7 @@ ssize_t Connection::receive(char* to, std::size_t size) {
 }
 
 void Connection::on_tls_failure(TimePoint now) {
-  if (tls_->is_plain()) {  // nothing was sent yet: the client is answered as it asked
+  if (tls_->is_plain()) {  // nothing was sent yet: the client gets a plain response
     tls_.reset();
     http::Response response;
     response.status = 400;
@@ -182,7 +183,7 @@ void Connection::on_tls_failure(TimePoint now) {
   update(now);
 }
 
-/// What receive() has left in the TLS stream comes without an event of the socket; of the rest poll() should know that it is there.
+/// For input that the socket does not report: bytes in the TLS stream, and those that the turn has left over.
 void Connection::read_later() {
   reads_later_ = true;
   loop_.readiness.later(*this);
@@ -190,7 +191,17 @@ void Connection::read_later() {
 
 // ------------------------------------------------------------------------------------------------------------- writing
 
-/// Sends what the session has, answer by answer, until the client or the session needs time.
+void Connection::write_and_update(TimePoint now) {
+  write(now);
+  update(now);
+}
+
+void Connection::send_message(engine::Push push, TimePoint now) {
+  session_.push(std::move(push), now);
+  write(now);
+}
+
+/// Sends the output of the session, one response after the other, until the socket is full or the session has none.
 void Connection::write(TimePoint now) {
   if (closed_ || blocked_ || writes_later_) return;
   for (int turn = 0; turn < writes_per_turn; ++turn) {
@@ -213,7 +224,7 @@ void Connection::write(TimePoint now) {
   if (!session_.output().empty()) write_later();
 }
 
-/// Lets the others have their turn.
+/// Continues after the others have had their turn.
 void Connection::write_later() {
   writes_later_ = true;
   loop_.readiness.later(*this);
@@ -221,13 +232,14 @@ void Connection::write_later() {
 
 // --------------------------------------------------------------------------------------------------------------- waiting
 
-/// Does what the session's phase asks for.
+/// Follows the phase of the session.
 void Connection::update(TimePoint now) {
   if (closed_) return;
   const auto phase = session_.phase();
   if (phase == Session::Phase::closed) return close();
   if (phase == Session::Phase::upgraded) return upgrade(now);
   if (phase == Session::Phase::waiting) keep_ticket();
+  keep_channel();
   if (phase == Session::Phase::lingering && !half_closed_) {
     half_closed_ = true;
     if (tls_) tls_->end();
@@ -254,7 +266,16 @@ void Connection::keep_ticket() {
   loop_.tickets.emplace(ticket, this);
 }
 
-/// Tells the loop what is waited for; that a client is gone it tells anyway.
+/// A stream that has begun gets its first turn.
+void Connection::keep_channel() {
+  if (session_.channel() == channel()) return;
+  close_channel();
+  if (!session_.channel()) return;
+  open_channel(*session_.channel(), socket_);
+  loop_.turns.push_back(*this);
+}
+
+/// Says which events to wait for; errors are always reported.
 void Connection::watch() {
   const bool wanted = wants_input();
   if (wanted && tls_ && tls_->has_more() && !half_closed_) read_later();

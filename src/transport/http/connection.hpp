@@ -14,18 +14,19 @@
 
 namespace lrt::transport {
 
-/// A Session on a socket: waits for readiness, reads and writes without blocking, keeps the session's deadline.
+/// A Session on a socket: waits for readiness, reads and writes without blocking, keeps the session's deadline, and pulls the messages of
+/// its event stream.
 ///
-/// Per request that is recv and send, and a share of the waits of the Readiness; a buffer is needed only while something is being read.
+/// A request costs one recv and one send, and a share of the waits of the Readiness; a buffer is needed only during a read.
 class Connection final : public Client, public Deadlines::Entry, public Linked<IdleTag> {
  public:
   Connection(Loop& loop, Socket socket, std::string peer, Addresses::Place place, std::unique_ptr<TlsStream> tls);
 
-  /// Enters the loop's list and begins to read.
+  /// Begins to read.
   void open(TimePoint now);
-  /// Enters the loop's list only to be told 503.
+  /// Responds with 503 to whatever the client sends.
   void open_refused(TimePoint now);
-  /// Of the ticket that loop.tickets had for this connection.
+  /// The reply to the ticket that loop.tickets had for this connection.
   void reply(engine::Reply reply, TimePoint now);
 
   void expire(TimePoint now) override;
@@ -33,28 +34,32 @@ class Connection final : public Client, public Deadlines::Entry, public Linked<I
   void go_on() override;
   void begin_stop(TimePoint now) override;
   bool is_busy() const noexcept override { return session_.ticket().has_value() || !session_.output().empty(); }
-  /// Answers 503 if the handler's answer is still open.
+  /// Responds with 503 if the handler's reply is still open.
   void give_up(TimePoint now) override;
   void close() override;
 
-  /// Reads what may have arrived.
-  void look() { read(false); }
-  /// True between requests and before the first, as far as is known: input may have arrived that on_ready() has not seen.
+  /// Reads input that on_ready() may not have seen.
+  void read_pending() { read(false); }
+  /// True between requests and before the first, unless there is input that on_ready() has not seen.
   bool is_idle() const noexcept {
     return !closed_ && session_.phase() == Session::Phase::idle && !(tls_ && tls_->is_under_way());
   }
 
  private:
+  bool wants_message() const noexcept override { return !closed_ && !blocked_ && !writes_later_ && session_.wants_message() && session_.channel() == channel(); }
+  void send_message(engine::Push push, TimePoint now) override;
   void read(bool broken);
   ssize_t receive(char* to, std::size_t size);
   bool wants_input() const noexcept { return session_.wants_input() || (tls_ && !tls_->is_open() && !half_closed_); }
   void on_tls_failure(TimePoint now);
   void write(TimePoint now);
-  void update(TimePoint now);
+  void update(TimePoint now) override;
+  void write_and_update(TimePoint now);
   void watch();
   void write_later();
   void read_later();
   void keep_ticket();
+  void keep_channel();
   void upgrade(TimePoint now);
 
   Socket socket_;

@@ -11,21 +11,21 @@
 
 namespace lrt::transport {
 
-/// Who runs out of time next, for any number of connections without a timer each. Every kind of deadline has one length, so the
-/// entries of a kind are in order by being appended: setting, clearing and asking for the next are O(1) and never allocate.
+/// Deadlines of any number of connections, without a timer for each. Every kind of deadline has one length, so the entries of a kind are
+/// ordered by being appended: setting, clearing and finding the next are O(1) and never allocate.
 class Deadlines {
   struct Tag;
 
  public:
   using Instant = std::chrono::steady_clock::time_point;
-  static constexpr std::size_t phases = 5;  ///< the kinds below: the phases of a Session that have a time, see there
+  static constexpr std::size_t phases = 6;  ///< the kinds below this are the phases of a Session that have a time
   static constexpr std::size_t blocked = 3;     ///< as Session::Phase::writing: limits.write_timeout
-  static constexpr std::size_t silent = 5;      ///< limits.ping_interval
+  static constexpr std::size_t silent = 5;      ///< as Session::Phase::streaming: limits.ping_interval
   static constexpr std::size_t unanswered = 6;  ///< limits.pong_timeout
   static constexpr std::size_t closing = 7;     ///< limits.close_timeout
   static constexpr std::size_t kinds = 8;
 
-  /// Base of what has a deadline. At most one at a time.
+  /// Base of an object that has at most one deadline at a time.
   class Entry : public Linked<Tag> {
    public:
     /// Its time has come.
@@ -48,7 +48,7 @@ class Deadlines {
 
   void clear(Entry& entry) noexcept { entry.unlink(); }
 
-  /// Takes one out whose time has come; nullptr when there is none.
+  /// Removes and returns one whose time has come; nullptr: there is none.
   Entry* expired(Instant now) noexcept {
     for (auto& kind : kinds_) {
       if (kind.empty() || kind.front().due_ > now) continue;

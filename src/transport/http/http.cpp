@@ -20,20 +20,20 @@ using std::chrono::milliseconds;
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr milliseconds longest_wait = std::chrono::hours(1);
-/// Waits for the handler end to the microsecond up to here; beyond, the millisecond that rounding may cost does not matter.
+/// Waits up to this end with the precision of the alarm; for longer ones a millisecond of rounding does not matter.
 constexpr milliseconds precise_wait{100};
-/// How long stop() lets clients notice that their answered connection is over.
+/// How long stop() waits for clients to close their connections.
 constexpr milliseconds stop_linger_time{100};
 
-/// Rounded up, so that a wait does not end just before what it waits for.
+/// Rounded up, so that a wait does not end just before `due`.
 milliseconds until(Deadlines::Instant due, Deadlines::Instant now) {
   return due <= now ? milliseconds(0) : std::chrono::ceil<milliseconds>(due - now);
 }
 
-/// Says that the waker was called.
-class Wakes final : public Watched {
+/// Notes that the waker was called.
+class WakeSignal final : public Watched {
  public:
-  explicit Wakes(EventWaker& waker) : waker_(waker) {}
+  explicit WakeSignal(EventWaker& waker) : waker_(waker) {}
   void on_ready(std::uint32_t) override {
     waker_.clear();
     woken = true;
@@ -47,7 +47,7 @@ class Wakes final : public Watched {
 class HttpTransport final : public Transport {
  public:
   explicit HttpTransport(TransportOptions options)
-      : loop_(std::move(options)), waker_(std::make_shared<EventWaker>()), wakes_(*waker_), listener_(loop_) {}
+      : loop_(std::move(options)), waker_(std::make_shared<EventWaker>()), wake_signal_(*waker_), listener_(loop_) {}
 
   ~HttpTransport() override {
     close_all();
@@ -67,7 +67,7 @@ class HttpTransport final : public Transport {
   bool started() const noexcept { return loop_.context.handler != nullptr; }
   milliseconds prepare_wait(milliseconds wait);
   void set_alarm(bool left, std::optional<Deadlines::Instant> due);
-  void ring_now() noexcept;
+  void alarm_now() noexcept;
   void deliver(TimePoint now);
   void deliver_replies(TimePoint now);
   void deliver_pushes(TimePoint now);
@@ -77,11 +77,11 @@ class HttpTransport final : public Transport {
 
   Loop loop_;
   std::shared_ptr<EventWaker> waker_;
-  Wakes wakes_;
+  WakeSignal wake_signal_;
   Alarm alarm_;
   Listener listener_;
   bool left_ = false;  ///< the budget ended before what the handler has
-  bool told_ = false;  ///< somebody may sleep on descriptor()
+  bool descriptor_used_ = false;  ///< the host may sleep on descriptor()
 };
 
 Result<void> HttpTransport::start(engine::Handler& handler) {
@@ -92,7 +92,7 @@ Result<void> HttpTransport::start(engine::Handler& handler) {
   auto& readiness = loop_.readiness;
   if (!readiness.is_open()) {
     if (!readiness.open()) return unexpected(Errc::io_error, "no epoll descriptor");
-    if (!readiness.add(waker_->descriptor(), wakes_, EPOLLIN)) {
+    if (!readiness.add(waker_->descriptor(), wake_signal_, EPOLLIN)) {
       readiness.close();
       return unexpected(Errc::io_error, "no event descriptor to wake the transport with");
     }
@@ -102,18 +102,18 @@ Result<void> HttpTransport::start(engine::Handler& handler) {
   loop_.context.handler = &handler;
   loop_.context.stopping = false;
   left_ = false;
-  if (told_) ring_now();
+  if (descriptor_used_) alarm_now();
   return {};
 }
 
-/// Rings at once: what is due already nobody has waited for yet.
+/// Readable at once: work may be due already.
 int HttpTransport::descriptor() noexcept {
   if (!started()) return -1;
-  if (!std::exchange(told_, true)) ring_now();
+  if (!std::exchange(descriptor_used_, true)) alarm_now();
   return loop_.readiness.descriptor();
 }
 
-void HttpTransport::ring_now() noexcept {
+void HttpTransport::alarm_now() noexcept {
   const auto now = loop_.clock.now().steady;
   alarm_.set(now, now);
 }
@@ -126,26 +126,26 @@ Result<void> HttpTransport::reload_tls() {
 milliseconds HttpTransport::poll(std::chrono::microseconds budget, milliseconds wait) {
   if (!started()) return milliseconds::max();
   auto& readiness = loop_.readiness;
-  readiness.forget_buried();
+  readiness.delete_deferred();
   wait = left_ || readiness.has_left() ? milliseconds(0) : prepare_wait(wait);
-  // Half of it belongs to those who wait for an answer or listen, however many requests there are.
-  const bool others = !loop_.tickets.empty() || !loop_.channels.empty();
-  readiness.set_budget(others ? budget / 2 : budget);
+  // Half of the budget is for deferred responses and channels, however many requests there are.
+  const bool has_replies = !loop_.tickets.empty() || !loop_.channels.empty();
+  readiness.set_budget(has_replies ? budget / 2 : budget);
   const bool all = readiness.serve(static_cast<int>(wait.count()));
-  if (others) readiness.set_budget(budget / 2);
+  if (has_replies) readiness.set_budget(budget / 2);
   const auto now = loop_.clock.now();
   deliver(now);
   expire(now);
 
   const bool left = left_ || readiness.has_left();
   const auto due = next_due();
-  if (told_) set_alarm(left, due);
-  else alarm_.silence();
+  if (descriptor_used_) set_alarm(left, due);
+  else alarm_.clear();
   if (left || !all) return milliseconds(0);
   return due ? until(*due, now.steady) : milliseconds::max();
 }
 
-/// How long to wait; what is due between two milliseconds ends the wait by the alarm.
+/// How long to wait. The alarm ends the wait for something that is due between two milliseconds.
 milliseconds HttpTransport::prepare_wait(milliseconds wait) {
   if (wait <= milliseconds(0)) return milliseconds(0);
   const auto now = loop_.clock.now().steady;
@@ -158,22 +158,22 @@ milliseconds HttpTransport::prepare_wait(milliseconds wait) {
   return wait;
 }
 
-/// For whoever sleeps on the descriptor.
+/// For a host that sleeps on the descriptor.
 void HttpTransport::set_alarm(bool left, std::optional<Deadlines::Instant> due) {
   const auto now = loop_.clock.now().steady;
   if (left) due = now;
   if (due) alarm_.set(*due, now);
-  else alarm_.silence();
+  else alarm_.clear();
 }
 
-/// What the handler has. While a client waits for an answer or listens to a channel it is asked each time, for what the requests and
-/// messages of others may have brought about; else when it wished so.
+/// Delivers what the handler has. It is asked in each poll while a ticket or channel is open, because requests and messages of others may have
+/// changed something; else at its deadline and after a wake-up.
 void HttpTransport::deliver(TimePoint now) {
-  if (!wakes_.woken && !left_ && loop_.tickets.empty() && loop_.channels.empty()) {
+  if (!wake_signal_.woken && !left_ && loop_.tickets.empty() && loop_.channels.empty()) {
     const auto due = loop_.context.handler->next_deadline();
     if (!due || *due > now.steady) return;
   }
-  wakes_.woken = left_ = false;
+  wake_signal_.woken = left_ = false;
   deliver_replies(now);
   deliver_pushes(now);
 }
@@ -196,7 +196,7 @@ void HttpTransport::deliver_replies(TimePoint now) {
   }
 }
 
-/// One channel that is ready and one whose turn has come at least, whatever the replies have left of the budget.
+/// Serves at least one channel that is ready and one in turn, even if the replies have used the budget up.
 void HttpTransport::deliver_pushes(TimePoint now) {
   auto& handler = *loop_.context.handler;
   while (const auto channel = handler.next_ready(now)) {
@@ -214,7 +214,7 @@ void HttpTransport::deliver_pushes(TimePoint now) {
   left_ = left_ || !loop_.turns.empty();
 }
 
-/// After reading, so that a client is not late only because the host did not poll.
+/// After reading, so that a client is not late because the host did not poll.
 void HttpTransport::expire(TimePoint now) {
   while (auto* const entry = loop_.deadlines.expired(now.steady)) {
     entry->expire(now);

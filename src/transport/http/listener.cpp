@@ -20,18 +20,18 @@ namespace {
 
 constexpr int backlog = 4096;  // the system has a limit of its own
 constexpr int accepts_per_turn = 16;
-/// Clients over the limit that are told so with patience at one time; those beyond get `no_room` and are closed.
-constexpr std::size_t refused_at_once = 64;
-/// Idle connections that are looked at for one that has nothing pending, to make room.
-constexpr int looks_for_room = 16;
+/// Clients over the limit that get a full 503 and linger, at one time; those beyond get `overloaded` and are closed.
+constexpr std::size_t max_refused = 64;
+/// Idle connections that are tried for one without pending input, which is closed.
+constexpr int max_tried = 16;
 constexpr int discards_at_once = 16;
 constexpr std::chrono::milliseconds pause_time{100};
-constexpr std::string_view no_room =
+constexpr std::string_view overloaded =
     "HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nRetry-After: 1\r\nConnection: close\r\n\r\n";
 
 int open_reserve() noexcept { return ::open("/dev/null", O_RDONLY | O_CLOEXEC); }
 
-/// The size of what was written to `to`; 0: `text` is no address.
+/// Returns the size of the address in `to`; 0: `text` is not an address.
 socklen_t parse_address(const std::string& text, std::uint16_t port, sockaddr_storage& to) {
   auto& v4 = reinterpret_cast<sockaddr_in&>(to);
   if (::inet_pton(AF_INET, text.c_str(), &v4.sin_addr) == 1) {
@@ -72,7 +72,7 @@ std::string numeric_address(const sockaddr_storage& address) {
 /// Without waiting: what the client sends later meets a closed connection, and it may lose the answer over that. One that expects TLS
 /// gets none.
 void refuse_at_once(int descriptor, bool secure) noexcept {
-  [[maybe_unused]] const auto sent = secure ? 0 : ::send(descriptor, no_room.data(), no_room.size(), MSG_NOSIGNAL);
+  [[maybe_unused]] const auto sent = secure ? 0 : ::send(descriptor, overloaded.data(), overloaded.size(), MSG_NOSIGNAL);
   ::shutdown(descriptor, SHUT_WR);
   char discarded[4096];
   for (int turn = 0; turn < discards_at_once && ::recv(descriptor, discarded, sizeof discarded, 0) > 0; ++turn) {}
@@ -133,13 +133,13 @@ void Listener::pause(const char* reason) {
 
 void Listener::on_ready(std::uint32_t) {
   if (!socket_.is_open() || resumes_at_) return;
-  bool made_room = false;  // in vain, if descriptors are not what is missing
+  bool closed_one = false;  // without effect if descriptors are not what is missing
   for (int turn = 0; turn < accepts_per_turn; ++turn) {
     sockaddr_storage address{};
     socklen_t size = sizeof address;
     const int descriptor = ::accept4(socket_.descriptor(), reinterpret_cast<sockaddr*>(&address), &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (descriptor >= 0) {
-      made_room = false;
+      closed_one = false;
       admit(descriptor, numeric_address(address));
       if (loop_.readiness.is_over()) break;
       continue;
@@ -148,11 +148,11 @@ void Listener::on_ready(std::uint32_t) {
       case EAGAIN: return;
       case EMFILE:
       case ENFILE:
-        if ((!std::exchange(made_room, true) && make_room()) || refuse_with_reserve()) continue;
+        if ((!std::exchange(closed_one, true) && close_idle()) || refuse_with_reserve()) continue;
         return pause(std::strerror(EMFILE));
       case ENOBUFS:
       case ENOMEM: return pause(std::strerror(errno));
-      default: break;  // the client is gone already, or its network had an error (accept(2))
+      default: break;  // the client has gone, or its network had an error (accept(2))
     }
   }
   loop_.readiness.later(*this);
@@ -164,8 +164,8 @@ void Listener::admit(int descriptor, std::string peer) {
   ::setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   const bool secure = loop_.options.tls.has_value();
   auto place = loop_.addresses.take(peer);
-  const bool full = !place || (!has_room() && !make_room());
-  if (full && loop_.refused >= refused_at_once) return refuse_at_once(descriptor, secure);
+  const bool full = !place || (!is_below_limit() && !close_idle());
+  if (full && loop_.refused >= max_refused) return refuse_at_once(descriptor, secure);
   Socket socket(descriptor);
   std::unique_ptr<TlsStream> tls;
   if (secure && !(tls = loop_.tls.make(descriptor))) return loop_.log(LogLevel::warning, "a connection is dropped: no memory for TLS");
@@ -176,18 +176,18 @@ void Listener::admit(int descriptor, std::string peer) {
   else connection->open(now);
 }
 
-bool Listener::has_room() const noexcept {
+bool Listener::is_below_limit() const noexcept {
   return loop_.clients.size() - loop_.refused < loop_.options.limits.max_connections;
 }
 
-/// Closes the connection that has been idle longest. One whose next request has arrived unnoticed is not idle: it is served now, as
-/// it would have been soon.
-bool Listener::make_room() {
+/// Closes the connection that has been idle for longest. A connection with a request that on_ready() has not seen is not idle: the request is
+/// served now.
+bool Listener::close_idle() {
   const std::size_t before = loop_.clients.size();
   Connection* served = nullptr;
-  for (int look = 0; look < looks_for_room && !loop_.idle.empty(); ++look) {
+  for (int tried = 0; tried < max_tried && !loop_.idle.empty(); ++tried) {
     auto& longest = loop_.idle.front();
-    longest.look();
+    longest.read_pending();
     if (loop_.clients.size() < before) return true;  // it was gone
     if (longest.is_idle() && &loop_.idle.front() == &longest) {
       longest.close();
@@ -200,7 +200,7 @@ bool Listener::make_room() {
   return served != nullptr;
 }
 
-/// Accepts one client with the descriptor that was kept for this, to tell it that there are no more.
+/// Accepts one client with the reserve descriptor, to send it a 503.
 bool Listener::refuse_with_reserve() {
   if (reserve_ < 0) {
     reserve_ = open_reserve();

@@ -10,8 +10,8 @@
 
 namespace lrt::transport {
 
-/// Accepts connections, at the expense of idle ones when there are as many as the limit allows. When descriptors run out it neither spins nor
-/// leaves clients without a word: a reserve descriptor serves to accept and refuse them, and without that it pauses.
+/// Accepts connections. At the limit it closes an idle one for each. When descriptors run out it accepts and refuses clients with a reserve
+/// descriptor, and without that it pauses; it never spins.
 class Listener final : public Watched {
  public:
   explicit Listener(Loop& loop) : loop_(loop) {}
@@ -21,7 +21,7 @@ class Listener final : public Watched {
   void close();
   std::uint16_t port() const noexcept { return port_; }
 
-  /// When accepting goes on after a pause.
+  /// The end of a pause.
   std::optional<Deadlines::Instant> resumes_at() const noexcept { return resumes_at_; }
   void resume(TimePoint now);
 
@@ -30,8 +30,8 @@ class Listener final : public Watched {
 
  private:
   void admit(int descriptor, std::string peer);
-  bool has_room() const noexcept;
-  bool make_room();
+  bool is_below_limit() const noexcept;
+  bool close_idle();
   bool refuse_with_reserve();
   void pause(const char* reason);
 

@@ -9,28 +9,28 @@
 #include <vector>
 
 #include <lrt/base/clock.hpp>
+#include <lrt/engine/handler.hpp>
 #include <lrt/transport/session.hpp>
 #include <lrt/transport/transport.hpp>
 
 #include "src/transport/http/addresses.hpp"
 #include "src/transport/http/deadlines.hpp"
 #include "src/transport/http/list.hpp"
-#include "src/transport/http/websocket_frames.hpp"
 #include "src/transport/http/readiness.hpp"
 #include "src/transport/http/tls.hpp"
+#include "src/transport/http/websocket_frames.hpp"
 
 namespace lrt::transport {
 
 class Client;
 class Connection;
-class WebSocket;
 
 /// Connections whose session is in Phase::idle, the one that has been idle for longest first.
 struct IdleTag;
 using IdleOrder = List<Connection, IdleTag>;
-/// WebSockets that may have more to send after the others have had their turn.
+/// Clients for whose channel the handler may have more, after the others have had their turn.
 struct TurnTag;
-using TurnOrder = List<WebSocket, TurnTag>;
+using TurnOrder = List<Client, TurnTag>;
 
 /// What the connections of one transport share. One thread.
 struct Loop {
@@ -39,7 +39,7 @@ struct Loop {
         clock(options.clock ? *options.clock : system_clock()),
         context(options.limits),
         addresses(options.limits.max_connections_per_address) {
-    context.websockets = true;
+    context.websockets = context.streams = true;
   }
 
   void log(LogLevel level, std::string_view text) const {
@@ -57,7 +57,7 @@ struct Loop {
   IdleOrder idle;
   std::vector<std::shared_ptr<Client>> clients;
   std::unordered_map<std::uint64_t, Connection*> tickets;    ///< that wait for a deferred response
-  std::unordered_map<std::uint64_t, WebSocket*> channels;
+  std::unordered_map<std::uint64_t, Client*> channels;
   TurnOrder turns;
   std::size_t refused = 0;                                   ///< connections over the limit that are being sent a 503
   std::vector<char> scratch = std::vector<char>(64 * 1024);  ///< for received bytes during a read

@@ -17,7 +17,7 @@ void Readiness::close() noexcept {
 bool Readiness::watch(Socket& socket, Watched& by, std::uint32_t events) noexcept {
   if (socket.watched_by_ == &by && socket.events_ == events) return true;
   epoll_event event{};
-  event.events = events;  // errors are always told
+  event.events = events;  // errors are always reported
   event.data.ptr = &by;
   if (::epoll_ctl(set_.descriptor(), socket.watched_by_ ? EPOLL_CTL_MOD : EPOLL_CTL_ADD, socket.descriptor(), &event) != 0) return false;
   socket.watched_by_ = &by;
@@ -38,15 +38,15 @@ void Readiness::close(Socket& socket) noexcept {
   socket = Socket();
 }
 
-void Readiness::bury(std::shared_ptr<Client> client) { buried_.push_back(std::move(client)); }
+void Readiness::defer_delete(std::shared_ptr<Client> client) { deferred_.push_back(std::move(client)); }
 
-void Readiness::forget_buried() noexcept {
-  if (next_ >= count_) buried_.clear();
+void Readiness::delete_deferred() noexcept {
+  if (next_ >= count_) deferred_.clear();
 }
 
 void Readiness::drop() noexcept {
   next_ = count_ = 0;
-  forget_buried();
+  delete_deferred();
 }
 
 bool Readiness::is_over() noexcept {
@@ -67,7 +67,7 @@ bool Readiness::serve(int wait) {
   }
   if (!serve_round()) return false;
   for (;;) {
-    buried_.clear();
+    deferred_.clear();
     while (!later_.empty()) turns_.push_back(later_.front());
     next_ = 0;
     count_ = ::epoll_wait(set_.descriptor(), events_.data(), static_cast<int>(events_.size()), wait);

@@ -1,6 +1,7 @@
 #include <lrt/transport/session.hpp>
 
 #include <algorithm>
+#include <charconv>
 #include <cstring>
 #include <utility>
 #include <variant>
@@ -18,6 +19,16 @@ constexpr int max_empty_lines = 4;
 constexpr std::size_t copied_body_bytes = 2048;
 /// Capacity that an idle connection may keep.
 constexpr std::size_t kept_capacity = 8 * 1024;
+
+/// A comment of an event stream (WHATWG HTML 9.2.5), so that proxies and peers see that the connection is alive.
+constexpr std::string_view keep_alive_comment = ":\n\n";
+
+/// chunk-size CRLF (RFC 9112 7.1)
+void append_chunk_size(std::string& out, std::size_t size) {
+  char digits[16];
+  const auto end = std::to_chars(digits, digits + sizeof digits, size, 16).ptr;
+  out.append(digits, end).append("\r\n");
+}
 
 bool may_begin_method(char c) noexcept { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }
 
@@ -60,6 +71,7 @@ std::optional<std::chrono::milliseconds> Session::time() const noexcept {
     case Phase::body: return limits.body_timeout;
     case Phase::writing: return limits.write_timeout;
     case Phase::lingering: return limits.linger_timeout;
+    case Phase::streaming: return limits.ping_interval;
     case Phase::waiting:
     case Phase::upgraded:
     case Phase::closed: break;
@@ -75,6 +87,7 @@ bool Session::wants_input() const noexcept {
     case Phase::idle:
     case Phase::header:
     case Phase::body: return true;
+    case Phase::streaming:
     case Phase::waiting: return in_.size() - in_used_ < context_.limits().max_header_bytes;
     // Over the limit nothing is read, so that TCP holds the client back until the time is over, too.
     case Phase::lingering: return discarded_ < context_.limits().max_linger_bytes;
@@ -91,6 +104,7 @@ void Session::receive(std::string_view bytes, TimePoint now) {
     case Phase::lingering: discarded_ += bytes.size(); return;
     case Phase::writing:
     case Phase::upgraded:
+    case Phase::streaming:
     case Phase::waiting: in_.append(bytes); return;
     case Phase::idle:
     case Phase::header:
@@ -115,7 +129,8 @@ void Session::receive(std::string_view bytes, TimePoint now) {
 void Session::end_of_input(TimePoint now) {
   input_ended_ = true;
   if (phase_ == Phase::lingering) enter(Phase::closed);
-  check_end(now);
+  if (phase_ == Phase::streaming) finish_stream(now);
+  else check_end(now);
 }
 
 /// What the end of input means for a request that is not complete.
@@ -291,6 +306,7 @@ void Session::dispatch(TimePoint now) {
   ++requests_;
   keep_alive_ = framing_.keep_alive && requests_ < context_.limits().max_requests_per_connection;
   request_.can_upgrade = context_.websockets && version_ == 11 && !context_.stopping;
+  request_.can_stream = context_.streams && !context_.stopping;
   auto outcome = context_.handler->handle(request_, now);
   if (auto* const deferred = std::get_if<engine::Deferred>(&outcome)) {
     keep_handshake();
@@ -299,16 +315,23 @@ void Session::dispatch(TimePoint now) {
   } else if (auto* const upgraded = std::get_if<engine::Upgraded>(&outcome)) {
     keep_handshake();
     accept_upgrade(upgraded->channel, std::move(upgraded->response), now);
+  } else if (auto* const streamed = std::get_if<engine::Streamed>(&outcome)) {
+    accept_stream(streamed->channel, std::move(streamed->response), now);
   } else {
     respond(std::get<engine::Answered>(std::move(outcome)), now);
   }
 }
 
-void Session::reply(http::Response response, TimePoint now) {
-  if (phase_ != Phase::waiting) return;
+void Session::reply(engine::Reply reply, TimePoint now) {
+  if (phase_ != Phase::waiting) {
+    if (reply.channel) context_.handler->closed(*reply.channel);
+    return;
+  }
   ticket_.reset();
+  if (reply.channel && reply.response.status == 101) return accept_upgrade(*reply.channel, std::move(reply.response), now);
   upgrade_.reset();
-  respond(std::move(response), now);
+  if (reply.channel) accept_stream(*reply.channel, std::move(reply.response), now);
+  else respond(std::move(reply.response), now);
 }
 
 /// Copies what a WebSocket needs of the request, whose bytes are about to be discarded.
@@ -316,12 +339,6 @@ void Session::keep_handshake() {
   if (!request_.can_upgrade || !http::asks_for_upgrade(request_, "websocket") || http::check_websocket(request_)) return;
   upgrade_ = std::make_unique<Upgrade>();
   upgrade_->key = std::string(request_.find("Sec-WebSocket-Key").value_or(""));
-}
-
-void Session::upgrade(engine::Channel channel, http::Response response, TimePoint now) {
-  if (phase_ != Phase::waiting) return context_.handler->closed(channel);
-  ticket_.reset();
-  accept_upgrade(channel, std::move(response), now);
 }
 
 void Session::accept_upgrade(engine::Channel channel, http::Response response, TimePoint now) {
@@ -372,11 +389,11 @@ void Session::respond(http::Response response, TimePoint now) {
 }
 
 Output Session::output() const noexcept {
-  if (out_sent_ < out_.size()) {
-    return {std::string_view(out_).substr(out_sent_), out_body_ ? std::string_view(*out_body_) : std::string_view()};
-  }
-  if (out_body_) return {std::string_view(*out_body_).substr(out_sent_ - out_.size()), {}};
-  return {};
+  const std::string_view body = out_body_ ? std::string_view(*out_body_) : std::string_view();
+  if (out_sent_ < out_.size()) return {std::string_view(out_).substr(out_sent_), body, out_tail_};
+  const std::size_t behind = out_sent_ - out_.size();
+  if (behind < body.size()) return {body.substr(behind), out_tail_};
+  return {out_tail_.substr(behind - body.size()), {}};
 }
 
 void Session::sent(std::size_t bytes, TimePoint now) {
@@ -387,8 +404,12 @@ void Session::sent(std::size_t bytes, TimePoint now) {
   }
   release(out_);
   out_body_.reset();
+  out_tail_ = {};
   out_sent_ = 0;
-  if (phase_ == Phase::writing) finish_response(now);
+  if (phase_ != Phase::writing) return;
+  if (!channel_) finish_response(now);
+  else if (must_end_stream()) finish_stream(now);
+  else enter(Phase::streaming);
 }
 
 void Session::finish_response(TimePoint now) {
@@ -415,6 +436,70 @@ void Session::finish_response(TimePoint now) {
   check_end(now);
 }
 
+// --------------------------------------------------------------------------------------------------------- event streams
+
+void Session::accept_stream(engine::Channel channel, http::Response response, TimePoint now) {
+  if (!request_.can_stream || context_.stopping || header_only_) context_.handler->closed(channel);
+  if (!request_.can_stream) return refuse(500, "this connection cannot carry an event stream", now);
+  if (context_.stopping) return refuse(503, "the server stops", now);
+  keep_alive_ = keep_alive_ && version_ == 11;
+  response.body.reset();
+  const auto end = version_ == 11 ? http::BodyEnd::chunked : http::BodyEnd::close;
+  http::write_response_header(out_, response, context_.date(now.utc), keep_alive_, version_, end);
+  if (!header_only_) channel_ = channel;
+  enter(Phase::writing);
+}
+
+void Session::push(engine::Push push, TimePoint now) {
+  if (push.close != 0) return finish_stream(now);
+  if (!push.message || push.message->empty()) return;  // an empty chunk would be the last
+  write_chunk(std::move(push.message));
+  enter(Phase::writing);
+}
+
+/// Small: copied.
+void Session::write_chunk(std::string_view text) {
+  const bool chunked = version_ == 11;
+  if (chunked) append_chunk_size(out_, text.size());
+  out_ += text;
+  if (chunked) out_ += "\r\n";
+}
+
+void Session::write_chunk(std::shared_ptr<const std::string> message) {
+  if (message->size() <= copied_body_bytes) return write_chunk(std::string_view(*message));
+  if (version_ == 11) {
+    append_chunk_size(out_, message->size());
+    out_tail_ = "\r\n";
+  }
+  out_body_ = std::move(message);
+}
+
+void Session::end_stream(TimePoint now) {
+  if (phase_ == Phase::streaming) finish_stream(now);
+  // else sent() does, because of must_end_stream()
+}
+
+/// Nothing is in output().
+void Session::finish_stream(TimePoint now) {
+  context_.handler->closed(*channel_);
+  channel_.reset();
+  if (context_.stopping) keep_alive_ = false;
+  if (version_ == 10) return finish_response(now);
+  out_ += "0\r\n\r\n";
+  enter(Phase::writing);
+}
+
+void Session::abandon() noexcept {
+  if (ticket_) context_.handler->abandon(*ticket_);
+  if (channel_) context_.handler->closed(*channel_);
+  if (phase_ == Phase::upgraded) context_.handler->closed(upgrade_->channel);
+  ticket_.reset();
+  channel_.reset();
+  upgrade_.reset();
+}
+
+// ------------------------------------------------------------------------------------------------------------------ time
+
 void Session::expire(TimePoint now) {
   const auto within = [](std::chrono::milliseconds time) {
     return " was not complete within " + std::to_string(time.count()) + " ms";
@@ -425,6 +510,10 @@ void Session::expire(TimePoint now) {
     case Phase::idle:
     case Phase::writing:
     case Phase::lingering: enter(Phase::closed); break;
+    case Phase::streaming:
+      write_chunk(keep_alive_comment);
+      enter(Phase::writing);
+      break;
     case Phase::waiting:
     case Phase::upgraded:
     case Phase::closed: break;

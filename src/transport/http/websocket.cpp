@@ -1,7 +1,5 @@
 #include "src/transport/http/websocket.hpp"
 
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -14,14 +12,8 @@ namespace {
 constexpr int reads_per_turn = 4;
 /// Taken from the client at once.
 constexpr std::size_t piece_bytes = 8 * 1024;
-/// Messages of one turn.
-constexpr int pushes_per_turn = 8;
-/// Bytes that the system may take from us before the client's window has room for them. Without this it takes megabytes: a client that
-/// reads slowly would get values of minutes ago, and one that does not read would hold that memory.
-constexpr int unsent_bytes = 32 * 1024;
-
-/// What a push without a message says.
-const std::shared_ptr<const std::string>& nothing() {
+/// The message of a push that has none.
+const std::shared_ptr<const std::string>& empty_message() {
   static const auto empty = std::make_shared<const std::string>();
   return empty;
 }
@@ -31,7 +23,6 @@ const std::shared_ptr<const std::string>& nothing() {
 WebSocket::WebSocket(Loop& loop, Socket socket, Session::Upgrade upgrade, Addresses::Place place, std::unique_ptr<TlsStream> tls)
     : Client(loop),
       upgrade_(std::move(upgrade)),
-      channel_(upgrade_.channel),
       socket_(std::move(socket)),
       tls_(std::move(tls)),
       place_(std::move(place)),
@@ -44,11 +35,10 @@ WebSocket::WebSocket(Loop& loop, Socket socket, Session::Upgrade upgrade, Addres
 // -------------------------------------------------------------------------------------------------------------- beginning
 
 void WebSocket::open(TimePoint now) {
-  loop_.channels.emplace(static_cast<std::uint64_t>(channel_), this);
-  ::setsockopt(socket_.descriptor(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &unsent_bytes, sizeof unsent_bytes);
+  open_channel(upgrade_.channel, socket_);
   header_ = make_header(now);
   if (write(now)) begin(now);
-  watch();
+  update(now);
 }
 
 std::string WebSocket::make_header(TimePoint now) {
@@ -89,21 +79,21 @@ void WebSocket::on_ready(std::uint32_t events) {
   }
   if (!wants_input() && broken) return close();
   if (wants_input() && ((events & ~static_cast<std::uint32_t>(EPOLLOUT)) != 0 || has_more())) read(now);
-  watch();
+  update(now);
 }
 
-/// What the budget left, or TLS, which comes without an event of the socket.
+/// For input that the socket does not report: bytes in the TLS stream, and those that the budget has left over.
 void WebSocket::go_on() {
   if (!is_speaking()) return;
   const auto now = loop_.clock.now();
   if (std::exchange(unfinished_, false)) take_messages(now);
   if (wants_input()) read(now);
-  watch();
+  update(now);
 }
 
 bool WebSocket::wants_input() const noexcept { return is_speaking() && !unfinished_ && frames_->wants_input(); }
 
-/// There may be input that the socket will not tell of.
+/// There may be input that the socket does not report.
 bool WebSocket::has_more() const noexcept { return early_used_ < early_.size() || (tls_ && tls_->has_more()); }
 
 void WebSocket::read(TimePoint now) {
@@ -134,14 +124,14 @@ ssize_t WebSocket::receive(char* to, std::size_t size) {
   return tls_ ? tls_->receive(to, size) : ::recv(socket_.descriptor(), to, size, 0);
 }
 
-/// Hands over what has come, with the answers to each message before the next. That goes on while the client does not read: it costs no
-/// memory here, and the client may have something to say about it.
+/// Gives the handler the messages received, and the client the replies to each before the next. This goes on while the client does not read:
+/// it costs no memory here, and a message may change what is sent.
 void WebSocket::take_messages(TimePoint now) {
   while (is_speaking()) {
     auto message = frames_->next();
     if (message && phase_ == Phase::open) count(now);
     if (is_too_much()) begin_close(1008, "too many messages", now);
-    else if (message && phase_ == Phase::open) loop_.context.handler->received(channel_, message->bytes, message->text, now);
+    else if (message && phase_ == Phase::open) loop_.context.handler->received(*channel(), message->bytes, message->text, now);
     const bool answers = !output().empty();
     const bool free = write(now);
     if (message && free) push_some(now);
@@ -153,7 +143,7 @@ void WebSocket::take_messages(TimePoint now) {
   }
 }
 
-/// A message or a ping, from the first after the last ping_interval was over.
+/// Counts a message or ping. The window begins with the first after the end of the last one.
 void WebSocket::count(TimePoint now) {
   if (now.steady - window_ >= loop_.options.limits.ping_interval) {
     window_ = now.steady;
@@ -164,7 +154,7 @@ void WebSocket::count(TimePoint now) {
 
 bool WebSocket::is_too_much() const noexcept { return phase_ == Phase::open && window_messages_ > loop_.options.limits.max_websocket_messages; }
 
-/// Reads what nobody needs, so that closing does not reset the connection while the client's last bytes are on their way.
+/// Reads and drops, so that closing does not reset the connection while the client's last bytes are on their way.
 void WebSocket::discard() {
   auto& scratch = loop_.scratch;
   for (int turn = 0; turn < reads_per_turn; ++turn) {
@@ -173,30 +163,17 @@ void WebSocket::discard() {
     if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
     if (got <= 0) return close();
     discarded_ += static_cast<std::size_t>(got);
-    if (discarded_ >= loop_.options.limits.max_linger_bytes) return watch();  // TCP holds the client back until the time is over
+    if (discarded_ >= loop_.options.limits.max_linger_bytes) return update(loop_.clock.now());  // TCP holds the client back until the time is over
     if (static_cast<std::size_t>(got) < scratch.size()) return;
   }
 }
 
 // ---------------------------------------------------------------------------------------------------------------- writing
 
-void WebSocket::push(TimePoint now) {
-  push_some(now);
-  watch();
-}
-
-void WebSocket::push_some(TimePoint now) {
-  Linked<TurnTag>::unlink();
-  if (phase_ != Phase::open || !output().empty()) return;
-  for (int turn = 0; turn < pushes_per_turn; ++turn) {
-    auto push = loop_.context.handler->next_push(channel_, now);
-    if (!push) return;
-    if (push->close != 0) return begin_close(push->close, push->reason, now);
-    frames_->send(push->message ? std::move(push->message) : nothing(), push->text);
-    if (!write(now) || phase_ != Phase::open) return;
-    if (loop_.readiness.is_over()) break;
-  }
-  loop_.turns.push_back(*this);
+void WebSocket::send_message(engine::Push push, TimePoint now) {
+  if (push.close != 0) return begin_close(push.close, push.reason, now);
+  frames_->send(push.message ? std::move(push.message) : empty_message(), push.text);
+  write(now);
 }
 
 Output WebSocket::output() const noexcept {
@@ -204,7 +181,7 @@ Output WebSocket::output() const noexcept {
   return frames_->output();
 }
 
-/// Sends what there is, and follows. True when nothing is left of it, and the connection is not over.
+/// Sends the output and follows the state of the frames. Returns true if nothing is left of it and the connection is open.
 bool WebSocket::write(TimePoint now) {
   if (phase_ > Phase::closing) return false;
   if (!blocked_) send_all(now);
@@ -236,7 +213,7 @@ void WebSocket::send_all(TimePoint now) {
   }
 }
 
-/// True when the client has sent some since the last call.
+/// Returns true if the client has sent pings since the last call.
 bool WebSocket::count_pings(TimePoint now) {
   const std::size_t pings = frames_->pings();
   if (pings == pings_) return false;
@@ -244,7 +221,7 @@ bool WebSocket::count_pings(TimePoint now) {
   return true;
 }
 
-/// The answer to a ping has left, and the next was found: a client's pings are not one step, however many come at once.
+/// A pong has been sent, and the next ping was found: many pings of a client are not one step.
 bool WebSocket::must_pause() {
   if (!is_too_much() && !loop_.readiness.is_over()) return false;
   unfinished_ = true;
@@ -257,7 +234,7 @@ void WebSocket::sent(std::size_t bytes) {
   else frames_->sent(bytes);
 }
 
-/// @param anew  the client has taken something: it has write_timeout for the next
+/// @param anew  the client has read some bytes: it has write_timeout for the next
 void WebSocket::block(bool anew, TimePoint now) {
   blocked_ = true;
   if (anew) loop_.deadlines.set(progress_, Deadlines::blocked, now.steady + loop_.options.limits.write_timeout);
@@ -268,7 +245,7 @@ void WebSocket::block(bool anew, TimePoint now) {
 void WebSocket::begin_stop(TimePoint now) {
   if (phase_ == Phase::opening) return close();
   begin_close(1001, {}, now);
-  watch();
+  update(now);
 }
 
 void WebSocket::begin_close(std::uint16_t code, std::string_view reason, TimePoint now) {
@@ -278,7 +255,7 @@ void WebSocket::begin_close(std::uint16_t code, std::string_view reason, TimePoi
   write(now);
 }
 
-/// What the frames have come to.
+/// Follows the state of the frames.
 void WebSocket::follow_state(TimePoint now) {
   if (!is_speaking()) return;
   switch (frames_->state()) {
@@ -295,7 +272,6 @@ void WebSocket::follow_state(TimePoint now) {
 void WebSocket::enter_closing(TimePoint now) {
   if (phase_ != Phase::open) return;
   phase_ = Phase::closing;
-  Linked<TurnTag>::unlink();
   loop_.deadlines.set(life_, Deadlines::closing, now.steady + loop_.options.limits.close_timeout);
 }
 
@@ -303,7 +279,7 @@ void WebSocket::enter_closing(TimePoint now) {
 void WebSocket::linger() {
   phase_ = Phase::lingering;
   loop_.deadlines.clear(progress_);
-  release_channel();
+  end_channel();
   if (tls_) tls_->end();
   ::shutdown(socket_.descriptor(), SHUT_WR);
 }
@@ -313,23 +289,22 @@ void WebSocket::close() {
   phase_ = Phase::closed;
   loop_.deadlines.clear(life_);
   loop_.deadlines.clear(progress_);
-  Linked<TurnTag>::unlink();
-  release_channel();
+  end_channel();
   if (tls_) tls_->end();
   loop_.readiness.close(socket_);
   place_ = {};
   leave();
 }
 
-void WebSocket::release_channel() {
-  if (!std::exchange(owes_closed_, false)) return;
-  loop_.channels.erase(static_cast<std::uint64_t>(channel_));
-  loop_.context.handler->closed(channel_);
+void WebSocket::end_channel() {
+  const auto ended = channel();
+  close_channel();
+  if (ended) loop_.context.handler->closed(*ended);
 }
 
 // ------------------------------------------------------------------------------------------------------------------- time
 
-/// Any byte is a sign of life.
+/// Any byte of the client shows that it is alive.
 void WebSocket::heard(TimePoint now) {
   if (phase_ != Phase::open) return;
   pinged_ = owes_ping_ = false;
@@ -341,11 +316,11 @@ void WebSocket::on_silence(TimePoint now) {
   pinged_ = owes_ping_ = true;
   loop_.deadlines.set(life_, Deadlines::unanswered, now.steady + loop_.options.limits.pong_timeout);
   write(now);
-  watch();
+  update(now);
 }
 
-/// Tells the loop what is waited for; that a client is gone it tells anyway.
-void WebSocket::watch() {
+/// Says which events to wait for; errors are always reported.
+void WebSocket::update(TimePoint) {
   if (phase_ == Phase::closed) return;
   const bool wanted = phase_ == Phase::lingering ? discarded_ < loop_.options.limits.max_linger_bytes : is_speaking() && frames_->wants_input();
   if (loop_.readiness.watch(socket_, *this, (wanted ? EPOLLIN : 0U) | (blocked_ && phase_ != Phase::lingering ? EPOLLOUT : 0U))) return;

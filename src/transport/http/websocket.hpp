@@ -18,22 +18,19 @@
 
 namespace lrt::transport {
 
-/// A client after its opening handshake: Frames on the socket that was a Connection's, messages pulled from the handler, one on its way
-/// at a time.
+/// A client after its opening handshake: WebSocketFrames on the socket that was a Connection's.
 ///
-/// Frames speak RFC 6455; this has the socket, the order of things and all times, which are Deadlines by the clock of the options. Per
-/// message that is one sendmsg, without an epoll_ctl, as long as the client reads.
+/// The frames speak RFC 6455; this has the socket, the order of reads and writes, and all times, which are Deadlines by the clock of the
+/// options. A message costs one sendmsg, and no epoll_ctl as long as the client reads.
 ///
 /// @par Implements  R0.12, R0.14, RFC 6455
-class WebSocket final : public Client, public Linked<TurnTag> {
+class WebSocket final : public Client {
  public:
   /// @param tls  nullptr: plain
   WebSocket(Loop& loop, Socket socket, Session::Upgrade upgrade, Addresses::Place place, std::unique_ptr<TlsStream> tls);
 
-  /// Its place in the loop's list is taken. Answers 101.
+  /// To be called when it has its place in the loop's list. Sends the 101.
   void open(TimePoint now);
-  /// Sends what the handler has, as long as the client takes it and for its turn.
-  void push(TimePoint now);
 
   void on_ready(std::uint32_t events) override;
   void go_on() override;
@@ -48,7 +45,7 @@ class WebSocket final : public Client, public Linked<TurnTag> {
     opening,    ///< the 101 is being sent
     open,
     closing,    ///< the client's half of the closing handshake is awaited; limits.close_timeout from here to the end
-    lingering,  ///< half-closed: the client should notice that the connection is over
+    lingering,  ///< half-closed: the client should close the connection
     closed,
   };
   struct Timer final : Deadlines::Entry {
@@ -75,7 +72,8 @@ class WebSocket final : public Client, public Linked<TurnTag> {
   bool wants_input() const noexcept;
   bool has_more() const noexcept;
 
-  void push_some(TimePoint now);
+  bool wants_message() const noexcept override { return phase_ == Phase::open && !blocked_ && output().empty(); }
+  void send_message(engine::Push push, TimePoint now) override;
   bool write(TimePoint now);
   void send_all(TimePoint now);
   Output output() const noexcept;
@@ -86,15 +84,14 @@ class WebSocket final : public Client, public Linked<TurnTag> {
   void follow_state(TimePoint now);
   void enter_closing(TimePoint now);
   void linger();
-  void release_channel();
+  void end_channel();
 
   void heard(TimePoint now);
   void on_silence(TimePoint now);
   void on_stuck(TimePoint) { close(); }
-  void watch();
+  void update(TimePoint now) override;
 
   Session::Upgrade upgrade_;
-  const engine::Channel channel_;
   Socket socket_;
   std::unique_ptr<TlsStream> tls_;  ///< nullptr: plain
   Addresses::Place place_;
@@ -102,19 +99,18 @@ class WebSocket final : public Client, public Linked<TurnTag> {
   Phase phase_ = Phase::opening;
   std::string header_;             ///< the 101
   std::size_t header_sent_ = 0;
-  std::string early_;            ///< what came with the handshake
+  std::string early_;            ///< bytes that came with the handshake
   std::size_t early_used_ = 0;
   Timer life_{*this, &WebSocket::on_silence};
   Timer progress_{*this, &WebSocket::on_stuck};
-  std::chrono::steady_clock::time_point window_{};  ///< in which the client's messages are counted
+  std::chrono::steady_clock::time_point window_{};  ///< its beginning; the client's messages in it are counted
   std::size_t window_messages_ = 0;
   std::size_t pings_ = 0;  ///< that are counted
   std::size_t discarded_ = 0;
   bool blocked_ = false;      ///< the socket takes no more for now
-  bool unfinished_ = false;   ///< the frames may have more messages of what was received
-  bool pinged_ = false;       ///< and heard nothing since
-  bool owes_ping_ = false;    ///< that waits behind a message
-  bool owes_closed_ = true;   ///< to the handler
+  bool unfinished_ = false;   ///< the frames may have more messages in the bytes received
+  bool pinged_ = false;       ///< no byte of the client since the ping
+  bool owes_ping_ = false;    ///< a ping waits behind a message
 };
 
 }  // namespace lrt::transport
