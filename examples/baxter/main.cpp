@@ -5,7 +5,7 @@
 // --demo                  the arm moves by itself
 // --allow-callback HOST   a further receiver of web callbacks: a name, an address or a network, with or without a port
 // --subscriptions FILE    stores web callbacks across restarts
-// --transport NAME        asio or classic, if it is built
+// --transport NAME        http or libwebsockets, if it is built
 // --tls DIR               HTTPS with DIR/server.pem and DIR/server-key.pem (examples/make-certificate.sh DIR); SIGHUP reloads them
 
 #include <charconv>
@@ -56,7 +56,7 @@ int main(int argc, char** argv) {
     } else if (arg == "--subscriptions" && i + 1 < argc) {
       options.subscriptions_file = argv[++i];
     } else if (arg == "--transport" && i + 1 < argc) {
-      options.transport = [name = std::string(argv[++i])](lrt::transport::Options t) { return lrt::transport::make_named(name, std::move(t)); };
+      options.transport = [name = std::string(argv[++i])](lrt::transport::TransportOptions t) { return lrt::transport::make_named(name, std::move(t)); };
     } else if (arg == "--tls" && i + 1 < argc) {
       const std::string folder = argv[++i];
       options.tls.emplace();
@@ -69,7 +69,7 @@ int main(int argc, char** argv) {
       if (error != std::errc() || read_to != end) return std::fprintf(stderr, "baxter: --port wants 0 to 65535\n"), 2;
     } else {
       std::fprintf(stderr, "usage: baxter [--port N] [--bind ADDRESS] [--demo] [--allow-callback HOST]... [--subscriptions FILE]\n"
-                           "              [--transport asio|classic] [--tls DIR]\n");
+                           "              [--transport http|libwebsockets] [--tls DIR]\n");
       return arg == "--help" ? 0 : 2;
     }
   }

@@ -51,9 +51,9 @@ struct Client {
 
 class EpollTransport final : public transport::Transport {
  public:
-  explicit EpollTransport(transport::Options o) : options_(std::move(o)), clock_(options_.clock ? *options_.clock : system_clock()) {}
+  explicit EpollTransport(transport::TransportOptions o) : options_(std::move(o)), clock_(options_.clock ? *options_.clock : system_clock()) {}
   ~EpollTransport() override { stop_within(milliseconds(0)); }
-  void stop() override { stop_within(limits_.stop_time); }
+  void stop() override { stop_within(limits_.stop_timeout); }
   std::shared_ptr<Waker> waker() const noexcept override { return waker_; }
   transport::Capabilities capabilities() const noexcept override { return {true, false, false}; }
   std::uint16_t port() const noexcept override { return port_; }
@@ -147,10 +147,11 @@ class EpollTransport final : public transport::Transport {
   /// Sends what there is, and sees to what the session wants next.
   void go_on(std::uint64_t id, Client& c, TimePoint now) {
     bool blocked = false;
-    if (const auto [first, second] = c.session.output(); !first.empty() && !c.closed) {
-      iovec parts[] = {{const_cast<char*>(first.data()), first.size()}, {const_cast<char*>(second.data()), second.size()}};
+    if (const auto [first, second, third] = c.session.output(); !first.empty() && !c.closed) {
+      iovec parts[] = {{const_cast<char*>(first.data()), first.size()}, {const_cast<char*>(second.data()), second.size()},
+                       {const_cast<char*>(third.data()), third.size()}};
       msghdr message{};
-      message.msg_iov = parts, message.msg_iovlen = 2;
+      message.msg_iov = parts, message.msg_iovlen = 3;
       const auto sent = ::sendmsg(c.socket.number, &message, MSG_NOSIGNAL);
       blocked = sent < 0 && errno == EAGAIN;
       if (sent >= 0) c.session.sent(static_cast<std::size_t>(sent), now);
@@ -179,7 +180,7 @@ class EpollTransport final : public transport::Transport {
     Client& c = clients_.find(id)->second;
     tickets_.erase(ticket);
     c.ticket.reset();
-    c.session.reply(std::move(reply.response), now);
+    c.session.reply(std::move(reply), now);
     go_on(id, c, now);
   }
 
@@ -200,8 +201,8 @@ class EpollTransport final : public transport::Transport {
       c.socket.reset(fd);
       const int on = 1;
       ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-      if (!watch(EPOLL_CTL_ADD, fd, id, EPOLLIN) || clients_.size() > limits_.connections + 64) c.closed = true;
-      else if (clients_.size() > limits_.connections) c.session.refuse(503, "there are too many connections", now);
+      if (!watch(EPOLL_CTL_ADD, fd, id, EPOLLIN) || clients_.size() > limits_.max_connections + 64) c.closed = true;
+      else if (clients_.size() > limits_.max_connections) c.session.refuse(503, "there are too many connections", now);
       go_on(id, c, now);
     }
   }
@@ -256,7 +257,7 @@ class EpollTransport final : public transport::Transport {
     context_.handler = nullptr, port_ = 0, armed_ = accept_again_ = never;
   }
 
-  const transport::Options options_;
+  const transport::TransportOptions options_;
   const transport::Limits& limits_ = options_.limits;
   const Clock& clock_;
   transport::SessionContext context_{limits_};  // its handler: from start() to stop()
@@ -273,6 +274,6 @@ class EpollTransport final : public transport::Transport {
 
 }  // namespace
 
-std::unique_ptr<lrt::transport::Transport> make_epoll_transport(lrt::transport::Options options) {
+std::unique_ptr<lrt::transport::Transport> make_epoll_transport(lrt::transport::TransportOptions options) {
   return std::make_unique<EpollTransport>(std::move(options));
 }

@@ -5,4 +5,4 @@
 #include <lrt/transport/transport.hpp>
 
 /// A custom transport: HTTP/1.1 on an epoll loop. It uses lrt's public headers only. No WebSocket, no TLS.
-std::unique_ptr<lrt::transport::Transport> make_epoll_transport(lrt::transport::Options options);
+std::unique_ptr<lrt::transport::Transport> make_epoll_transport(lrt::transport::TransportOptions options);

@@ -50,7 +50,7 @@ int main() {
   options.engine.clock = &clock;
   options.engine.ids = std::make_shared<Numbers>();
   options.engine.public_base = "http://robot.example";
-  options.transport = [&](lrt::transport::Options o) {
+  options.transport = [&](lrt::transport::TransportOptions o) {
     auto made = std::make_unique<lrt::transport::Loopback>(std::move(o));
     loopback = made.get();
     return made;

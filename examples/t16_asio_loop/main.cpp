@@ -4,7 +4,7 @@
 #include <functional>
 
 #include <lrt/lrt.hpp>
-#include <lrt/transport/asio.hpp>
+#include <lrt/transport/asio_loop.hpp>
 
 #include "examples/lesson.hpp"
 
@@ -19,7 +19,7 @@ int main() {
 
   lrt::Options options = lesson::options();
   options.io = lrt::Io::in_poll;
-  options.transport = [&io](lrt::transport::Options o) { return lrt::transport::make_asio(std::move(o), io); };
+  options.transport = [&io](lrt::transport::TransportOptions o) { return lrt::transport::make_http(std::move(o), io); };
   lrt::Server server = lrt::Server::create(options).value();
   server.add(std::move(battery)).value();
 

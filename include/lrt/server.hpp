@@ -34,12 +34,12 @@ struct Options {
   /// Runs the lambdas of things with Dispatch::executor. It must run each exactly once, at any time.
   std::function<void(std::function<void()>)> executor;
   /// Makes the transport. Empty: the first of transport::names() is used.
-  std::function<std::unique_ptr<transport::Transport>(transport::Options)> transport;
+  std::function<std::unique_ptr<transport::Transport>(transport::TransportOptions)> transport;
   /// Allows listening on an address that is not a loopback address without TLS and without an authorizer. Then everybody who can connect to
   /// the port can move the robot (R0.2).
   bool allow_unprotected_network = false;
   /// Certificate and key. If set, the port accepts HTTPS only (R0.2).
-  std::optional<transport::Tls> tls;
+  std::optional<transport::TlsOptions> tls;
   /// The file that stores web callbacks across restarts. Empty: they are not stored. It is written atomically soon after a change. An unreadable
   /// file is renamed and logged. The file contains the callbacks' secrets, so only its owner can read it.
   std::string subscriptions_file;
@@ -76,7 +76,7 @@ class Server {
   /// Runs lambdas that are due. With Io::in_poll it also serves the network. Never waits.
   ///
   /// When `budget` is used up, at most one more lambda is started. With Io::in_poll the current step is completed: at most 1 ms, except for a
-  /// large body (README, Threads), which limits.body_bytes bounds. When idle it does not allocate, and makes no system call with
+  /// large body (README, Threads), which limits.max_body_bytes bounds. When idle it does not allocate, and makes no system call with
   /// Io::own_thread and one with Io::in_poll.
   /// @return  how long the caller may sleep; zero: work is left
   std::chrono::milliseconds poll(std::chrono::microseconds budget = std::chrono::microseconds(200)) noexcept;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include <lrt/base/result.hpp>
-#include <lrt/http/head.hpp>
+#include <lrt/http/target.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/subscription/allowed_hosts.hpp>
 

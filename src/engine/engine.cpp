@@ -5,7 +5,7 @@
 #include <exception>
 #include <utility>
 
-#include <lrt/http/head.hpp>
+#include <lrt/http/target.hpp>
 #include <lrt/http/websocket.hpp>
 #include <lrt/model/statement.hpp>
 

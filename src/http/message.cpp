@@ -191,7 +191,8 @@ AddedFields added_fields(const Response& response, bool keep_alive, int version)
   return added;
 }
 
-void write_head(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version) {
+void write_response_header(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version,
+                           BodyEnd end) {
   const AddedFields added = added_fields(response, keep_alive, version);
   out += "HTTP/1.1 ";
   append_number(out, static_cast<std::uint64_t>(response.status));
@@ -201,7 +202,8 @@ void write_head(std::string& out, const Response& response, std::string_view dat
     out += "\r\nDate: ";
     out += date;
   }
-  if (added.content_length) {
+  if (end == BodyEnd::chunked) out += "\r\nTransfer-Encoding: chunked";
+  if (end == BodyEnd::length && added.content_length) {
     out += "\r\nContent-Length: ";
     append_number(out, response.content().size());
   }

@@ -48,7 +48,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (options_.engine.dispatch == Dispatch::executor && !options_.executor)
       return unexpected(Errc::invalid_option, "Dispatch::executor needs Options::executor");
     if (Result<void> checked = engine_.check(); !checked) return checked;
-    transport::Options t;
+    transport::TransportOptions t;
     t.address = options_.address;
     t.port = options_.port;
     t.limits = options_.limits;

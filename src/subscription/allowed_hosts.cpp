@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include <lrt/http/head.hpp>
+#include <lrt/http/target.hpp>
 
 #include "src/base/ascii.hpp"
 

@@ -2,31 +2,27 @@
 
 #include <utility>
 
-#include <lrt/transport/asio.hpp>
-#include <lrt/transport/classic.hpp>
+#include <lrt/transport/http.hpp>
+#if LRT_HAS_LIBWEBSOCKETS
+#include <lrt/transport/libwebsockets.hpp>
+#endif
 
 namespace lrt::transport {
 
 std::vector<std::string_view> names() {
   return {
-#if LRT_HAS_ASIO
-      "asio",
-#endif
-#if LRT_HAS_CLASSIC
-      "classic",
+      "http",
+#if LRT_HAS_LIBWEBSOCKETS
+      "libwebsockets",
 #endif
   };
 }
 
-std::unique_ptr<Transport> make_named(std::string_view name, Options options) {
-  if (name.empty() && !names().empty()) name = names().front();
-#if LRT_HAS_ASIO
-  if (name == "asio") return make_asio(std::move(options));
+std::unique_ptr<Transport> make_named(std::string_view name, TransportOptions options) {
+  if (name.empty() || name == "http") return make_http(std::move(options));
+#if LRT_HAS_LIBWEBSOCKETS
+  if (name == "libwebsockets") return make_libwebsockets(std::move(options));
 #endif
-#if LRT_HAS_CLASSIC
-  if (name == "classic") return make_classic(std::move(options));
-#endif
-  (void)options;
   return nullptr;
 }
 

@@ -1,4 +1,4 @@
-// The yardstick for the transport asio: Boost.Beast answering every request with the same bytes.
+// The yardstick for the transport http: Boost.Beast answering every request with the same bytes.
 //
 //   beast_constant [--port 0] [--size 600 (of the body) | --total BYTES (with the head)] [--tls DIR]
 //

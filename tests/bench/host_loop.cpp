@@ -2,7 +2,7 @@
 // polls. Printed: how late it wakes up, how long poll() takes, and how much of that it was on a CPU: the rest is the system's doing,
 // unless poll() slept.
 //
-//   host_loop [--without] [--transport asio|classic] [--tls DIR] [--seconds 20] [--warm-up 3] [--budget 200] [--work 50] [--fifo PRIORITY]
+//   host_loop [--without] [--transport http|libwebsockets] [--tls DIR] [--seconds 20] [--warm-up 3] [--budget 200] [--work 50] [--fifo PRIORITY]
 //
 // --without: the same loop without lrt. Says where it listens, measures for so many seconds after the warm-up, prints one line, and goes
 // on until SIGINT or SIGTERM, so that clients see no end. Things to ask for: /arm/p1 to /arm/p40; PUT /arm/target, POST /arm/actions/move.

@@ -6,14 +6,14 @@
 #
 #   tests/bench/host_loop.sh [BUILD_FOLDER]
 #
-#   SECONDS_EACH=20 BUDGET=200 (us, of poll) WORK=50 (us a step) TRANSPORTS='asio classic' FIFO=0 (priority of the loop; 0: an ordinary process)
+#   SECONDS_EACH=20 BUDGET=200 (us, of poll) WORK=50 (us a step) TRANSPORTS=http FIFO=0 (priority of the loop; 0: an ordinary process)
 #
 # Fails if the process of the loop had a thread besides its own.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 build=${1:-$here/build/release}/tests/bench
 each=${SECONDS_EACH:-20} budget=${BUDGET:-200} work=${WORK:-50} warm=3
-read -ra wanted <<< "${TRANSPORTS:-asio classic}"
+read -ra wanted <<< "${TRANSPORTS:-http}"
 common=(--seconds "$each" --warm-up "$warm" --budget "$budget" --work "$work")
 ((${FIFO:-0} > 0)) && common+=(--fifo "$FIFO")
 

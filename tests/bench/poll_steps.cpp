@@ -1,6 +1,6 @@
 // The longest single steps of Server::poll() with Io::in_poll: what it cannot divide, whatever its budget.
 //
-//   poll_steps [--transport asio|classic] [--budget 200] [--rounds 100] [--p256 DIR] [--rsa DIR]
+//   poll_steps [--transport http|libwebsockets] [--budget 200] [--rounds 100] [--p256 DIR] [--rsa DIR]
 //
 // The client is in the same thread and takes turns with poll(), so nothing runs beside it. For each round the longest poll() counts: its
 // median and maximum over the rounds are printed, by the clock and in CPU time of this thread (a maximum by the clock may be the

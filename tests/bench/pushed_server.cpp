@@ -1,6 +1,6 @@
 // The server under tests/bench/http_load: one pushed property, optionally among many things and published at 1 kHz.
 //
-//   pushed_server [--things 1] [--publish] [--period 1000 (us)] [--keep N] [--tick] [--transport asio|classic] [--tls DIR]
+//   pushed_server [--things 1] [--publish] [--period 1000 (us)] [--keep N] [--tick] [--transport http|libwebsockets] [--tls DIR]
 //
 // The property is at /arm/joint/angle. Ends on SIGINT or SIGTERM and prints its resident memory.
 
@@ -42,7 +42,7 @@ int main(int argc, char** argv) {
   std::signal(SIGTERM, [](int) { ended = 1; });
 
   options.port = 0;
-  options.limits.connections = 4096;
+  options.limits.max_connections = 4096;
   options.engine.subscriptions.max_subscriptions = 4096;
   options.engine.subscriptions.always_scan = tick;
   auto server = lrt::Server::create(std::move(options));

@@ -5,16 +5,15 @@
 #
 #   tests/bench/transports.sh [BUILD_FOLDER]
 #
-#   ROUNDS=5 REQUESTS=30000 (of a run; a quarter with one connection) CONNECTIONS='1 8 64 256' IDLE=1000 TRANSPORTS='asio classic'
+#   ROUNDS=5 REQUESTS=30000 (of a run; a quarter with one connection) CONNECTIONS='1 8 64 256' IDLE=1000 TRANSPORTS=http
 #   LIMIT=200 (seconds after which no further pair is begun)
-#   PIN=1    the load runs on core 1; asio and Beast, which have one thread at work, on core 0; classic and cpp-httplib, for whose threads one
-#            core would be too few, where they like. PIN=0: all as it comes.
+#   PIN=1    the load runs on core 1, the servers, which have one thread at work, on core 0. PIN=0: all as it comes.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 build=${1:-$here/build/release}/tests/bench
 rounds=${ROUNDS:-5} requests=${REQUESTS:-30000} idle=${IDLE:-1000} limit=${LIMIT:-200}
 read -ra counts <<< "${CONNECTIONS:-1 8 64 256}"
-read -ra wanted <<< "${TRANSPORTS:-asio classic}"
+read -ra wanted <<< "${TRANSPORTS:-http}"
 pin=${PIN:-1}
 (($(nproc) > 1)) || pin=0
 path=/arm/joint/angle
@@ -28,12 +27,11 @@ core() {  # number, program and arguments
   shift
   if ((pin)); then exec taskset -c "$number" "$@"; else exec "$@"; fi
 }
-start() {  # name, transport whose pair it is of, program and arguments: sets port_<name> and pid_<name>
-  local name=$1 port='' cores=0
-  [ "$2" = classic ] && cores=0,1
-  shift 2
+start() {  # name, program and arguments: sets port_<name> and pid_<name>
+  local name=$1 port=''
+  shift
   : > "$output/$name"  # it is read before the other process may have opened it
-  (core "$cores" "$@") > "$output/$name" &
+  (core 0 "$@") > "$output/$name" &
   pids+=($!)
   printf -v "pid_$name" %s $!
   for _ in $(seq 100); do
@@ -53,7 +51,7 @@ bytes() {  # name, scheme: of an answer
   local port=port_$1
   curl -s -k -i "$2://127.0.0.1:${!port}$path" | wc -c
 }
-constant_of() { case $1 in asio) echo beast ;; classic) echo httplib ;; esac; }
+constant_of() { case $1 in http) echo beast ;; esac; }
 scheme_of() { if [ "$1" = tls ]; then echo https; else echo http; fi; }
 
 transports=()
@@ -71,10 +69,10 @@ for transport in "${transports[@]}"; do
   for kind in plain tls; do
     options=()
     [ $kind = tls ] && options=(--tls "$output/tls")
-    start "${transport}_$kind" "$transport" "$build/pushed_server" --transport "$transport" "${options[@]}"
+    start "${transport}_$kind" "$build/pushed_server" --transport "$transport" "${options[@]}"
     size=$(bytes "${transport}_$kind" "$(scheme_of $kind)")
     library=$(constant_of "$transport")
-    start "${library}_$kind" "$transport" "$build/${library}_constant" --total "$size" "${options[@]}"
+    start "${library}_$kind" "$build/${library}_constant" --total "$size" "${options[@]}"
     echo "$transport, $kind: answers of $size bytes; $library: $(bytes "${library}_$kind" "$(scheme_of $kind)")"
   done
 done
@@ -112,12 +110,11 @@ for transport in "${transports[@]}"; do
   for kind in plain tls; do
     options=() load=()
     [ $kind = tls ] && options=(--tls "$output/tls") load=(--tls)
-    start fresh "$transport" "$build/pushed_server" --transport "$transport" "${options[@]}"
+    start fresh "$build/pushed_server" --transport "$transport" "${options[@]}"
     pid=pid_fresh port=port_fresh
     row "$transport $kind lrt: $("$build/idle_memory" --port "${!port}" --pid "${!pid}" --path "$path" --connections "$idle" "${load[@]}")"
     stop fresh
-    [ "$transport" = classic ] && options+=(--threads $((idle + 16)))
-    start fresh "$transport" "$build/$(constant_of "$transport")_constant" --size 1000 "${options[@]}"
+    start fresh "$build/$(constant_of "$transport")_constant" --size 1000 "${options[@]}"
     row "$transport $kind constant: $("$build/idle_memory" --port "${!port}" --pid "${!pid}" --path "$path" --connections "$idle" "${load[@]}")"
     stop fresh
   done

@@ -10,12 +10,7 @@
 
 #include <lrt/server.hpp>
 #include <lrt/transport/loopback.hpp>
-#if LRT_HAS_ASIO
-#include <lrt/transport/asio.hpp>
-#endif
-#if LRT_HAS_CLASSIC
-#include <lrt/transport/classic.hpp>
-#endif
+#include <lrt/transport/named.hpp>
 
 #include "examples/ex_own_transport/epoll_transport.hpp"
 
@@ -76,7 +71,7 @@ class LoopbackTarget final : public Target {
  public:
   LoopbackTarget() {
     Options o = server_options(clock);
-    o.transport = [this](transport::Options t) {
+    o.transport = [this](transport::TransportOptions t) {
       auto made = std::make_unique<transport::Loopback>(std::move(t));
       loopback_ = made.get();
       return made;
@@ -105,7 +100,7 @@ class LoopbackTarget final : public Target {
 };
 
 struct Served {
-  std::function<std::unique_ptr<transport::Transport>(transport::Options)> make;
+  std::function<std::unique_ptr<transport::Transport>(transport::TransportOptions)> make;
   bool tls;
 };
 
@@ -113,12 +108,9 @@ struct Served {
 std::optional<Served> served(const std::string& name) {
   const bool tls = name.find(" over TLS") != std::string::npos;
   const std::string plain = name.substr(0, name.find(" over TLS"));
-#if LRT_HAS_ASIO
-  if (plain == "asio") return Served{[](transport::Options o) { return transport::make_asio(std::move(o)); }, tls};
-#endif
-#if LRT_HAS_CLASSIC
-  if (plain == "classic") return Served{[](transport::Options o) { return transport::make_classic(std::move(o)); }, tls};
-#endif
+  const auto names = transport::names();
+  if (const auto found = std::find(names.begin(), names.end(), plain); found != names.end())
+    return Served{[name = *found](transport::TransportOptions o) { return transport::make_named(name, std::move(o)); }, tls};
   if (name == "a transport of one's own") return Served{make_epoll_transport, false};
   return std::nullopt;
 }
@@ -129,7 +121,7 @@ struct TlsSide {
   Certificate authority = make_certificate({"authority", {}, -3600, 3600, true});
   Certificate own = make_certificate({"robot", "DNS:localhost,IP:127.0.0.1"}, &authority);
   SslContext client = tls_client(authority);
-  transport::Tls options;
+  transport::TlsOptions options;
 
   TlsSide() {
     options.certificate_file = folder.put("server.pem", {&own});
@@ -321,13 +313,11 @@ TEST_CASE("the cases hold on loopback", "[conformance][loopback]") {
   run_cases([] { return std::make_unique<LoopbackTarget>(); });
 }
 
-TEST_CASE("the cases hold on asio", "[conformance][asio]") { run_served_cases("asio"); }
-TEST_CASE("the cases hold on asio over TLS", "[conformance][asio][tls][R0.2]") { run_served_cases("asio over TLS"); }
-TEST_CASE("the cases hold on classic", "[conformance][classic]") { run_served_cases("classic"); }
-TEST_CASE("the cases hold on classic over TLS", "[conformance][classic][tls][R0.2]") { run_served_cases("classic over TLS"); }
+TEST_CASE("the cases hold on http", "[conformance][http]") { run_served_cases("http"); }
+TEST_CASE("the cases hold on http over TLS", "[conformance][http][tls][R0.2]") { run_served_cases("http over TLS"); }
 TEST_CASE("the cases hold on a transport of one's own", "[conformance][own]") { run_served_cases("a transport of one's own"); }
 
-TEST_CASE("the table of transports in src/README.md is true", "[conformance][asio][classic][own]") {
+TEST_CASE("the table of transports in src/README.md is true", "[conformance][http][own]") {
   const auto rows = table(LRT_SOURCE_DIR "/src/README.md", "<!-- conformance -->", "<!-- /conformance -->");
   std::set<std::string> names;
   for (const auto& row : rows) {
@@ -338,7 +328,7 @@ TEST_CASE("the table of transports in src/README.md is true", "[conformance][asi
     if (const auto transport = served(row[0])) CHECK(row[1] == std::to_string(count_cases(*transport)));
     else WARN("not compiled in, so its row is not checked: " << row[0]);
   }
-  CHECK(names == std::set<std::string>{"asio", "asio over TLS", "classic", "classic over TLS", "a transport of one's own"});
+  CHECK(names == std::set<std::string>{"http", "http over TLS", "a transport of one's own"});
 }
 
 TEST_CASE("patterns of fields", "[conformance]") {

@@ -1,6 +1,6 @@
 // A target for external HTTP probes: lrt's transport with a handler of its own, no engine.
 //
-//   http_echo [--port 8080] [--bind 127.0.0.1] [--transport asio|classic] [--tls DIR]
+//   http_echo [--port 8080] [--bind 127.0.0.1] [--transport http|libwebsockets] [--tls DIR]
 //
 // With --tls it speaks https with DIR/server.pem and DIR/server-key.pem (see examples/make-certificate.sh).
 //
@@ -15,7 +15,7 @@
 #include <string>
 
 #include <lrt/engine/handler.hpp>
-#include <lrt/http/head.hpp>
+#include <lrt/http/target.hpp>
 #include <lrt/http/problem.hpp>
 #include <lrt/transport/named.hpp>
 
@@ -92,14 +92,14 @@ class Echo final : public engine::Handler {
 }  // namespace
 
 int main(int argc, char** argv) {
-  transport::Options options;
+  transport::TransportOptions options;
   const char* transport = "";
   for (int i = 1; i + 1 < argc; i += 2) {
     if (std::strcmp(argv[i], "--port") == 0) options.port = static_cast<std::uint16_t>(std::atoi(argv[i + 1]));
     else if (std::strcmp(argv[i], "--bind") == 0) options.address = argv[i + 1];
     else if (std::strcmp(argv[i], "--transport") == 0) transport = argv[i + 1];
-    else if (std::strcmp(argv[i], "--tls") == 0) options.tls = transport::Tls{argv[i + 1] + std::string("/server.pem"), argv[i + 1] + std::string("/server-key.pem"), {}, false};
-    else return std::fprintf(stderr, "usage: http_echo [--port N] [--bind ADDRESS] [--transport asio|classic] [--tls DIR]\n"), 2;
+    else if (std::strcmp(argv[i], "--tls") == 0) options.tls = transport::TlsOptions{argv[i + 1] + std::string("/server.pem"), argv[i + 1] + std::string("/server-key.pem"), {}, false};
+    else return std::fprintf(stderr, "usage: http_echo [--port N] [--bind ADDRESS] [--transport http|libwebsockets] [--tls DIR]\n"), 2;
   }
   Echo echo;
   const auto server = transport::make_named(transport, options);

@@ -1,6 +1,6 @@
 // A target for external WebSocket probes: lrt's transport with a handler of its own, no engine.
 //
-//   ws_echo [--port 8080] [--bind 127.0.0.1] [--transport asio|classic] [--tls DIR]
+//   ws_echo [--port 8080] [--bind 127.0.0.1] [--transport http|libwebsockets] [--tls DIR]
 //
 // With --tls it speaks wss with DIR/server.pem and DIR/server-key.pem (see examples/make-certificate.sh).
 //
@@ -93,16 +93,16 @@ class Echo final : public engine::Handler {
 }  // namespace
 
 int main(int argc, char** argv) {
-  transport::Options options;
+  transport::TransportOptions options;
   const char* transport = "";
-  options.limits.websocket_message_bytes = 64 * 1024 * 1024;
-  options.limits.websocket_messages = std::numeric_limits<std::size_t>::max();
+  options.limits.max_websocket_message_bytes = 64 * 1024 * 1024;
+  options.limits.max_websocket_messages = std::numeric_limits<std::size_t>::max();
   for (int i = 1; i + 1 < argc; i += 2) {
     if (std::strcmp(argv[i], "--port") == 0) options.port = static_cast<std::uint16_t>(std::atoi(argv[i + 1]));
     else if (std::strcmp(argv[i], "--bind") == 0) options.address = argv[i + 1];
     else if (std::strcmp(argv[i], "--transport") == 0) transport = argv[i + 1];
-    else if (std::strcmp(argv[i], "--tls") == 0) options.tls = transport::Tls{argv[i + 1] + std::string("/server.pem"), argv[i + 1] + std::string("/server-key.pem"), {}, false};
-    else return std::fprintf(stderr, "usage: ws_echo [--port N] [--bind ADDRESS] [--transport asio|classic] [--tls DIR]\n"), 2;
+    else if (std::strcmp(argv[i], "--tls") == 0) options.tls = transport::TlsOptions{argv[i + 1] + std::string("/server.pem"), argv[i + 1] + std::string("/server-key.pem"), {}, false};
+    else return std::fprintf(stderr, "usage: ws_echo [--port N] [--bind ADDRESS] [--transport http|libwebsockets] [--tls DIR]\n"), 2;
   }
   Echo echo;
   const auto server = transport::make_named(transport, options);

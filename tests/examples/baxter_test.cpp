@@ -27,7 +27,7 @@ class Robot {
     options.engine.clock = &clock;
     options.engine.ids = std::make_shared<FixedIds>();
     options.engine.public_base = "http://example.org";
-    options.transport = [this](lrt::transport::Options t) {
+    options.transport = [this](lrt::transport::TransportOptions t) {
       auto made = std::make_unique<lrt::transport::Loopback>(std::move(t));
       loopback_ = made.get();
       return made;

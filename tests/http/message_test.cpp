@@ -9,7 +9,7 @@ const char* date = "Sun, 06 Nov 1994 08:49:37 GMT";
 
 std::string head(const http::Response& response, bool keep_alive = true, int version = 11) {
   std::string out;
-  http::write_head(out, response, date, keep_alive, version);
+  http::write_response_header(out, response, date, keep_alive, version);
   return out;
 }
 }  // namespace

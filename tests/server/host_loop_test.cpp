@@ -1,4 +1,4 @@
-#include <lrt/transport/asio.hpp>
+#include <lrt/transport/asio_loop.hpp>
 
 #include <poll.h>
 
@@ -20,7 +20,7 @@
 #include "tests/support/socket.hpp"
 #include "tests/support/websocket.hpp"
 
-#if LRT_HAS_ASIO
+#if LRT_HAS_ASIO_LOOP
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
@@ -145,7 +145,7 @@ TEST_CASE("the descriptor shows what one poll has left of the lambdas", "[server
 
 // ------------------------------------------------------------------------------------------------------------ a host's io_context
 
-#if LRT_HAS_ASIO
+#if LRT_HAS_ASIO_LOOP
 
 namespace {
 
@@ -156,7 +156,7 @@ Options on(asio::io_context& io) {
   Options options;
   options.port = 0;
   options.io = Io::in_poll;
-  options.transport = [&io](transport::Options given) { return transport::make_asio(std::move(given), io); };
+  options.transport = [&io](transport::TransportOptions given) { return transport::make_http(std::move(given), io); };
   return options;
 }
 
@@ -366,7 +366,7 @@ TEST_CASE("what one turn leaves over is done in the next, though nothing new arr
   std::unique_ptr<transport::Transport> transport;
   Handler handler;
   int turns = 0, thrown = 0, logged = 0;
-  transport::Options options;
+  transport::TransportOptions options;
   options.port = 0;
   options.log = [&](LogLevel level, std::string_view) { logged += level == LogLevel::error; };
   options.turn = [&] {
@@ -377,7 +377,7 @@ TEST_CASE("what one turn leaves over is done in the next, though nothing new arr
       throw 7;
     }
   };
-  transport = transport::make_asio(options, io);
+  transport = transport::make_http(options, io);
   CHECK(transport->capabilities().on_host_loop);
   CHECK(transport->capabilities().websocket);
   CHECK(transport->descriptor() == -1);
@@ -414,7 +414,7 @@ TEST_CASE("what one turn leaves over is done in the next, though nothing new arr
 
 TEST_CASE("a transport on a host's io_context says that it needs a turn", "[server]") {
   asio::io_context io;
-  const auto transport = transport::make_asio(transport::Options{}, io);
+  const auto transport = transport::make_http(transport::TransportOptions{}, io);
   Handler handler;
   const auto started = transport->start(handler);
   REQUIRE_FALSE(started);
@@ -507,13 +507,13 @@ TEST_CASE("a turn that is queued already when the transport goes does nothing", 
   Handler handler;
   std::unique_ptr<transport::Transport> transport;
   int turns = 0;
-  transport::Options options;
+  transport::TransportOptions options;
   options.port = 0;
   options.turn = [&] {
     ++turns;
     transport->poll(microseconds(100), milliseconds(0));
   };
-  transport = transport::make_asio(options, io);
+  transport = transport::make_http(options, io);
   REQUIRE(transport->start(handler));
   for (int last = -1; last != turns;) last = turns, io.poll();
   const int before = turns;

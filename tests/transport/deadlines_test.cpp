@@ -1,4 +1,4 @@
-#include "src/transport/port/deadlines.hpp"
+#include "src/transport/http/deadlines.hpp"
 
 #include "tests/support/catch.hpp"
 

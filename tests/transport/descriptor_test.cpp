@@ -51,10 +51,10 @@ class Handler final : public engine::Handler {
 /// A host that sleeps in a poll() of its own until the transport's descriptor is readable, by the machine's clock.
 struct Host {
   explicit Host(transport::Limits limits = {}, microseconds given_budget = milliseconds(1)) : budget(given_budget) {
-    transport::Options options;
+    transport::TransportOptions options;
     options.port = 0;
     options.limits = limits;
-    server = make_transport(std::move(options));
+    server = transport::make_http(std::move(options));
     if (const auto started = server->start(handler); !started) throw std::runtime_error(started.error().message);
     item.fd = server->descriptor();
   }
@@ -92,7 +92,6 @@ struct Host {
 }  // namespace
 
 TEST_CASE("a host that sleeps on the descriptor serves requests, and is not woken for nothing", "[transport]") {
-  ON_EACH_TRANSPORT();
   Host host;
   REQUIRE(host.item.fd >= 0);
   CHECK(host.server->descriptor() == host.item.fd);
@@ -114,7 +113,6 @@ TEST_CASE("a host that sleeps on the descriptor serves requests, and is not woke
 }
 
 TEST_CASE("the descriptor tells of a wake from another thread", "[transport][threads]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto client = host.client();
   client.send(get("/defer"));
@@ -132,10 +130,9 @@ TEST_CASE("the descriptor tells of a wake from another thread", "[transport][thr
 }
 
 TEST_CASE("the descriptor tells of times that are over", "[transport]") {
-  ON_EACH_TRANSPORT();
   transport::Limits limits;
-  limits.head_time = milliseconds(30);
-  limits.linger_time = milliseconds(30);
+  limits.header_timeout = milliseconds(30);
+  limits.linger_timeout = milliseconds(30);
   Host host(limits);
   auto silent = host.client();
   auto slow = host.client();
@@ -151,7 +148,6 @@ TEST_CASE("the descriptor tells of times that are over", "[transport]") {
 }
 
 TEST_CASE("the descriptor tells of what the handler has for a WebSocket, when it is due", "[transport][R0.14]") {
-  ON_EACH_TRANSPORT();
   Host host;
   WebSocketClient client(host.server->port());
   client.send(WebSocketClient::handshake("/ws"));
@@ -173,9 +169,8 @@ TEST_CASE("the descriptor tells of what the handler has for a WebSocket, when it
 }
 
 TEST_CASE("the descriptor stays readable while a budget leaves something over", "[transport]") {
-  ON_EACH_TRANSPORT();
   transport::Limits limits;
-  limits.head_time = milliseconds(50);
+  limits.header_timeout = milliseconds(50);
   Host host(limits, microseconds(0));
   SECTION("pipelined requests") {
     auto client = host.client();

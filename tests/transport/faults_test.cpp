@@ -23,10 +23,10 @@ using std::chrono::milliseconds;
 
 namespace {
 
-transport::Options options_on(std::uint16_t port) {
-  transport::Options options;
+transport::TransportOptions options_on(std::uint16_t port) {
+  transport::TransportOptions options;
   options.port = port;
-  options.limits.stop_time = milliseconds(200);
+  options.limits.stop_timeout = milliseconds(200);
   return options;
 }
 
@@ -56,11 +56,11 @@ bool set_loopback(bool up) {
 enum Outcome { good = 0, no_namespace = 77, not_served, not_alive, not_again };
 
 /// In a process of its own, whose network nobody else has.
-int lose_the_interface(std::string_view name) {
+int lose_the_interface() {
   if (::unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0 && ::unshare(CLONE_NEWNET) != 0) return no_namespace;
   if (!set_loopback(true)) return no_namespace;
   TestHandler handler;
-  const auto server = transport::make_named(name, options_on(0));
+  const auto server = transport::make_http(options_on(0));
   if (!server->start(handler)) return not_served;
   RawClient early(server->port()), deaf(server->port());
   early.send(get("/"));
@@ -83,14 +83,13 @@ int lose_the_interface(std::string_view name) {
 }  // namespace
 
 TEST_CASE("a client that breaks off does not end the process by SIGPIPE, and the host's way with that signal stays", "[transport]") {
-  ON_EACH_TRANSPORT();
   struct sigaction before {}, after {};
   struct sigaction standard {};
   standard.sa_handler = SIG_DFL;
   ::sigaction(SIGPIPE, &standard, &before);
   {
     TestHandler handler;
-    const auto server = make_transport(options_on(0));
+    const auto server = transport::make_http(options_on(0));
     REQUIRE(server->start(handler));
     for (int i = 0; i < 20; ++i) {
       RawClient client(server->port(), "127.0.0.1", 4096);
@@ -113,11 +112,10 @@ TEST_CASE("a client that breaks off does not end the process by SIGPIPE, and the
 }
 
 TEST_CASE("a robot that is started again listens on its port at once", "[transport]") {
-  ON_EACH_TRANSPORT();
   TestHandler handler;
   std::uint16_t port = 0;
   for (int life = 0; life < 3; ++life) {
-    auto server = make_transport(options_on(port));
+    auto server = transport::make_http(options_on(port));
     REQUIRE(server->start(handler));
     port = server->port();
     RawClient closed(port), open(port);
@@ -132,14 +130,13 @@ TEST_CASE("a robot that is started again listens on its port at once", "[transpo
 }
 
 TEST_CASE("the network may go away and come back", "[transport]") {
-  ON_EACH_TRANSPORT();
   std::fflush(nullptr);
   const pid_t child = ::fork();
   REQUIRE(child >= 0);
   if (child == 0) {
     int outcome = not_alive;
     try {
-      outcome = lose_the_interface(present_transport());
+      outcome = lose_the_interface();
     } catch (const std::exception& e) {
       std::fprintf(stderr, "%s\n", e.what());
     }

@@ -25,28 +25,13 @@
 
 #include <lrt/base/clock.hpp>
 #include <lrt/engine/handler.hpp>
-#include <lrt/http/head.hpp>
-#include <lrt/transport/named.hpp>
+#include <lrt/http/target.hpp>
+#include <lrt/transport/http.hpp>
 #include <lrt/transport/transport.hpp>
 
 #include "tests/support/catch.hpp"
 
 namespace lrt::test {
-
-/// The transport that the test case is at.
-inline std::string_view& present_transport() {
-  static std::string_view name;
-  return name;
-}
-
-inline std::unique_ptr<transport::Transport> make_transport(transport::Options options) {
-  return transport::make_named(present_transport(), std::move(options));
-}
-
-/// First in a test case: it runs once for each transport that lrt was built with, which make_transport() makes.
-#define ON_EACH_TRANSPORT()                                                            \
-  lrt::test::present_transport() = GENERATE(from_range(lrt::transport::names()));      \
-  INFO("transport " << lrt::test::present_transport())
 
 class HandClock final : public Clock {
  public:

@@ -17,17 +17,17 @@ using std::chrono::milliseconds;
 
 namespace {
 
-transport::Options on_any_port() {
-  transport::Options options;
+transport::TransportOptions on_any_port() {
+  transport::TransportOptions options;
   options.port = 0;
-  options.limits.body_bytes = 1'000'000;
-  options.limits.linger_time = milliseconds(300);
-  options.limits.stop_time = milliseconds(200);
+  options.limits.max_body_bytes = 1'000'000;
+  options.limits.linger_timeout = milliseconds(300);
+  options.limits.stop_timeout = milliseconds(200);
   return options;
 }
 
 struct Host : TestHost {
-  explicit Host(transport::Options options = on_any_port()) : TestHost(make_epoll_transport(std::move(options))) {}
+  explicit Host(transport::TransportOptions options = on_any_port()) : TestHost(make_epoll_transport(std::move(options))) {}
 
   /// Whether descriptor() says that there is something to do.
   bool calls(milliseconds wait = milliseconds(0)) {
@@ -60,7 +60,7 @@ TEST_CASE("a transport of one's own answers all framing cases, whichever way the
 
 TEST_CASE("a transport of one's own refuses lines over the limit", "[transport][own][R0.1]") {
   auto options = on_any_port();
-  options.limits.line_bytes = 8000;
+  options.limits.max_line_bytes = 8000;
   Host host(options);
   const std::string much(8000, 'a');
   const std::pair<int, std::string> cases[] = {{200, "GET /?" + much.substr(15) + " HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n"},
@@ -138,7 +138,7 @@ TEST_CASE("a transport of one's own gives up clients that are slow, by the clock
       host.server->poll(milliseconds(1), milliseconds(1));
     }
   };
-  pass(options.limits.head_time - milliseconds(1));
+  pass(options.limits.header_timeout - milliseconds(1));
   CHECK_FALSE(silent.ended);
   CHECK(head.received.empty());
   pass(milliseconds(1));
@@ -146,10 +146,10 @@ TEST_CASE("a transport of one's own gives up clients that are slow, by the clock
   CHECK(silent.received.empty());
   CHECK(statuses(parse_answers(head.received)) == std::vector{408});
   CHECK(body.received.empty());
-  pass(options.limits.body_time - options.limits.head_time);
+  pass(options.limits.body_timeout - options.limits.header_timeout);
   CHECK(statuses(parse_answers(body.received)) == std::vector{408});
   CHECK_FALSE(idle.ended);
-  pass(options.limits.idle_time - options.limits.body_time);
+  pass(options.limits.idle_timeout - options.limits.body_timeout);
   CHECK(idle.ended);
   CHECK(statuses(parse_answers(idle.received)) == std::vector{204});
   deaf.paused = false;
@@ -214,7 +214,7 @@ TEST_CASE("a transport of one's own answers a request that ends too early", "[tr
 
 TEST_CASE("a transport of one's own tells clients over the limit so, and there is room again when one leaves", "[transport][own]") {
   auto options = on_any_port();
-  options.limits.connections = 1;
+  options.limits.max_connections = 1;
   Host host(options);
   auto first = host.client();
   first.send(get("/"));
@@ -274,7 +274,7 @@ TEST_CASE("a transport of one's own leaves to the next poll what the budget does
 
 TEST_CASE("the descriptor of a transport of one's own is readable when a time has come or it was woken", "[transport][own]") {
   auto options = on_any_port();
-  options.limits.head_time = milliseconds(50);
+  options.limits.header_timeout = milliseconds(50);
   Host host(options);
   CHECK(host.server->poll(milliseconds(1), milliseconds(0)) == milliseconds::max());
   CHECK_FALSE(host.calls());

@@ -1,11 +1,11 @@
-#include "src/transport/port/readiness.hpp"
+#include "src/transport/http/readiness.hpp"
 
 #include <sys/eventfd.h>
 
 #include <string>
 
-#include "src/transport/port/alarm.hpp"
-#include "src/transport/port/client.hpp"
+#include "src/transport/http/alarm.hpp"
+#include "src/transport/http/client.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace lrt;
@@ -113,7 +113,7 @@ TEST_CASE("an alarm rings until it is silenced or set anew, and is not set for w
   alarm.set(begin + std::chrono::hours(2), begin);
   CHECK(rings(20'000));
   CHECK(rings(0));
-  alarm.silence();
+  alarm.clear();
   CHECK_FALSE(rings(0));
   alarm.set(begin, begin);
   CHECK(rings(20'000));

@@ -12,7 +12,7 @@
 
 #include <lrt/http/websocket.hpp>
 
-#include "src/transport/port/addresses.hpp"
+#include "src/transport/http/addresses.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/tls.hpp"
 #include "tests/support/websocket.hpp"
@@ -97,20 +97,20 @@ struct TlsClient {
 };
 
 struct Host {
-  explicit Host(const std::function<void(transport::Options&)>& change = {}) {
+  explicit Host(const std::function<void(transport::TransportOptions&)>& change = {}) {
     options.port = 0;
-    options.limits.body_bytes = 6'000'000;
-    options.limits.linger_time = milliseconds(300);
-    options.limits.stop_time = milliseconds(200);
-    options.limits.websocket_message_bytes = 1'000'000;
-    options.limits.websocket_messages = 100'000;
+    options.limits.max_body_bytes = 6'000'000;
+    options.limits.linger_timeout = milliseconds(300);
+    options.limits.stop_timeout = milliseconds(200);
+    options.limits.max_websocket_message_bytes = 1'000'000;
+    options.limits.max_websocket_messages = 100'000;
     const auto own = localhost();
     options.tls.emplace();
     options.tls->certificate_file = folder.put("server.pem", {&own});
     options.tls->key_file = folder.put_key("server-key.pem", own);
     folder.put("ca.pem", {&authority()});
     if (change) change(options);
-    server = make_transport(options);
+    server = transport::make_http(options);
     if (const auto started = server->start(handler); !started) throw std::runtime_error(started.error().message);
   }
   TlsClient client(int receive_buffer = 0) { return TlsClient(server->port(), context.get(), receive_buffer); }
@@ -154,7 +154,7 @@ struct Host {
 
   TlsFolder folder;
   SslContext context = tls_client(authority());
-  transport::Options options;
+  transport::TransportOptions options;
   TlsHandler handler;
   std::unique_ptr<transport::Transport> server;
 };
@@ -166,7 +166,6 @@ void offer(SSL_CTX* context, std::string_view protocols) {
 }  // namespace
 
 TEST_CASE("requests over TLS are answered and known to be secure", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   Host host;
   CHECK(host.server->capabilities().tls);
   const int version = GENERATE(TLS1_2_VERSION, TLS1_3_VERSION);
@@ -183,8 +182,7 @@ TEST_CASE("requests over TLS are answered and known to be secure", "[transport][
 }
 
 TEST_CASE("framing over TLS is as in the session", "[transport][tls][R0.1][R0.2]") {
-  ON_EACH_TRANSPORT();
-  Host host([](auto& options) { options.limits.body_bytes = 1'000'000; });
+  Host host([](auto& options) { options.limits.max_body_bytes = 1'000'000; });
   auto cases = framing_cases();
   for (auto& item : cases) {  // the scheme of an absolute target must be the connection's
     if (item.bytes.compare(0, 11, "GET http://") == 0) item.bytes.insert(8, "s");
@@ -207,7 +205,6 @@ TEST_CASE("framing over TLS is as in the session", "[transport][tls][R0.1][R0.2]
 }
 
 TEST_CASE("pipelined requests over TLS are answered in order with a deferred answer among them", "[transport][tls][R0.1]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto client = host.client();
   std::string after;
@@ -226,7 +223,6 @@ TEST_CASE("pipelined requests over TLS are answered in order with a deferred ans
 }
 
 TEST_CASE("what TLS has decrypted is read on although the socket has no more", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   Host host;
   SSL_CTX_set_max_send_fragment(host.context.get(), 10'000);  // so that the last record is read in parts
   auto client = host.client();
@@ -258,7 +254,6 @@ TEST_CASE("what TLS has decrypted is read on although the socket has no more", "
 }
 
 TEST_CASE("5 MB go both ways over TLS, also to a client that reads slowly", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   Host host;
   std::string body;
   for (unsigned i = 0; body.size() < 5'000'000; ++i) body += std::to_string(i) + ",";
@@ -275,7 +270,6 @@ TEST_CASE("5 MB go both ways over TLS, also to a client that reads slowly", "[tr
 }
 
 TEST_CASE("a handshake and a request over TLS may be split at any byte", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   Host host;
   const int version = GENERATE(TLS1_2_VERSION, TLS1_3_VERSION);
   SSL_CTX_set_max_proto_version(host.context.get(), version);
@@ -309,7 +303,6 @@ TEST_CASE("a handshake and a request over TLS may be split at any byte", "[trans
 }
 
 TEST_CASE("WSS: a WebSocket over TLS echoes small and large messages, many at once", "[transport][tls][R0.2][R0.12]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto client = host.client();
   std::string bytes = WebSocketClient::handshake("/ws");
@@ -342,7 +335,6 @@ TEST_CASE("WSS: a WebSocket over TLS echoes small and large messages, many at on
 }
 
 TEST_CASE("WSS: a message to a client that does not read goes on when it does", "[transport][tls][R0.12]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto client = host.client(4096);
   const std::string large(900'000, 'y');
@@ -355,7 +347,6 @@ TEST_CASE("WSS: a message to a client that does not read goes on when it does", 
 }
 
 TEST_CASE("clients with certificates are known by their subject, those of others do not get in", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   const bool required = GENERATE(false, true);
   const int version = GENERATE(TLS1_2_VERSION, TLS1_3_VERSION);
   Host host([&](auto& options) { options.tls->require_client_certificate = required; options.tls->client_ca_file = options.tls->certificate_file.substr(0, options.tls->certificate_file.rfind('/')) + "/ca.pem"; });
@@ -403,7 +394,6 @@ TEST_CASE("clients with certificates are known by their subject, those of others
 }
 
 TEST_CASE("TLS below 1.2 is refused by an alert", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   Host host;
   SSL_CTX_set_security_level(host.context.get(), 0);
   SSL_CTX_set_min_proto_version(host.context.get(), TLS1_VERSION);
@@ -416,7 +406,6 @@ TEST_CASE("TLS below 1.2 is refused by an alert", "[transport][tls][R0.2]") {
 }
 
 TEST_CASE("a client that only speaks h2 is refused by an alert; who speaks http/1.1 too, or says nothing, is served", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   Host host;
   using S = std::string_view;
   offer(host.context.get(), S("\x02h2", 3));
@@ -434,7 +423,6 @@ TEST_CASE("a client that only speaks h2 is refused by an alert; who speaks http/
 }
 
 TEST_CASE("plain HTTP on the TLS port is told so", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   Host host;
   for (const std::string& text : {get("/"), std::string("G"), std::string("OPTIONS * HTTP/1.1\r\nHost: a\r\n\r\n"), "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 200000\r\n\r\n" + std::string(200'000, 'x')}) {
     INFO(text.substr(0, 20));
@@ -455,7 +443,6 @@ TEST_CASE("plain HTTP on the TLS port is told so", "[transport][tls][R0.2]") {
 }
 
 TEST_CASE("garbage before, within and after the handshake closes", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   Host host;
   const std::string hello = TlsClientSide(host.context.get()).give();
   std::string cut = hello;
@@ -477,7 +464,6 @@ TEST_CASE("garbage before, within and after the handshake closes", "[transport][
 }
 
 TEST_CASE("a client cannot make the server negotiate again", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   Host host;
   SSL_CTX_set_max_proto_version(host.context.get(), TLS1_2_VERSION);
   auto client = host.client();
@@ -491,7 +477,6 @@ TEST_CASE("a client cannot make the server negotiate again", "[transport][tls][R
 }
 
 TEST_CASE("new keys of TLS 1.3 are taken", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto client = host.client(4096);
   client.send(get("/"));
@@ -502,7 +487,6 @@ TEST_CASE("new keys of TLS 1.3 are taken", "[transport][tls][R0.2]") {
 }
 
 TEST_CASE("a handshake has the time of the first head", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   HandClock clock;
   Host host([&](auto& options) { options.clock = &clock; });
   auto silent = host.raw();
@@ -516,7 +500,7 @@ TEST_CASE("a handshake has the time of the first head", "[transport][tls][R0.2]"
   REQUIRE(host.run({&served, &waits, &in_head}, [&] { return !served.received.empty() && waits.side->done() && in_head.side->done(); }));
   host.run({&half, &silent}, [&] { return half.all_sent(); });
   host.settle({&served, &waits, &in_head});
-  clock.advance(host.options.limits.head_time - milliseconds(1));
+  clock.advance(host.options.limits.header_timeout - milliseconds(1));
   host.settle({&served, &waits, &in_head});
   for (auto* const one : {&silent, &half}) {
     one->step();
@@ -532,13 +516,12 @@ TEST_CASE("a handshake has the time of the first head", "[transport][tls][R0.2]"
   CHECK(statuses(parse_answers(in_head.received)) == std::vector{408});
   served.step();
   CHECK_FALSE(served.ended);
-  clock.advance(host.options.limits.idle_time);
+  clock.advance(host.options.limits.idle_timeout);
   REQUIRE(host.run_to_end(served));
   CHECK(served.side->closed);
 }
 
 TEST_CASE("a client that takes no bytes of an answer over TLS is given up, one that takes few is not", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   HandClock clock;
   Host host([&](auto& options) { options.clock = &clock; });
   auto client = host.client(65536);
@@ -547,7 +530,7 @@ TEST_CASE("a client that takes no bytes of an answer over TLS is given up, one t
   for (int i = 0; i < 3; ++i) {  // more than the system holds for it, so that the server sees that it takes some
     client.raw.paused = true;
     host.settle({&client});
-    clock.advance(host.options.limits.write_time - milliseconds(1));
+    clock.advance(host.options.limits.write_timeout - milliseconds(1));
     host.settle({&client});
     client.raw.paused = false;
     const auto before = client.received.size();
@@ -557,7 +540,7 @@ TEST_CASE("a client that takes no bytes of an answer over TLS is given up, one t
   client.raw.paused = true;
   for (int i = 0; i < 20; ++i) {  // what the system still had room for is progress, and is in the end no more
     host.settle({&client});
-    clock.advance(host.options.limits.write_time + milliseconds(1));
+    clock.advance(host.options.limits.write_timeout + milliseconds(1));
   }
   host.settle({&client});
   client.raw.paused = false;
@@ -566,7 +549,6 @@ TEST_CASE("a client that takes no bytes of an answer over TLS is given up, one t
 }
 
 TEST_CASE("an end without close_notify cuts a request only where framing says so", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   Host host;
   const bool notify = GENERATE(true, false);
   const auto end = [&](TlsClient& client) {
@@ -593,8 +575,7 @@ TEST_CASE("an end without close_notify cuts a request only where framing says so
 }
 
 TEST_CASE("connections above the limit are told 503 over TLS, and a handshake is not idle", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
-  Host host([](auto& options) { options.limits.connections = 1; });
+  Host host([](auto& options) { options.limits.max_connections = 1; });
   auto first = host.raw();
   first.send(TlsClientSide(host.context.get()).give().substr(0, 100));
   host.run({&first}, [&] { return first.all_sent(); });
@@ -610,7 +591,6 @@ TEST_CASE("connections above the limit are told 503 over TLS, and a handshake is
 }
 
 TEST_CASE("a new certificate is for new connections; open ones go on; bad files change nothing", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto old = host.client();
   REQUIRE(host.run_to_handshake(old));
@@ -636,13 +616,12 @@ TEST_CASE("a new certificate is for new connections; open ones go on; bad files 
 
   auto options = host.options;
   options.tls.reset();
-  const auto plain = make_transport(options)->reload_tls();
+  const auto plain = transport::make_http(options)->reload_tls();
   REQUIRE_FALSE(plain);
   CHECK(plain.error().code == Errc::invalid_option);
 }
 
 TEST_CASE("certificates may be read again on another thread while clients come", "[transport][threads][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   Host host;
   std::atomic<bool> done{false};
   std::atomic<int> bad{0};
@@ -658,18 +637,17 @@ TEST_CASE("certificates may be read again on another thread while clients come",
 }
 
 TEST_CASE("start says which file of TLS is wrong and why", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   const TlsFolder folder;
   const auto own = localhost();
   const auto other = localhost();
-  transport::Tls good;
+  transport::TlsOptions good;
   good.certificate_file = folder.put("server.pem", {&own});
   good.key_file = folder.put_key("server-key.pem", own);
   const auto text = folder.put("text.pem", "no PEM at all\n");
   struct Case {
     Errc code;
     std::string says;
-    std::function<void(transport::Tls&)> change;
+    std::function<void(transport::TlsOptions&)> change;
   };
   const Case cases[] = {
       {Errc::invalid_option, "certificate_file", [&](auto& tls) { tls.certificate_file.clear(); }},
@@ -688,11 +666,11 @@ TEST_CASE("start says which file of TLS is wrong and why", "[transport][tls][R0.
   for (const auto& item : cases) {
     INFO(item.says);
     TestHandler handler;
-    transport::Options options;
+    transport::TransportOptions options;
     options.port = 0;
     options.tls = good;
     item.change(*options.tls);
-    const auto server = make_transport(options);
+    const auto server = transport::make_http(options);
     const auto started = server->start(handler);
     REQUIRE_FALSE(started);
     CHECK(started.error().code == item.code);
@@ -704,7 +682,6 @@ TEST_CASE("start says which file of TLS is wrong and why", "[transport][tls][R0.
 }
 
 TEST_CASE("the chain of the server's certificate is sent", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   const auto between = make_certificate({"between", {}, -3600, 3600, true}, &authority());
   const auto leaf = make_certificate({"leaf", "DNS:localhost"}, &between);
   TlsFolder folder;
@@ -716,7 +693,6 @@ TEST_CASE("the chain of the server's certificate is sent", "[transport][tls][R0.
 }
 
 TEST_CASE("stop ends TLS connections in any state", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   Host host;
   auto idle = host.client();
   auto waiting = host.client();
@@ -744,7 +720,6 @@ TEST_CASE("stop ends TLS connections in any state", "[transport][tls][R0.2]") {
 }
 
 TEST_CASE("a client over TLS that is killed in any state leaves the others alone", "[transport][tls][R0.2]") {
-  ON_EACH_TRANSPORT();
   Host host;
   for (const bool hard : {true, false}) {
     for (const std::string& start : {std::string(), std::string("GET / HT"), get("/big?20000000"), get("/defer"), WebSocketClient::handshake("/ws")}) {
@@ -798,7 +773,6 @@ TEST_CASE("connections are counted by address, those of this machine are not", "
 }
 
 TEST_CASE("one address can have so many connections, and again when one leaves", "[transport]") {
-  ON_EACH_TRANSPORT();
   std::string address;
   ifaddrs* all = nullptr;
   if (::getifaddrs(&all) == 0) {
@@ -815,12 +789,12 @@ TEST_CASE("one address can have so many connections, and again when one leaves",
     return reached();
   };
   TestHandler handler;
-  transport::Options options;
+  transport::TransportOptions options;
   options.port = 0;
-  options.limits.connections_per_address = 2;
-  options.limits.linger_time = milliseconds(300);
+  options.limits.max_connections_per_address = 2;
+  options.limits.linger_timeout = milliseconds(300);
   {
-    const auto server = make_transport(options);
+    const auto server = transport::make_http(options);
     REQUIRE(server->start(handler));
     std::vector<RawClient> clients;
     for (int i = 0; i < 5; ++i) {
@@ -835,7 +809,7 @@ TEST_CASE("one address can have so many connections, and again when one leaves",
     return;
   }
   options.address = address;
-  const auto server = make_transport(options);
+  const auto server = transport::make_http(options);
   REQUIRE(server->start(handler));
   std::vector<RawClient> clients;
   for (const int status : {200, 200, 503}) {

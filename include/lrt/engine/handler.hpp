@@ -32,7 +32,7 @@ struct Upgraded {
 };
 /// The response is an event stream (WHATWG HTML 9.2): the transport sends the header section of `response`, which has status 200 and no body,
 /// without Content-Length, and then each message of the channel as it is, until Push::close or the end of the connection. After
-/// limits.ping_time without a message it sends the comment ":\n\n", so that proxies and peers see the connection alive. Never without
+/// limits.ping_interval without a message it sends the comment ":\n\n", so that proxies and peers see the connection alive. Never without
 /// `can_stream`.
 struct Streamed {
   Channel channel;

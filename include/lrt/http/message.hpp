@@ -18,7 +18,7 @@ struct Field {
 /// ASCII case-insensitive comparison, for field names and tokens.
 bool iequals(std::string_view a, std::string_view b) noexcept;
 
-/// A request whose head passed the checks of http/head.hpp and whose body is complete. All views belong to the transport and
+/// A request whose header section http::parse_request_header() has accepted and whose body is complete. All views belong to the transport and
 /// live for the call.
 struct Request {
   std::string_view method;
@@ -90,8 +90,16 @@ struct AddedFields {
 /// @param version  of the request: an HTTP/1.0 client that keeps its connection is told so
 AddedFields added_fields(const Response& response, bool keep_alive, int version) noexcept;
 
-/// Writes the head of a response with its empty line. Date and Content-Length are left out where `response.fields` has them.
+/// How a client finds the end of a response's body (RFC 9112 6.3).
+enum class BodyEnd : std::uint8_t {
+  length,   ///< Content-Length, that of response.content()
+  chunked,  ///< the last chunk of Transfer-Encoding: chunked
+  close,    ///< the end of the connection; for HTTP/1.0
+};
+
+/// Writes the header section of a response with its empty line. Date and Content-Length are left out where `response.fields` has them.
 /// @param date  an IMF-fixdate
-void write_head(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version);
+void write_response_header(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version,
+                           BodyEnd end = BodyEnd::length);
 
 }  // namespace lrt::http

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include <lrt/http/head.hpp>
+#include <lrt/http/request_parser.hpp>
 #include <lrt/http/message.hpp>
 
 namespace lrt::http {

@@ -8,10 +8,10 @@
 
 namespace lrt::transport {
 
-/// The transports with a network that this lrt was built with, the default first: "asio", "classic".
+/// The network transports of this build, the default first: "http", "libwebsockets" (LRT_LIBWEBSOCKETS).
 std::vector<std::string_view> names();
 
-/// Makes the one of that name; an empty name means the default. nullptr: this lrt was built without it.
-std::unique_ptr<Transport> make_named(std::string_view name, Options options);
+/// Makes the transport of that name; an empty name means the default. nullptr: this build has none of that name.
+std::unique_ptr<Transport> make_named(std::string_view name, TransportOptions options);
 
 }  // namespace lrt::transport

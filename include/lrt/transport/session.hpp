@@ -9,148 +9,142 @@
 #include <string_view>
 
 #include <lrt/engine/handler.hpp>
-#include <lrt/http/head.hpp>
 #include <lrt/http/message.hpp>
+#include <lrt/http/request_parser.hpp>
 #include <lrt/transport/detail/chunks.hpp>
 #include <lrt/transport/transport.hpp>
 
-
 namespace lrt::transport {
 
-/// Bytes to write, in this order.
+/// Bytes to write, in this order. An owner may leave `third` out: then it is the first part of the next output.
 struct Output {
   std::string_view first;
   std::string_view second;
+  std::string_view third{};
   bool empty() const noexcept { return first.empty() && second.empty(); }
 };
 
-/// How heads are taken apart and written. As it stands: by http::split_head() and http::write_head().
-class Heads {
- public:
-  virtual ~Heads() = default;
-
-  /// Takes apart a head that http::check_raw_head() has passed. The views of `request` point into `head` or into `kept`, which belongs to
-  /// the request from then on: names and values are as the client sent them, without white space around the values, and fields of one name
-  /// keep their order.
-  virtual std::optional<http::Refusal> read_head(std::string_view head, std::string& kept, http::Request& request) {
-    (void)kept;
-    http::split_head(head, request);
-    return std::nullopt;
-  }
-  /// Appends the head of a response: what http::write_head() does, with its arguments, the fields in any order.
-  virtual void write_head(std::string& out, const http::Response& response, std::string_view date, bool keep_alive, int version) {
-    http::write_head(out, response, date, keep_alive, version);
-  }
-};
-
-/// What the sessions of one transport have in common.
+/// What the sessions of one transport share.
 class SessionContext {
  public:
-  explicit SessionContext(const Limits& limits) : heads(plain_heads_), limits_(limits) {}
-  SessionContext(const Limits& limits, Heads& given) : heads(given), limits_(limits) {}
+  explicit SessionContext(const Limits& limits) : limits_(limits) {}
   SessionContext(const SessionContext&) = delete;
   SessionContext& operator=(const SessionContext&) = delete;
 
   const Limits& limits() const noexcept { return limits_; }
-  Heads& heads;
   engine::Handler* handler = nullptr;
-  bool websockets = false;  ///< the owner goes on with what is upgraded
-  bool stopping = false;    ///< every answer is the last of its connection
+  bool websockets = false;  ///< the owner carries WebSockets
+  bool streams = false;     ///< the owner carries event streams: it calls push() for channel()
+  bool stopping = false;    ///< every response is the last of its connection
 
-  /// IMF-fixdate, made once a second.
+  /// IMF-fixdate (RFC 9110 5.6.7), made once a second.
   std::string_view date(std::chrono::system_clock::time_point utc);
 
  private:
-  Heads plain_heads_;
   const Limits limits_;
   std::chrono::seconds date_second_{-1};
   std::string date_;
 };
 
-/// The server's side of one HTTP/1.1 connection without I/O: bytes in, requests to the handler, bytes out. Requests are handled one
-/// at a time: the next one when the answer to the last has left.
+/// The server's side of one HTTP/1.1 connection (RFC 9112) without I/O: bytes in, requests to the handler, bytes out. Requests are handled
+/// one at a time: the next one when the response to the last has been sent.
 ///
-/// The owner calls receive() with what it read while wants_input(), writes output() and reports it by sent(), calls reply() for
+/// The owner calls receive() with the bytes that it reads while wants_input(), writes output() and reports it by sent(), calls reply() for
 /// ticket(), and expire() when the time of phase() is over. It half-closes the connection when the phase becomes `lingering` and
-/// closes it when it becomes `closed`. TLS belongs between the owner and the session. This is what a transport is made of:
-/// examples/ex_own_transport has one.
+/// closes it when it becomes `closed`. With SessionContext::streams it gives push() what the handler has for channel(), whenever
+/// wants_message(). When the connection ends it calls abandon(). TLS belongs between the owner and the session. examples/ex_own_transport is a transport that is made
+/// of sessions.
 ///
 /// @par Threads     One at a time, also for all sessions of a context.
 /// @par Implements  R0.1
 class Session {
  public:
-  /// What the client or the handler has to do next.
+  /// What the session waits for.
   enum class Phase : unsigned char {
-    idle,       ///< the client may send a request; limits.idle_time, for the first one limits.head_time
-    head,       ///< the client must complete a head; limits.head_time
-    body,       ///< the client must complete a body; limits.body_time
-    writing,    ///< the client must take output(); limits.write_time
-    lingering,  ///< the client should notice that the connection is over (RFC 9112 9.6); limits.linger_time
-    waiting,    ///< the handler must answer ticket(); no limit here
-    upgraded,   ///< the owner must go on with take_upgrade(); the session is over. Only with SessionContext::websockets
+    idle,       ///< a request; limits.idle_timeout, for the first one limits.header_timeout
+    header,     ///< the rest of a header section; limits.header_timeout
+    body,       ///< the rest of a body; limits.body_timeout
+    writing,    ///< the client, to read output(); limits.write_timeout
+    lingering,  ///< the client, to close the connection, which is half-closed (RFC 9112 9.6); limits.linger_timeout
+    streaming,  ///< a message for channel(); after limits.ping_interval expire() writes a comment
+    waiting,    ///< the handler's reply to ticket(); no limit here
+    upgraded,   ///< the owner, to call take_upgrade(); the session is over. Only with SessionContext::websockets
     closed,
   };
 
-  /// What a WebSocket begins with.
+  /// The opening handshake of a WebSocket.
   struct Upgrade {
     engine::Channel channel{};
     http::Response response;  ///< the handler's fields for the 101
     std::string key;          ///< Sec-WebSocket-Key
-    std::string early;        ///< what the client sent after the request
+    std::string early;        ///< bytes that the client sent after the request
   };
 
   Session(SessionContext& context, std::string peer);
 
   void receive(std::string_view bytes, TimePoint now);
-  /// The client will send no more; it may still want its answer.
+  /// The client has ended its sending. It still gets the response to what it has sent.
   void end_of_input(TimePoint now);
-  /// The deferred answer of ticket().
-  void reply(http::Response response, TimePoint now);
-  /// The deferred answer of ticket(): phase() becomes `upgraded`, if the request allows.
-  void upgrade(engine::Channel channel, http::Response response, TimePoint now);
-  /// Once, in the phase `upgraded`. Whoever takes it owes the handler closed().
+  /// The deferred response to ticket(): a response, a WebSocket if the request is an opening handshake, or an event stream.
+  void reply(engine::Reply reply, TimePoint now);
+  /// Once, in the phase `upgraded`. From then on the caller must call the handler's closed().
   Upgrade take_upgrade();
-  /// Refuses whatever the client wants, with this status, and closes.
+  /// The next message of the event stream, or its end. Only if wants_message().
+  void push(engine::Push push, TimePoint now);
+  /// Ends the event stream, after the message that is being written. The handler's closed() is called.
+  void end_stream(TimePoint now);
+  /// The connection has ended: the handler forgets the open ticket or channel.
+  void abandon() noexcept;
+  /// Responds with this status to whatever the client sent, and closes.
   void refuse(int status, std::string reason, TimePoint now);
-  /// The same, in these words.
+  /// Responds with this, and closes.
   void refuse(http::Response response, TimePoint now);
-  /// Lingers without an answer: there was no request and cannot be one.
+  /// Lingers without a response: there was no request and cannot be one.
   void hang_up() noexcept { enter(input_ended_ ? Phase::closed : Phase::lingering); }
-  /// Requests come over TLS, from a client with a certificate of this subject (empty: without one).
+  /// Requests come over TLS.
+  /// @param client_certificate  subject of the client's verified certificate; empty: it has none
   void set_secure(std::string client_certificate);
-  /// The time of the present phase is over.
+  /// The time of the phase is over.
   void expire(TimePoint now);
 
-  /// What to write now; lives until the next call of anything else.
+  /// The bytes to write now; valid until the next call of another function.
   Output output() const noexcept;
   void sent(std::size_t bytes, TimePoint now);
 
   bool wants_input() const noexcept;
   Phase phase() const noexcept { return phase_; }
-  /// The phase whose limit applies: the head of the first request must be complete within limits.head_time from the beginning.
-  Phase timed_phase() const noexcept { return phase_ == Phase::idle && requests_ == 0 ? Phase::head : phase_; }
-  /// How long timed_phase() may last; nullopt: there is no limit here.
+  /// The phase whose limit applies: the header section of the first request must be complete within limits.header_timeout from the beginning.
+  Phase timed_phase() const noexcept { return phase_ == Phase::idle && requests_ == 0 ? Phase::header : phase_; }
+  /// How long timed_phase() may last; nullopt: no limit.
   std::optional<std::chrono::milliseconds> time() const noexcept;
-  /// Changes whenever the time of timed_phase() begins anew.
+  /// Changes whenever the time of timed_phase() begins again.
   std::uint32_t epoch() const noexcept { return epoch_; }
-  /// Of the deferred answer that is open.
+  /// Of the deferred response.
   std::optional<engine::Ticket> ticket() const noexcept { return ticket_; }
+  /// Of the open event stream.
+  std::optional<engine::Channel> channel() const noexcept { return channel_; }
+  bool wants_message() const noexcept { return phase_ == Phase::streaming; }
   bool input_ended() const noexcept { return input_ended_; }
 
  private:
   void run(TimePoint now);
-  bool take_head(TimePoint now);
+  bool take_header(TimePoint now);
   bool take_body(TimePoint now);
-  void begin_body(std::string_view head, TimePoint now);
-  std::optional<std::size_t> find_head_end(TimePoint now);
+  void begin_body(std::string_view header, TimePoint now);
+  std::optional<std::size_t> find_header_end(TimePoint now);
   bool is_line_too_long(std::string_view line, TimePoint now);
-  void keep_head(std::string_view head);
-  void strip_framing_fields();
+  void keep_header(std::string_view header);
+  void remove_framing_fields();
   void dispatch(TimePoint now);
-  void answer(http::Response response, TimePoint now);
-  void finish_answer(TimePoint now);
+  void respond(http::Response response, TimePoint now);
+  void finish_response(TimePoint now);
   void keep_handshake();
   void accept_upgrade(engine::Channel channel, http::Response response, TimePoint now);
+  void accept_stream(engine::Channel channel, http::Response response, TimePoint now);
+  void write_chunk(std::string_view text);
+  void write_chunk(std::shared_ptr<const std::string> message);
+  bool must_end_stream() const noexcept { return input_ended_ || context_.stopping; }
+  void finish_stream(TimePoint now);
   void check_end(TimePoint now);
   void enter(Phase phase) noexcept;
 
@@ -161,7 +155,7 @@ class Session {
   std::uint32_t epoch_ = 0;
   bool input_ended_ = false;
 
-  // Input: what receive() got and nobody has consumed. `rest_` is a view of it while run() works, `in_` holds it in between.
+  // Input: bytes that were received and not consumed. `rest_` is a view of them while run() works, `in_` holds them in between.
   std::string_view rest_;
   std::string in_;
   std::size_t in_used_ = 0;
@@ -170,23 +164,24 @@ class Session {
   // The request that is being read.
   http::Request request_;
   http::Framing framing_;
-  std::size_t scanned_ = 0;     ///< bytes of the head that find_head_end() has seen
-  std::size_t line_begin_ = 0;  ///< of the head's last, incomplete line
+  std::size_t scanned_ = 0;     ///< bytes of the header section that find_header_end() has seen
+  std::size_t line_begin_ = 0;  ///< of the header section's last, incomplete line
   int empty_lines_ = 0;
-  std::string head_;  ///< the head's bytes when the body did not come with them
-  std::string kept_;  ///< of Protocols::read_head()
+  std::string header_;  ///< the header section's bytes when the body did not come with them
   std::string body_;
   ChunkDecoder chunks_;
 
-  // The answer.
+  // The response.
   bool keep_alive_ = true;
-  bool head_only_ = false;
+  bool header_only_ = false;
   int version_ = 11;
   std::size_t requests_ = 0;
   std::optional<engine::Ticket> ticket_;
-  std::unique_ptr<Upgrade> upgrade_;  ///< while the open request is an opening handshake
+  std::optional<engine::Channel> channel_;  ///< of the open event stream
+  std::unique_ptr<Upgrade> upgrade_;  ///< while the request is an opening handshake
   std::string out_;
-  std::shared_ptr<const std::string> out_body_;
+  std::shared_ptr<const std::string> out_body_;  ///< behind out_
+  std::string_view out_tail_;                    ///< behind that
   std::size_t out_sent_ = 0;
 };
 

@@ -18,6 +18,7 @@ class BlueprintResource final : public Resource {
   using Resource::Resource;
   void describe(const Description& d) const override;
   void describe_types(About&) const override {}
+  std::string described_by(const std::string&) const override { return {}; }
   Reads reads() const noexcept override { return Reads::known_values; }
   void for_each_property(const std::function<void(PropertyResource&)>& visit) const override;
 };

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace lrt::http {
+
+/// The parts of a request target (RFC 9112 3.2), as views of it:
+///
+///     origin-form   = absolute-path [ "?" query ]
+///     absolute-form = ( "http" / "https" ) "://" authority [ absolute-path ] [ "?" query ]
+///     asterisk-form = "*"
+///
+/// The authority-form belongs to CONNECT, which is refused.
+struct Target {
+  std::string_view authority;  ///< of an absolute-form, else empty
+  std::string_view path;       ///< "/...", percent-encoded as received; "/" if there is none; "*" for the asterisk-form
+  std::string_view query;      ///< without '?'
+  bool absolute = false;
+  bool secure = false;         ///< absolute-form with https
+};
+/// Returns nullopt for any other form, and for an authority that parse_host() refuses.
+std::optional<Target> split_target(std::string_view target) noexcept;
+
+/// Host and port of a Host field (RFC 9110 7.2) or of an authority (RFC 3986 3.2.2, 3.2.3):
+///
+///     Host = ( IPv4address / IPv6 literal in brackets / reg-name without ',' ) [ ":" *DIGIT ]
+struct HostPort {
+  std::string_view host;  ///< `[::1]:80` gives `[::1]`
+  std::optional<std::uint16_t> port;
+};
+/// Returns nullopt for userinfo, a comma, an empty host, an ill-formed IPv6 address, and a port above 65535.
+std::optional<HostPort> parse_host(std::string_view authority) noexcept;
+
+}  // namespace lrt::http

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstddef>
+#include <memory>
+
+#include <lrt/base/clock.hpp>
+
+#include "src/transport/http/loop.hpp"
+
+namespace lrt::transport {
+
+/// A client's place in the loop: an HTTP connection, or the WebSocket that it became. Either may carry a channel of the handler: an event
+/// stream or a WebSocket's messages, which are pulled from the handler, one on its way at a time.
+class Client : public Watched, public Linked<TurnTag>, public std::enable_shared_from_this<Client> {
+ public:
+  virtual ~Client() = default;
+
+  /// Sends what the handler has for the channel, as long as the client takes it and for one turn.
+  void push(TimePoint now) {
+    push_some(now);
+    update(now);
+  }
+
+  /// The server stops: ends what can end now.
+  virtual void begin_stop(TimePoint now) = 0;
+  /// True while stop() should wait for a response or for the client's half of a closing handshake.
+  virtual bool is_busy() const noexcept = 0;
+  /// The time of stop() is over.
+  virtual void give_up(TimePoint now) = 0;
+  virtual void close() = 0;
+
+ protected:
+  explicit Client(Loop& loop) : loop_(loop) {}
+
+  /// As send(2).
+  /// @param tls  nullptr: plain
+  static ssize_t send(const Socket& socket, TlsStream* tls, const Output& output);
+
+  /// Enters the loop's list.
+  void join();
+  /// Leaves it; deleted later.
+  void leave();
+  /// Gives its place in the loop's list to `next`.
+  void make_way(std::shared_ptr<Client> next);
+
+  /// From now on push() is called when the handler has something for the channel.
+  void open_channel(engine::Channel channel, const Socket& socket);
+  void close_channel() noexcept;
+  std::optional<engine::Channel> channel() const noexcept { return channel_; }
+  void push_some(TimePoint now);
+
+  /// The channel is open, and everything before has been sent.
+  virtual bool wants_message() const noexcept = 0;
+  virtual void send_message(engine::Push push, TimePoint now) = 0;
+  /// Follows the present state: what the loop should wait for, and whether the connection ends.
+  virtual void update(TimePoint now) = 0;
+
+  Loop& loop_;
+
+ private:
+  std::size_t index_ = 0;  ///< in loop_.clients
+  std::optional<engine::Channel> channel_;
+};
+
+}  // namespace lrt::transport

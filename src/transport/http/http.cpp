@@ -1,0 +1,265 @@
+#include <lrt/transport/http.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+#include "src/base/event_waker.hpp"
+#include "src/transport/http/alarm.hpp"
+#include "src/transport/http/connection.hpp"
+#include "src/transport/http/listener.hpp"
+#include "src/transport/http/loop.hpp"
+#include "src/transport/http/websocket.hpp"
+
+namespace lrt::transport {
+namespace {
+
+using std::chrono::milliseconds;
+using SteadyClock = std::chrono::steady_clock;
+
+constexpr milliseconds longest_wait = std::chrono::hours(1);
+/// Waits up to this end with the precision of the alarm; for longer ones a millisecond of rounding does not matter.
+constexpr milliseconds precise_wait{100};
+/// How long stop() waits for clients to close their connections.
+constexpr milliseconds stop_linger_time{100};
+
+/// Rounded up, so that a wait does not end just before `due`.
+milliseconds until(Deadlines::Instant due, Deadlines::Instant now) {
+  return due <= now ? milliseconds(0) : std::chrono::ceil<milliseconds>(due - now);
+}
+
+/// Notes that the waker was called.
+class WakeSignal final : public Watched {
+ public:
+  explicit WakeSignal(EventWaker& waker) : waker_(waker) {}
+  void on_ready(std::uint32_t) override {
+    waker_.clear();
+    woken = true;
+  }
+  bool woken = false;
+
+ private:
+  EventWaker& waker_;
+};
+
+class HttpTransport final : public Transport {
+ public:
+  explicit HttpTransport(TransportOptions options)
+      : loop_(std::move(options)), waker_(std::make_shared<EventWaker>()), wake_signal_(*waker_), listener_(loop_) {}
+
+  ~HttpTransport() override {
+    close_all();
+    loop_.readiness.close();
+  }
+
+  Result<void> start(engine::Handler& handler) override;
+  milliseconds poll(std::chrono::microseconds budget, milliseconds wait) override;
+  int descriptor() noexcept override;
+  std::shared_ptr<Waker> waker() const noexcept override { return waker_; }
+  void stop() override;
+  Capabilities capabilities() const noexcept override { return {true, true, true, false}; }
+  Result<void> reload_tls() override;
+  std::uint16_t port() const noexcept override { return listener_.port(); }
+
+ private:
+  bool started() const noexcept { return loop_.context.handler != nullptr; }
+  milliseconds prepare_wait(milliseconds wait);
+  void set_alarm(bool left, std::optional<Deadlines::Instant> due);
+  void alarm_now() noexcept;
+  void deliver(TimePoint now);
+  void deliver_replies(TimePoint now);
+  void deliver_pushes(TimePoint now);
+  void expire(TimePoint now);
+  std::optional<Deadlines::Instant> next_due() const;
+  void close_all();
+
+  Loop loop_;
+  std::shared_ptr<EventWaker> waker_;
+  WakeSignal wake_signal_;
+  Alarm alarm_;
+  Listener listener_;
+  bool left_ = false;  ///< the budget ended before what the handler has
+  bool descriptor_used_ = false;  ///< the host may sleep on descriptor()
+};
+
+Result<void> HttpTransport::start(engine::Handler& handler) {
+  if (started()) return unexpected(Errc::invalid_option, "the transport was started already");
+  if (loop_.options.tls) {
+    if (auto loaded = reload_tls(); !loaded) return loaded;
+  }
+  auto& readiness = loop_.readiness;
+  if (!readiness.is_open()) {
+    if (!readiness.open()) return unexpected(Errc::io_error, "no epoll descriptor");
+    if (!readiness.add(waker_->descriptor(), wake_signal_, EPOLLIN)) {
+      readiness.close();
+      return unexpected(Errc::io_error, "no event descriptor to wake the transport with");
+    }
+  }
+  if (!alarm_.open(readiness)) return unexpected(Errc::io_error, "no timer descriptor");
+  if (auto opened = listener_.open(); !opened) return opened;
+  loop_.context.handler = &handler;
+  loop_.context.stopping = false;
+  left_ = false;
+  if (descriptor_used_) alarm_now();
+  return {};
+}
+
+/// Readable at once: work may be due already.
+int HttpTransport::descriptor() noexcept {
+  if (!started()) return -1;
+  if (!std::exchange(descriptor_used_, true)) alarm_now();
+  return loop_.readiness.descriptor();
+}
+
+void HttpTransport::alarm_now() noexcept {
+  const auto now = loop_.clock.now().steady;
+  alarm_.set(now, now);
+}
+
+Result<void> HttpTransport::reload_tls() {
+  if (!loop_.options.tls) return unexpected(Errc::invalid_option, "the port speaks plain HTTP: there is no TLS to reload");
+  return loop_.tls.load(*loop_.options.tls);
+}
+
+milliseconds HttpTransport::poll(std::chrono::microseconds budget, milliseconds wait) {
+  if (!started()) return milliseconds::max();
+  auto& readiness = loop_.readiness;
+  readiness.delete_deferred();
+  wait = left_ || readiness.has_left() ? milliseconds(0) : prepare_wait(wait);
+  // Half of the budget is for deferred responses and channels, however many requests there are.
+  const bool has_replies = !loop_.tickets.empty() || !loop_.channels.empty();
+  readiness.set_budget(has_replies ? budget / 2 : budget);
+  const bool all = readiness.serve(static_cast<int>(wait.count()));
+  if (has_replies) readiness.set_budget(budget / 2);
+  const auto now = loop_.clock.now();
+  deliver(now);
+  expire(now);
+
+  const bool left = left_ || readiness.has_left();
+  const auto due = next_due();
+  if (descriptor_used_) set_alarm(left, due);
+  else alarm_.clear();
+  if (left || !all) return milliseconds(0);
+  return due ? until(*due, now.steady) : milliseconds::max();
+}
+
+/// How long to wait. The alarm ends the wait for something that is due between two milliseconds.
+milliseconds HttpTransport::prepare_wait(milliseconds wait) {
+  if (wait <= milliseconds(0)) return milliseconds(0);
+  const auto now = loop_.clock.now().steady;
+  wait = std::min(wait, longest_wait);
+  if (const auto due = next_due()) wait = std::min(wait, until(*due, now));
+  if (wait <= milliseconds(0)) return milliseconds(0);
+  if (wait > precise_wait) return wait;
+  const auto due = loop_.context.handler->next_deadline();
+  if (due && *due > now && *due < now + wait) alarm_.set(*due, now);
+  return wait;
+}
+
+/// For a host that sleeps on the descriptor.
+void HttpTransport::set_alarm(bool left, std::optional<Deadlines::Instant> due) {
+  const auto now = loop_.clock.now().steady;
+  if (left) due = now;
+  if (due) alarm_.set(*due, now);
+  else alarm_.clear();
+}
+
+/// Delivers what the handler has. It is asked in each poll while a ticket or channel is open, because requests and messages of others may have
+/// changed something; else at its deadline and after a wake-up.
+void HttpTransport::deliver(TimePoint now) {
+  if (!wake_signal_.woken && !left_ && loop_.tickets.empty() && loop_.channels.empty()) {
+    const auto due = loop_.context.handler->next_deadline();
+    if (!due || *due > now.steady) return;
+  }
+  wake_signal_.woken = left_ = false;
+  deliver_replies(now);
+  deliver_pushes(now);
+}
+
+void HttpTransport::deliver_replies(TimePoint now) {
+  auto& handler = *loop_.context.handler;
+  while (auto reply = handler.next_reply(now)) {
+    const auto found = loop_.tickets.find(static_cast<std::uint64_t>(reply->ticket));
+    if (found != loop_.tickets.end()) {
+      Connection& connection = *found->second;
+      loop_.tickets.erase(found);
+      connection.reply(*std::move(reply), now);
+    } else if (reply->channel) {
+      handler.closed(*reply->channel);
+    }
+    if (loop_.readiness.is_over()) {
+      left_ = true;
+      return;
+    }
+  }
+}
+
+/// Serves at least one channel that is ready and one in turn, even if the replies have used the budget up.
+void HttpTransport::deliver_pushes(TimePoint now) {
+  auto& handler = *loop_.context.handler;
+  while (const auto channel = handler.next_ready(now)) {
+    const auto found = loop_.channels.find(static_cast<std::uint64_t>(*channel));
+    if (found != loop_.channels.end()) found->second->push(now);
+    if (loop_.readiness.is_over()) {
+      left_ = true;
+      break;
+    }
+  }
+  while (!loop_.turns.empty()) {
+    loop_.turns.front().push(now);
+    if (loop_.readiness.is_over()) break;
+  }
+  left_ = left_ || !loop_.turns.empty();
+}
+
+/// After reading, so that a client is not late because the host did not poll.
+void HttpTransport::expire(TimePoint now) {
+  while (auto* const entry = loop_.deadlines.expired(now.steady)) {
+    entry->expire(now);
+    if (loop_.readiness.is_over()) break;  // those that are left are due at once
+  }
+  listener_.resume(now);
+}
+
+std::optional<Deadlines::Instant> HttpTransport::next_due() const {
+  auto due = loop_.deadlines.next();
+  for (const auto other : {listener_.resumes_at(), loop_.context.handler->next_deadline()}) {
+    if (other && (!due || *other < *due)) due = other;
+  }
+  return due;
+}
+
+void HttpTransport::stop() {
+  if (!started()) return;
+  listener_.close();
+  loop_.context.stopping = true;
+  const auto now_stopping = loop_.clock.now();
+  for (std::size_t i = loop_.clients.size(); i-- > 0;) loop_.clients[i]->begin_stop(now_stopping);
+  // Bounded by the machine's time, whatever the clock of the options says.
+  const auto begin = SteadyClock::now();
+  auto end = begin + loop_.options.limits.stop_timeout;
+  while (!loop_.clients.empty()) {
+    const bool busy = std::any_of(loop_.clients.begin(), loop_.clients.end(), [](const auto& client) { return client->is_busy(); });
+    const auto now = SteadyClock::now();
+    if (!busy) end = std::min<SteadyClock::time_point>(end, now + stop_linger_time);
+    if (now >= end) break;
+    poll(std::chrono::milliseconds(10), until(end, now));
+  }
+  for (std::size_t i = loop_.clients.size(); i-- > 0;) loop_.clients[i]->give_up(loop_.clock.now());
+  close_all();
+  loop_.readiness.drop();
+  loop_.context.handler = nullptr;
+}
+
+void HttpTransport::close_all() {
+  listener_.close();
+  while (!loop_.clients.empty()) loop_.clients.back()->close();
+}
+
+}  // namespace
+
+std::unique_ptr<Transport> make_http(TransportOptions options) { return std::make_unique<HttpTransport>(std::move(options)); }
+
+}  // namespace lrt::transport

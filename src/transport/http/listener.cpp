@@ -1,0 +1,217 @@
+#include "src/transport/http/listener.hpp"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include "src/transport/http/connection.hpp"
+
+namespace lrt::transport {
+namespace {
+
+constexpr int backlog = 4096;  // the system has a limit of its own
+constexpr int accepts_per_turn = 16;
+/// Clients over the limit that get a full 503 and linger, at one time; those beyond get `overloaded` and are closed.
+constexpr std::size_t max_refused = 64;
+/// Idle connections that are tried for one without pending input, which is closed.
+constexpr int max_tried = 16;
+constexpr int discards_at_once = 16;
+constexpr std::chrono::milliseconds pause_time{100};
+constexpr std::string_view overloaded =
+    "HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nRetry-After: 1\r\nConnection: close\r\n\r\n";
+
+int open_reserve() noexcept { return ::open("/dev/null", O_RDONLY | O_CLOEXEC); }
+
+/// Returns the size of the address in `to`; 0: `text` is not an address.
+socklen_t parse_address(const std::string& text, std::uint16_t port, sockaddr_storage& to) {
+  auto& v4 = reinterpret_cast<sockaddr_in&>(to);
+  if (::inet_pton(AF_INET, text.c_str(), &v4.sin_addr) == 1) {
+    v4.sin_family = AF_INET;
+    v4.sin_port = htons(port);
+    return sizeof v4;
+  }
+  addrinfo hints{};
+  hints.ai_family = AF_INET6;
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_NUMERICHOST;
+  addrinfo* found = nullptr;  // unlike inet_pton() this knows "fe80::1%eth0"
+  if (::getaddrinfo(text.c_str(), nullptr, &hints, &found) != 0) return 0;
+  std::memcpy(&to, found->ai_addr, found->ai_addrlen);
+  ::freeaddrinfo(found);
+  reinterpret_cast<sockaddr_in6&>(to).sin6_port = htons(port);
+  return sizeof(sockaddr_in6);
+}
+
+std::uint16_t port_of(const sockaddr_storage& address) noexcept {
+  return ntohs(address.ss_family == AF_INET6 ? reinterpret_cast<const sockaddr_in6&>(address).sin6_port
+                                             : reinterpret_cast<const sockaddr_in&>(address).sin_port);
+}
+
+/// "127.0.0.1" also for an IPv4 client of an IPv6 socket.
+std::string numeric_address(const sockaddr_storage& address) {
+  char text[INET6_ADDRSTRLEN] = "";
+  if (address.ss_family == AF_INET) {
+    ::inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in&>(address).sin_addr, text, sizeof text);
+  } else if (address.ss_family == AF_INET6) {
+    const auto& v6 = reinterpret_cast<const sockaddr_in6&>(address).sin6_addr;
+    if (IN6_IS_ADDR_V4MAPPED(&v6)) ::inet_ntop(AF_INET, v6.s6_addr + 12, text, sizeof text);
+    else ::inet_ntop(AF_INET6, &v6, text, sizeof text);
+  }
+  return text;
+}
+
+/// Without waiting: what the client sends later meets a closed connection, and it may lose the answer over that. One that expects TLS
+/// gets none.
+void refuse_at_once(int descriptor, bool secure) noexcept {
+  [[maybe_unused]] const auto sent = secure ? 0 : ::send(descriptor, overloaded.data(), overloaded.size(), MSG_NOSIGNAL);
+  ::shutdown(descriptor, SHUT_WR);
+  char discarded[4096];
+  for (int turn = 0; turn < discards_at_once && ::recv(descriptor, discarded, sizeof discarded, 0) > 0; ++turn) {}
+  ::close(descriptor);
+}
+
+}  // namespace
+
+Listener::~Listener() { close(); }
+
+Result<void> Listener::open() {
+  const auto& options = loop_.options;
+  sockaddr_storage address{};
+  socklen_t size = parse_address(options.address, options.port, address);
+  if (size == 0) return unexpected(Errc::invalid_option, "address \"" + options.address + "\": expected a numeric IPv4 or IPv6 address");
+
+  const auto failed = [&](const char* step) -> Result<void> {
+    const int error = errno;
+    loop_.readiness.close(socket_);
+    return unexpected(error == EADDRINUSE ? Errc::address_in_use : Errc::io_error,
+                      "address " + options.address + ", port " + std::to_string(options.port) + ": " + step + ": " + std::strerror(error));
+  };
+  auto* const generic = reinterpret_cast<sockaddr*>(&address);
+  socket_ = Socket(::socket(address.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, IPPROTO_TCP));
+  if (!socket_.is_open()) return failed("socket");
+  const int on = 1;
+  if (::setsockopt(socket_.descriptor(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) != 0) return failed("SO_REUSEADDR");
+  if (::bind(socket_.descriptor(), generic, size) != 0) return failed("bind");
+  if (::listen(socket_.descriptor(), backlog) != 0) return failed("listen");
+  if (::getsockname(socket_.descriptor(), generic, &size) != 0) return failed("getsockname");
+  if (!loop_.readiness.watch(socket_, *this, EPOLLIN)) return failed("epoll_ctl");
+  port_ = port_of(address);
+  reserve_ = open_reserve();
+  resumes_at_.reset();
+  return {};
+}
+
+void Listener::close() {
+  Watched::unlink();
+  loop_.readiness.close(socket_);
+  if (reserve_ >= 0) ::close(reserve_);
+  reserve_ = -1;
+  port_ = 0;
+  resumes_at_.reset();
+}
+
+void Listener::resume(TimePoint now) {
+  if (!resumes_at_ || *resumes_at_ > now.steady) return;
+  resumes_at_.reset();
+  loop_.readiness.watch(socket_, *this, EPOLLIN);
+}
+
+void Listener::pause(const char* reason) {
+  loop_.log(LogLevel::warning, std::string("accepting connections pauses: ") + reason);
+  resumes_at_ = loop_.clock.now().steady + pause_time;
+  loop_.readiness.watch(socket_, *this, 0);
+}
+
+void Listener::on_ready(std::uint32_t) {
+  if (!socket_.is_open() || resumes_at_) return;
+  bool closed_one = false;  // without effect if descriptors are not what is missing
+  for (int turn = 0; turn < accepts_per_turn; ++turn) {
+    sockaddr_storage address{};
+    socklen_t size = sizeof address;
+    const int descriptor = ::accept4(socket_.descriptor(), reinterpret_cast<sockaddr*>(&address), &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    if (descriptor >= 0) {
+      closed_one = false;
+      admit(descriptor, numeric_address(address));
+      if (loop_.readiness.is_over()) break;
+      continue;
+    }
+    switch (errno) {
+      case EAGAIN: return;
+      case EMFILE:
+      case ENFILE:
+        if ((!std::exchange(closed_one, true) && close_idle()) || refuse_with_reserve()) continue;
+        return pause(std::strerror(EMFILE));
+      case ENOBUFS:
+      case ENOMEM: return pause(std::strerror(errno));
+      default: break;  // the client has gone, or its network had an error (accept(2))
+    }
+  }
+  loop_.readiness.later(*this);
+}
+
+void Listener::admit(int descriptor, std::string peer) {
+  const auto now = loop_.clock.now();
+  const int on = 1;
+  ::setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  const bool secure = loop_.options.tls.has_value();
+  auto place = loop_.addresses.take(peer);
+  const bool full = !place || (!is_below_limit() && !close_idle());
+  if (full && loop_.refused >= max_refused) return refuse_at_once(descriptor, secure);
+  Socket socket(descriptor);
+  std::unique_ptr<TlsStream> tls;
+  if (secure && !(tls = loop_.tls.make(descriptor))) return loop_.log(LogLevel::warning, "a connection is dropped: no memory for TLS");
+  if (full) place.reset();
+  const auto connection =
+      std::make_shared<Connection>(loop_, std::move(socket), std::move(peer), std::move(place).value_or(Addresses::Place()), std::move(tls));
+  if (full) connection->open_refused(now);
+  else connection->open(now);
+}
+
+bool Listener::is_below_limit() const noexcept {
+  return loop_.clients.size() - loop_.refused < loop_.options.limits.max_connections;
+}
+
+/// Closes the connection that has been idle for longest. A connection with a request that on_ready() has not seen is not idle: the request is
+/// served now.
+bool Listener::close_idle() {
+  const std::size_t before = loop_.clients.size();
+  Connection* served = nullptr;
+  for (int tried = 0; tried < max_tried && !loop_.idle.empty(); ++tried) {
+    auto& longest = loop_.idle.front();
+    longest.read_pending();
+    if (loop_.clients.size() < before) return true;  // it was gone
+    if (longest.is_idle() && &loop_.idle.front() == &longest) {
+      longest.close();
+      return true;
+    }
+    if (!served && longest.is_idle()) served = &longest;
+    if (loop_.readiness.is_over()) break;
+  }
+  if (served) served->close();
+  return served != nullptr;
+}
+
+/// Accepts one client with the reserve descriptor, to send it a 503.
+bool Listener::refuse_with_reserve() {
+  if (reserve_ < 0) {
+    reserve_ = open_reserve();
+    return false;
+  }
+  ::close(reserve_);
+  const int descriptor = ::accept4(socket_.descriptor(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+  const bool refused = descriptor >= 0;
+  if (refused) refuse_at_once(descriptor, loop_.options.tls.has_value());
+  reserve_ = open_reserve();
+  return refused;
+}
+
+}  // namespace lrt::transport

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/clock.hpp>
+#include <lrt/engine/handler.hpp>
+#include <lrt/transport/session.hpp>
+#include <lrt/transport/transport.hpp>
+
+#include "src/transport/http/addresses.hpp"
+#include "src/transport/http/deadlines.hpp"
+#include "src/transport/http/list.hpp"
+#include "src/transport/http/readiness.hpp"
+#include "src/transport/http/tls.hpp"
+#include "src/transport/http/websocket_frames.hpp"
+
+namespace lrt::transport {
+
+class Client;
+class Connection;
+
+/// Connections whose session is in Phase::idle, the one that has been idle for longest first.
+struct IdleTag;
+using IdleOrder = List<Connection, IdleTag>;
+/// Clients for whose channel the handler may have more, after the others have had their turn.
+struct TurnTag;
+using TurnOrder = List<Client, TurnTag>;
+
+/// What the connections of one transport share. One thread.
+struct Loop {
+  explicit Loop(TransportOptions given)
+      : options(std::move(given)),
+        clock(options.clock ? *options.clock : system_clock()),
+        context(options.limits),
+        addresses(options.limits.max_connections_per_address) {
+    context.websockets = context.streams = true;
+  }
+
+  void log(LogLevel level, std::string_view text) const {
+    if (options.log) options.log(level, text);
+  }
+
+  const TransportOptions options;
+  const Clock& clock;
+  Readiness readiness;
+  SessionContext context;
+  WebSocketFramer framer;
+  TlsContext tls;  ///< used when options.tls is set
+  Addresses addresses;
+  Deadlines deadlines;
+  IdleOrder idle;
+  std::vector<std::shared_ptr<Client>> clients;
+  std::unordered_map<std::uint64_t, Connection*> tickets;    ///< that wait for a deferred response
+  std::unordered_map<std::uint64_t, Client*> channels;
+  TurnOrder turns;
+  std::size_t refused = 0;                                   ///< connections over the limit that are being sent a 503
+  std::vector<char> scratch = std::vector<char>(64 * 1024);  ///< for received bytes during a read
+};
+
+}  // namespace lrt::transport

@@ -1,0 +1,98 @@
+#include "src/transport/http/readiness.hpp"
+
+#include "src/transport/http/client.hpp"
+
+namespace lrt::transport {
+
+bool Readiness::open() {
+  if (!set_.is_open()) set_ = Socket(::epoll_create1(EPOLL_CLOEXEC));
+  return set_.is_open();
+}
+
+void Readiness::close() noexcept {
+  drop();
+  set_ = Socket();
+}
+
+bool Readiness::watch(Socket& socket, Watched& by, std::uint32_t events) noexcept {
+  if (socket.watched_by_ == &by && socket.events_ == events) return true;
+  epoll_event event{};
+  event.events = events;  // errors are always reported
+  event.data.ptr = &by;
+  if (::epoll_ctl(set_.descriptor(), socket.watched_by_ ? EPOLL_CTL_MOD : EPOLL_CTL_ADD, socket.descriptor(), &event) != 0) return false;
+  socket.watched_by_ = &by;
+  socket.events_ = events;
+  return true;
+}
+
+bool Readiness::add(int descriptor, Watched& by, std::uint32_t events) noexcept {
+  epoll_event event{};
+  event.events = events;
+  event.data.ptr = &by;
+  return ::epoll_ctl(set_.descriptor(), EPOLL_CTL_ADD, descriptor, &event) == 0;
+}
+
+/// Closing takes a descriptor out of the set only when no child of the host has inherited it, between fork() and exec().
+void Readiness::close(Socket& socket) noexcept {
+  if (socket.watched_by_) ::epoll_ctl(set_.descriptor(), EPOLL_CTL_DEL, socket.descriptor(), nullptr);
+  socket = Socket();
+}
+
+void Readiness::defer_delete(std::shared_ptr<Client> client) { deferred_.push_back(std::move(client)); }
+
+void Readiness::delete_deferred() noexcept {
+  if (next_ >= count_) deferred_.clear();
+}
+
+void Readiness::drop() noexcept {
+  next_ = count_ = 0;
+  delete_deferred();
+}
+
+bool Readiness::is_over() noexcept {
+  const auto now = std::chrono::steady_clock::now();
+  if (!end_) end_ = now + budget_;
+  return now >= *end_;
+}
+
+/// At the first step, not after it: two handshakes must not fit into a budget that one of them exceeds.
+void Readiness::begin_budget() noexcept {
+  if (!end_) end_ = std::chrono::steady_clock::now() + budget_;
+}
+
+bool Readiness::serve(int wait) {
+  if (has_left()) {
+    wait = 0;
+    begin_budget();
+  }
+  if (!serve_round()) return false;
+  for (;;) {
+    deferred_.clear();
+    while (!later_.empty()) turns_.push_back(later_.front());
+    next_ = 0;
+    count_ = ::epoll_wait(set_.descriptor(), events_.data(), static_cast<int>(events_.size()), wait);
+    wait = 0;
+    if (count_ > 0 || !turns_.empty()) begin_budget();
+    const bool many = count_ > 1;  // there is time for others to become ready
+    if (!serve_round()) return false;
+    if (!many && later_.empty()) return true;
+  }
+}
+
+/// What is left of it. False when the budget ended it.
+bool Readiness::serve_round() {
+  while (next_ < count_) {
+    const auto& event = events_[static_cast<std::size_t>(next_++)];
+    static_cast<Watched*>(event.data.ptr)->on_ready(event.events);
+    if (is_over()) return false;
+  }
+  while (!turns_.empty()) {
+    auto& turn = turns_.front();
+    turn.unlink();
+    turn.go_on();
+    if (is_over()) return false;
+  }
+  return true;
+}
+
+}  // namespace lrt::transport

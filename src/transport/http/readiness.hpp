@@ -1,0 +1,96 @@
+#pragma once
+
+#include <sys/epoll.h>
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "src/transport/http/list.hpp"
+#include "src/transport/http/socket.hpp"
+
+namespace lrt::transport {
+
+class Client;
+struct LaterTag;
+
+/// Base of an object that is called when its descriptor is ready.
+class Watched : public Linked<LaterTag> {
+ public:
+  /// @param events  of epoll_wait(2). They may be outdated: only system calls show the present state.
+  virtual void on_ready(std::uint32_t events) = 0;
+  /// Follows a call of Readiness::later().
+  virtual void go_on() {}
+
+ protected:
+  Watched() = default;
+  ~Watched() = default;
+};
+
+/// One epoll set: level-triggered, so that a keep-alive connection is registered once and events that the budget leaves over are not lost. One
+/// thread.
+///
+/// It serves in rounds, each over as many calls as its budgets need: first the descriptors that are ready when the round begins, then those who
+/// called later() before. So a descriptor that is always ready cannot delay the others.
+class Readiness {
+ public:
+  bool open();
+  /// Deletes the deferred, too.
+  void close() noexcept;
+  bool is_open() const noexcept { return set_.is_open(); }
+  /// Of the set; readable while a descriptor in it is ready.
+  int descriptor() const noexcept { return set_.descriptor(); }
+
+  /// Watched::on_ready() follows whenever one of `events` is there, or an error. Replaces the Watched and the events of before.
+  /// Returns false if the system cannot watch more.
+  bool watch(Socket& socket, Watched& by, std::uint32_t events) noexcept;
+  /// For a descriptor that is not ours; once.
+  bool add(int descriptor, Watched& by, std::uint32_t events) noexcept;
+  /// Closes the socket. An event that was fetched before may still be delivered.
+  void close(Socket& socket) noexcept;
+
+  /// Watched::go_on() follows, after the descriptors that are ready now.
+  void later(Watched& watched) noexcept {
+    if (!watched.is_linked()) later_.push_back(watched);
+  }
+  /// serve() would find something to do without asking the system.
+  bool has_left() const noexcept { return next_ < count_ || !turns_.empty() || !later_.empty(); }
+
+  /// Waits until a descriptor is ready, then serves until none is. Returns false if the budget ended that.
+  /// @param wait  milliseconds; 0: one system call if none is ready
+  bool serve(int wait);
+
+  /// Deletes a closed client when no event can point to it and none of its functions is under way.
+  void defer_delete(std::shared_ptr<Client> client);
+  /// To be called when none is under way.
+  void delete_deferred() noexcept;
+  /// The same, and drops the events that the budget left over of this round: epoll will report them again.
+  void drop() noexcept;
+
+  /// The budget begins with the next step, and allows at least that.
+  void set_budget(std::chrono::microseconds budget) noexcept {
+    budget_ = budget;
+    end_.reset();
+  }
+  /// Whether the budget that set_budget() gave is used up.
+  bool is_over() noexcept;
+
+ private:
+  bool serve_round();
+  void begin_budget() noexcept;
+
+  Socket set_;
+  std::array<epoll_event, 128> events_;  ///< of this round
+  int next_ = 0;                         ///< of them
+  int count_ = 0;
+  List<Watched, LaterTag> turns_;  ///< of this round
+  List<Watched, LaterTag> later_;
+  std::chrono::microseconds budget_{0};
+  std::optional<std::chrono::steady_clock::time_point> end_;
+  std::vector<std::shared_ptr<Client>> deferred_;
+};
+
+}  // namespace lrt::transport

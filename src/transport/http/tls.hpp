@@ -1,0 +1,104 @@
+#pragma once
+
+#include <sys/types.h>
+#include <sys/uio.h>
+
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+#include <lrt/base/result.hpp>
+#include <lrt/transport/transport.hpp>
+
+struct bio_st;
+struct ssl_st;
+struct ssl_ctx_st;
+
+namespace lrt::transport {
+
+/// The server's side of TLS on one socket that does not block, to be used in place of recv() and sendmsg().
+///
+/// It stands on memory: what OpenSSL writes is collected and sent by one send(), what the socket does not take waits here (at most
+/// `chunk_bytes` of a message). No call of OpenSSL waits for the socket, so none must be repeated with the same arguments.
+///
+/// @par Implements  R0.2
+class TlsStream {
+ public:
+  /// Encrypted at once; more waits unencrypted until the socket has taken this.
+  static constexpr std::size_t chunk_bytes = 32 * 1024;
+
+  /// @param scratch  what is on its way to the socket during a call, shared by the streams of one thread
+  TlsStream(ssl_ctx_st* context, int descriptor, std::string& scratch);
+  ~TlsStream();
+  TlsStream(const TlsStream&) = delete;
+  TlsStream& operator=(const TlsStream&) = delete;
+
+  /// As recv(): bytes, 0 at the end (with close_notify or without: framing tells what was cut), or -1 with errno. EAGAIN: all is read. EPROTO: TLS
+  /// failed, an alert says why.
+  ssize_t receive(char* to, std::size_t size);
+  /// As sendmsg(): bytes, or -1 with errno. EAGAIN: the socket takes no more now; EINPROGRESS: the handshake waits for the client.
+  /// Until all is taken, the bytes that were not must come first in the next call.
+  ssize_t send(const iovec* parts, std::size_t count);
+  /// Sends what waits here. -1 with errno EAGAIN: not all of it.
+  int flush();
+  /// Sends close_notify as far as the socket takes it, once.
+  void end() noexcept;
+
+  /// The handshake is complete.
+  bool is_open() const noexcept { return open_; }
+  /// The client began with something other than TLS that looks like HTTP; nothing was sent.
+  bool is_plain() const noexcept { return plain_; }
+  /// receive() may have more that the socket will not tell of.
+  bool has_more() const noexcept { return more_; }
+  /// Something waits for the socket.
+  bool owes() const noexcept { return !out_.empty(); }
+  /// The client has begun something, a handshake or a record, that is not complete.
+  bool is_under_way() const noexcept;
+  /// Subject of the verified certificate of the client (RFC 2253); empty: it showed none.
+  std::string client_certificate() const;
+
+ private:
+  friend struct TlsBio;
+  struct End {
+    void operator()(ssl_st* ssl) const noexcept;
+  };
+  ssize_t fail(int result) noexcept;
+  bool encrypt(const iovec* parts, std::size_t count);
+  bool flush_scratch() noexcept;
+
+  std::unique_ptr<ssl_st, End> ssl_;
+  const int descriptor_;
+  std::string& scratch_;
+  std::string out_;               ///< encrypted, not taken by the socket
+  std::size_t encrypted_ = 0;     ///< bytes at the front of what send() gets that are in out_, or were
+  bool drained_ = false;          ///< the socket had less than was asked for
+  bool begun_ = false;
+  bool open_ = false;
+  bool plain_ = false;
+  bool more_ = false;
+  bool input_ended_ = false;
+  bool failed_ = false;
+  bool ended_ = false;
+};
+
+/// What the streams of one port are made with; replaced as a whole.
+///
+/// @par Threads  make(): one thread. load(): any.
+class TlsContext {
+ public:
+  /// Reads the files; on error nothing changes.
+  /// @par Errors  invalid_option: a file is not named; io_error: a file, with the reason
+  Result<void> load(const TlsOptions& tls);
+  /// nullptr: no memory.
+  std::unique_ptr<TlsStream> make(int descriptor);
+
+ private:
+  std::mutex loading_;  ///< so that who reads the files last is not overtaken
+  std::mutex mutex_;    ///< guards context_
+  std::shared_ptr<ssl_ctx_st> context_;
+  std::string scratch_;
+};
+
+}  // namespace lrt::transport

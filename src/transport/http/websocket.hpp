@@ -1,0 +1,116 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include <lrt/transport/session.hpp>
+
+#include "src/transport/http/client.hpp"
+#include "src/transport/http/deadlines.hpp"
+#include "src/transport/http/loop.hpp"
+#include "src/transport/http/websocket_frames.hpp"
+
+namespace lrt::transport {
+
+/// A client after its opening handshake: WebSocketFrames on the socket that was a Connection's.
+///
+/// The frames speak RFC 6455; this has the socket, the order of reads and writes, and all times, which are Deadlines by the clock of the
+/// options. A message costs one sendmsg, and no epoll_ctl as long as the client reads.
+///
+/// @par Implements  R0.12, R0.14, RFC 6455
+class WebSocket final : public Client {
+ public:
+  /// @param tls  nullptr: plain
+  WebSocket(Loop& loop, Socket socket, Session::Upgrade upgrade, Addresses::Place place, std::unique_ptr<TlsStream> tls);
+
+  /// To be called when it has its place in the loop's list. Sends the 101.
+  void open(TimePoint now);
+
+  void on_ready(std::uint32_t events) override;
+  void go_on() override;
+  /// Begins the closing handshake with 1001.
+  void begin_stop(TimePoint now) override;
+  bool is_busy() const noexcept override { return phase_ == Phase::closing; }
+  void give_up(TimePoint) override {}
+  void close() override;
+
+ private:
+  enum class Phase : unsigned char {
+    opening,    ///< the 101 is being sent
+    open,
+    closing,    ///< the client's half of the closing handshake is awaited; limits.close_timeout from here to the end
+    lingering,  ///< half-closed: the client should close the connection
+    closed,
+  };
+  struct Timer final : Deadlines::Entry {
+    Timer(WebSocket& owner, void (WebSocket::*step)(TimePoint)) : owner_(owner), step_(step) {}
+    void expire(TimePoint now) override { (owner_.*step_)(now); }
+
+   private:
+    WebSocket& owner_;
+    void (WebSocket::*step_)(TimePoint);
+  };
+
+  std::string make_header(TimePoint now);
+  void begin(TimePoint now);
+
+  void read(TimePoint now);
+  ssize_t receive(char* to, std::size_t size);
+  void take_messages(TimePoint now);
+  void count(TimePoint now);
+  bool is_too_much() const noexcept;
+  bool count_pings(TimePoint now);
+  bool must_pause();
+  void discard();
+  bool is_speaking() const noexcept { return phase_ == Phase::open || phase_ == Phase::closing; }
+  bool wants_input() const noexcept;
+  bool has_more() const noexcept;
+
+  bool wants_message() const noexcept override { return phase_ == Phase::open && !blocked_ && output().empty(); }
+  void send_message(engine::Push push, TimePoint now) override;
+  bool write(TimePoint now);
+  void send_all(TimePoint now);
+  Output output() const noexcept;
+  void sent(std::size_t bytes);
+  void block(bool anew, TimePoint now);
+
+  void begin_close(std::uint16_t code, std::string_view reason, TimePoint now);
+  void follow_state(TimePoint now);
+  void enter_closing(TimePoint now);
+  void linger();
+  void end_channel();
+
+  void heard(TimePoint now);
+  void on_silence(TimePoint now);
+  void on_stuck(TimePoint) { close(); }
+  void update(TimePoint now) override;
+
+  Session::Upgrade upgrade_;
+  Socket socket_;
+  std::unique_ptr<TlsStream> tls_;  ///< nullptr: plain
+  Addresses::Place place_;
+  std::unique_ptr<WebSocketFrames> frames_;  ///< lives as long as this: close() may be called below one of its users
+  Phase phase_ = Phase::opening;
+  std::string header_;             ///< the 101
+  std::size_t header_sent_ = 0;
+  std::string early_;            ///< bytes that came with the handshake
+  std::size_t early_used_ = 0;
+  Timer life_{*this, &WebSocket::on_silence};
+  Timer progress_{*this, &WebSocket::on_stuck};
+  std::chrono::steady_clock::time_point window_{};  ///< its beginning; the client's messages in it are counted
+  std::size_t window_messages_ = 0;
+  std::size_t pings_ = 0;  ///< that are counted
+  std::size_t discarded_ = 0;
+  bool blocked_ = false;      ///< the socket takes no more for now
+  bool unfinished_ = false;   ///< the frames may have more messages in the bytes received
+  bool pinged_ = false;       ///< no byte of the client since the ping
+  bool owes_ping_ = false;    ///< a ping waits behind a message
+};
+
+}  // namespace lrt::transport

@@ -1,0 +1,241 @@
+// The bytes that a client sees, recorded in wire.txt. LRT_RECORD_WIRE=1 writes the responses of that file anew.
+
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <lrt/server.hpp>
+
+#include "tests/support/catch.hpp"
+#include "tests/support/fakes.hpp"
+#include "tests/support/sample_robot.hpp"
+#include "tests/transport/harness.hpp"
+
+using namespace lrt;
+using namespace lrt::test;
+
+namespace {
+
+constexpr const char* path = LRT_SOURCE_DIR "/tests/conformance/wire.txt";
+
+/// What the client does in one step, and the bytes that it then has.
+struct Step {
+  std::string set;       ///< "angle 77", or "clock 5000"
+  std::string request;   ///< sent, if there is no `set`
+  std::string response;  ///< all that the server sends until it waits for the client
+};
+
+struct Exchange {
+  std::string name;
+  std::vector<Step> steps;
+};
+
+struct Recording {
+  std::string preface;  ///< the comment at the beginning of the file
+  std::vector<Exchange> exchanges;
+};
+
+/// One line of the file: `\r`, `\\`, `\xHH` stand for bytes, `\100*a` for a hundred times the letter; a line ends with a line feed unless its
+/// last character is a single backslash.
+std::string unescaped(std::string_view line) {
+  std::string bytes;
+  for (std::size_t at = 0; at < line.size(); ++at) {
+    if (line[at] != '\\') {
+      bytes += line[at];
+    } else if (at + 1 == line.size()) {
+      return bytes;
+    } else if (line[++at] == 'x') {
+      bytes += static_cast<char>(std::stoi(std::string(line.substr(at + 1, 2)), nullptr, 16));
+      at += 2;
+    } else if (line[at] >= '0' && line[at] <= '9') {
+      const std::size_t star = line.find('*', at);
+      bytes.append(std::stoul(std::string(line.substr(at, star - at))), line.at(star + 1));
+      at = star + 1;
+    } else {
+      bytes += line[at] == 'r' ? '\r' : line[at];
+    }
+  }
+  return bytes + '\n';
+}
+
+std::string escaped(std::string_view bytes, const std::string& mark) {
+  static constexpr char digits[] = "0123456789ABCDEF";
+  std::string lines;
+  bool begins = true;
+  for (std::size_t at = 0; at < bytes.size(); ++at) {
+    const char c = bytes[at];
+    if (begins) lines += mark;
+    begins = c == '\n';
+    const auto byte = static_cast<unsigned char>(c);
+    const std::size_t same = std::min(bytes.find_first_not_of(c, at), bytes.size()) - at;
+    if (c >= 'a' && c <= 'z' && same >= 64) {
+      lines += "\\" + std::to_string(same) + "*" + c;
+      at += same - 1;
+      continue;
+    }
+    if (c == '\n') lines += '\n';
+    else if (c == '\r') lines += "\\r";
+    else if (c == '\\') lines += "\\\\";
+    else if (byte < 0x20 || byte >= 0x7F) lines += {'\\', 'x', digits[byte >> 4], digits[byte & 0x0FU]};
+    else lines += c;
+  }
+  if (!begins) lines += "\\\n";
+  return lines;
+}
+
+Recording read_recording() {
+  Recording recording;
+  std::ifstream in(path);
+  char before = 0;
+  for (std::string line; std::getline(in, line);) {
+    if (line.empty() || line[0] == '#') {
+      if (recording.exchanges.empty()) recording.preface += line + "\n";
+      before = 0;
+      continue;
+    }
+    if (line.compare(0, 9, "exchange ") == 0) {
+      recording.exchanges.push_back({line.substr(9), {}});
+      before = 0;
+      continue;
+    }
+    if (line == ".") {
+      before = 0;
+      continue;
+    }
+    if (recording.exchanges.empty() || line.size() < 2) throw std::runtime_error("wire.txt: unexpected: " + line);
+    auto& steps = recording.exchanges.back().steps;
+    const char kind = line[0];
+    const std::string rest = line.substr(2);
+    if (kind == '@') steps.push_back({rest, {}, {}});
+    else if (kind == '>' && before != '>') steps.push_back({{}, unescaped(rest), {}});
+    else if (kind == '>') steps.back().request += unescaped(rest);
+    else if (kind == '<' && !steps.empty()) steps.back().response += unescaped(rest);
+    else throw std::runtime_error("wire.txt: unexpected: " + line);
+    before = kind;
+  }
+  return recording;
+}
+
+void write_recording(const Recording& recording) {
+  std::ofstream out(path);
+  out << recording.preface;
+  bool first = true;
+  for (const auto& exchange : recording.exchanges) {
+    if (!std::exchange(first, false)) out << "\n";
+    out << "exchange " << exchange.name << "\n";
+    for (const auto& step : exchange.steps) {
+      if (!step.set.empty()) out << "@ " << step.set << "\n";
+      else out << escaped(step.request, "> ") << (step.response.empty() ? ".\n" : escaped(step.response, "< "));
+    }
+  }
+}
+
+/// The sample robot on a port, and one client.
+class Player {
+ public:
+  Player() : server_(Server::create(options()).value()) {
+    server_.add(robot_.arm()).value();
+    server_.add(robot_.tool()).value();
+    set("angle 11");  // at the clock's time, unlike the value that was published before
+    client_ = std::make_unique<RawClient>(server_.port());
+  }
+
+  void set(const std::string& what) {
+    const std::string name = what.substr(0, what.find(' ')), value = what.substr(what.find(' ') + 1);
+    if (name == "angle") robot_.angle_handle->publish(std::stod(value));
+    else if (name == "count") robot_.count = std::stoi(value);
+    else if (name == "locked") robot_.locked = value != "0";
+    else if (name == "clock") clock_.advance(std::chrono::milliseconds(std::stol(value)));
+    else if (name == "grip") grip(value);
+    else throw std::runtime_error("wire.txt: unknown: @ " + what);
+    for (int i = 0; i < 3; ++i) server_.poll();
+  }
+
+  /// Sends, and returns what comes until `enough` says so, or the end.
+  template <class Enough>
+  std::string exchange(const std::string& request, bool last, Enough enough) {
+    client_->received.clear();
+    client_->send(request);
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    bool half_closed = false;
+    while (!client_->ended && std::chrono::steady_clock::now() < end) {
+      client_->step();
+      if (last && client_->all_sent() && !std::exchange(half_closed, true)) client_->half_close();
+      server_.poll();
+      client_->step();
+      if (!last && client_->all_sent() && enough(client_->received)) break;
+    }
+    return client_->received;
+  }
+
+ private:
+  void grip(const std::string& value) {
+    for (int i = 0; i < 1000 && robot_.grips.empty(); ++i) server_.poll();
+    REQUIRE(!robot_.grips.empty());
+    if (value == "progress") return robot_.grips.back().progress(0.5);
+    Responder responder = std::move(robot_.grips.back());
+    robot_.grips.pop_back();
+    if (value == "succeed") std::move(responder).succeed();
+    else if (value == "fail") std::move(responder).fail("it slipped");
+    else if (value != "drop") throw std::runtime_error("wire.txt: unknown: @ grip " + value);
+  }
+  Options options() {
+    Options o;
+    o.port = 0;
+    o.io = Io::in_poll;
+    o.engine.clock = &clock_;
+    o.engine.allowed_hosts = {"robot.example:80"};  // entity tags and lengths do not depend on the port
+    o.engine.ids = std::make_shared<FixedIds>();
+    return o;
+  }
+
+  FakeClock clock_;
+  SampleRobot robot_;
+  Server server_;
+  std::unique_ptr<RawClient> client_;
+};
+
+/// With a recording, the client waits for as many bytes as that has; without one, until the server has had nothing to say for long.
+void play(Exchange& exchange, bool record) {
+  Player player;
+  for (auto& step : exchange.steps) {
+    if (!step.set.empty()) {
+      player.set(step.set);
+      continue;
+    }
+    const bool last = &step == &exchange.steps.back();
+    std::size_t size = 0;
+    int quiet = 0;
+    const auto response = player.exchange(step.request, last, [&](const std::string& received) {
+      if (!record) return received.size() >= step.response.size();
+      quiet = received.size() == size ? quiet + 1 : 0;
+      size = received.size();
+      return quiet == 1000;
+    });
+    if (record) step.response = response;
+    else CHECK(escaped(response, "< ") == escaped(step.response, "< "));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("the bytes on the wire are those of the recording", "[conformance][wire][R0.1]") {
+  const bool record = std::getenv("LRT_RECORD_WIRE") != nullptr;
+  auto recording = read_recording();
+  REQUIRE(recording.exchanges.size() > 100);
+  for (auto& exchange : recording.exchanges) {
+    INFO("exchange " << exchange.name);
+    play(exchange, record);
+  }
+  if (record) write_recording(recording);
+}
