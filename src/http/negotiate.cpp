@@ -116,8 +116,8 @@ bool split_type(std::string_view text, Type& out) noexcept {
   return out.type != "*" || out.subtype == "*";
 }
 
-/// Whether an offer has a parameter that a range asks for. charset=utf-8 is true of all that lrt offers; JSON-LD's own profiles are a
-/// wish that need not be met (JSON-LD 1.1, appendix C).
+/// Whether an offer has a parameter that a range asks for. charset=utf-8 is true of all that lrt offers; JSON-LD's own profiles are
+/// preferences that need not be met (JSON-LD 1.1, appendix C).
 bool offers_parameter(const Type& offer, const Parameter& wanted) noexcept {
   std::string_view rest = offer.parameters;
   Parameter own;
@@ -177,7 +177,7 @@ std::optional<std::size_t> negotiate(std::optional<std::string_view> accept, con
     Type offer;
     if (!split_type(offers[i], offer)) continue;
     const Verdict verdict = judge(field, offer);
-    if (!verdict.any_range) return 0;  // nothing well-formed was said
+    if (!verdict.any_range) return 0;  // no well-formed element
     if (verdict.weight > highest) {
       highest = verdict.weight;
       winner = i;

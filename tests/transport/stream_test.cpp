@@ -1,14 +1,13 @@
-#include "tests/transport/stream_handler.hpp"
+#include <lrt/transport/session.hpp>
 
 #include <functional>
 #include <initializer_list>
 #include <sstream>
 
-#include <lrt/transport/session.hpp>
-
 #include "tests/support/catch.hpp"
 #include "tests/support/tls.hpp"
 #include "tests/transport/harness.hpp"
+#include "tests/transport/stream_handler.hpp"
 
 using namespace lrt;
 using namespace lrt::test;

@@ -69,7 +69,7 @@ struct Response {
   int status = 200;
   Fields fields;
   std::shared_ptr<const std::string> body;  ///< shared: a cached representation is sent to many without a copy
-  bool close = false;                       ///< the connection must not be used after this answer
+  bool close = false;                       ///< the connection ends with this response
 
   std::string_view content() const noexcept { return body ? std::string_view(*body) : std::string_view(); }
   void set_body(std::string text) { body = std::make_shared<const std::string>(std::move(text)); }
@@ -81,13 +81,13 @@ std::string_view reason_phrase(int status) noexcept;
 /// False for 1xx, 204 and 304, which have no body and no Content-Length here.
 constexpr bool may_have_body(int status) noexcept { return status >= 200 && status != 204 && status != 304; }
 
-/// What a transport adds to the fields of a response.
+/// The fields that a transport adds to a response.
 struct AddedFields {
   bool date = false;
   bool content_length = false;  ///< that of response.content()
   std::string_view connection;  ///< value of Connection; empty: none
 };
-/// @param version  of the request: an HTTP/1.0 client that keeps its connection is told so
+/// @param version  of the request: an HTTP/1.0 client whose connection is kept gets Connection: keep-alive
 AddedFields added_fields(const Response& response, bool keep_alive, int version) noexcept;
 
 /// How a client finds the end of a response's body (RFC 9112 6.3).

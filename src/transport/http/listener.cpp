@@ -69,8 +69,7 @@ std::string numeric_address(const sockaddr_storage& address) {
   return text;
 }
 
-/// Without waiting: what the client sends later meets a closed connection, and it may lose the answer over that. One that expects TLS
-/// gets none.
+/// Does not wait: a client whose request comes later may see a reset instead of the response. A client that expects TLS gets no response.
 void refuse_at_once(int descriptor, bool secure) noexcept {
   [[maybe_unused]] const auto sent = secure ? 0 : ::send(descriptor, overloaded.data(), overloaded.size(), MSG_NOSIGNAL);
   ::shutdown(descriptor, SHUT_WR);

@@ -16,8 +16,8 @@
 namespace lrt::transport {
 namespace {
 
-/// A client that makes TLS answer, and does not read the answers, is given up above this.
-constexpr std::size_t most_owed = 128 * 1024;
+/// A connection is closed when more than this is owed to a client that does not read.
+constexpr std::size_t max_owed = 128 * 1024;
 /// Bytes of one TLS record.
 constexpr std::size_t record_bytes = 16 * 1024;
 constexpr std::size_t kept_scratch = 64 * 1024;
@@ -133,11 +133,11 @@ ssize_t TlsStream::receive(char* to, std::size_t size) {
   if (plain_) scratch_.clear();
   const bool taken = flush_scratch();
   if (filled > 0) {
-    // An end or a failure that came with the bytes is told by the next call.
+    // The next call returns an end or a failure that came with the bytes.
     more_ = filled == size || result == 0 || error != EAGAIN;
     return static_cast<ssize_t>(filled);
   }
-  if (result < 0 && error == EAGAIN && (!taken || out_.size() > most_owed)) failed_ = true;
+  if (result < 0 && error == EAGAIN && (!taken || out_.size() > max_owed)) failed_ = true;
   return errno = failed_ ? EPROTO : error, result;
 }
 

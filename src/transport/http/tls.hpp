@@ -26,22 +26,22 @@ namespace lrt::transport {
 /// @par Implements  R0.2
 class TlsStream {
  public:
-  /// Encrypted at once; more waits unencrypted until the socket has taken this.
+  /// Encrypted at once; the next bytes are encrypted when the socket has taken these.
   static constexpr std::size_t chunk_bytes = 32 * 1024;
 
-  /// @param scratch  what is on its way to the socket during a call, shared by the streams of one thread
+  /// @param scratch  ciphertext during a call, shared by the streams of one thread
   TlsStream(ssl_ctx_st* context, int descriptor, std::string& scratch);
   ~TlsStream();
   TlsStream(const TlsStream&) = delete;
   TlsStream& operator=(const TlsStream&) = delete;
 
-  /// As recv(): bytes, 0 at the end (with close_notify or without: framing tells what was cut), or -1 with errno. EAGAIN: all is read. EPROTO: TLS
+  /// As recv(): bytes, 0 at the end (with close_notify or without: the framing shows whether something is missing), or -1 with errno. EAGAIN: all is read. EPROTO: TLS
   /// failed, an alert says why.
   ssize_t receive(char* to, std::size_t size);
   /// As sendmsg(): bytes, or -1 with errno. EAGAIN: the socket takes no more now; EINPROGRESS: the handshake waits for the client.
   /// Until all is taken, the bytes that were not must come first in the next call.
   ssize_t send(const iovec* parts, std::size_t count);
-  /// Sends what waits here. -1 with errno EAGAIN: not all of it.
+  /// Sends ciphertext that the socket has not taken. -1 with errno EAGAIN: not all of it.
   int flush();
   /// Sends close_notify as far as the socket takes it, once.
   void end() noexcept;
@@ -50,9 +50,9 @@ class TlsStream {
   bool is_open() const noexcept { return open_; }
   /// The client began with something other than TLS that looks like HTTP; nothing was sent.
   bool is_plain() const noexcept { return plain_; }
-  /// receive() may have more that the socket will not tell of.
+  /// receive() may have more bytes that the socket does not report.
   bool has_more() const noexcept { return more_; }
-  /// Something waits for the socket.
+  /// There is ciphertext that the socket has not taken.
   bool owes() const noexcept { return !out_.empty(); }
   /// The client has begun something, a handshake or a record, that is not complete.
   bool is_under_way() const noexcept;
@@ -83,7 +83,7 @@ class TlsStream {
   bool ended_ = false;
 };
 
-/// What the streams of one port are made with; replaced as a whole.
+/// The certificates that the streams of one transport are made with; replaced as a whole.
 ///
 /// @par Threads  make(): one thread. load(): any.
 class TlsContext {
@@ -95,7 +95,7 @@ class TlsContext {
   std::unique_ptr<TlsStream> make(int descriptor);
 
  private:
-  std::mutex loading_;  ///< so that who reads the files last is not overtaken
+  std::mutex loading_;  ///< the last call wins
   std::mutex mutex_;    ///< guards context_
   std::shared_ptr<ssl_ctx_st> context_;
   std::string scratch_;

@@ -132,10 +132,10 @@ void WebSocket::take_messages(TimePoint now) {
     if (message && phase_ == Phase::open) count(now);
     if (is_too_much()) begin_close(1008, "too many messages", now);
     else if (message && phase_ == Phase::open) loop_.context.handler->received(*channel(), message->bytes, message->text, now);
-    const bool answers = !output().empty();
+    const bool has_output = !output().empty();
     const bool free = write(now);
     if (message && free) push_some(now);
-    if (!message && !(answers && free)) return;
+    if (!message && !(has_output && free)) return;
     if (loop_.readiness.is_over()) {
       unfinished_ = true;
       return loop_.readiness.later(*this);

@@ -165,7 +165,7 @@ void Loopback::Impl::deliver(TimePoint now) {
       return;
     }
   }
-  // Also without streams: here the handler looks for changes, which web callbacks are told.
+  // Also without streams: the handler looks for changes here, for web callbacks too.
   while (handler && !left) {
     const auto channel = handler->next_ready(now);
     if (!channel) break;
