@@ -12,22 +12,22 @@
 
 namespace lrt {
 
-/// Handle to an Action of a Thing, for what is to be said of it before the thing is added.
+/// Handle to an Action of a Thing. Its calls have an effect until the thing is added to a server.
 class Action {
  public:
   /// Unit and bounds of the input.
   Action& consumes(const rdf::Facets& f) { return edit([&](auto& s) { s.input_facets = f; }); }
   /// Unit and bounds of the output.
   Action& produces(const rdf::Facets& f) { return edit([&](auto& s) { s.output_facets = f; }); }
-  /// What a second invocation meets. Default: queue(16).
+  /// What happens to an invocation while another one is pending or running. Default: queue(16).
   Action& policy(ActionPolicy p) { return edit([&](auto& s) { s.policy = p; }); }
   /// A domain predicate from the thing to this action, in addition to hybrit:action (R1.10).
   Action& predicate(Iri p) { return edit([&](auto& s) { s.predicates.emplace_back(p.text); }); }
   /// A further rdf:type (R1.4).
   Action& type(Iri t) { return edit([&](auto& s) { s.classes.emplace_back(t.text); }); }
-  /// dcterms:title, for people.
+  /// Adds dcterms:title, for people.
   Action& title(std::string text) { return add(vocab::dcterms::title, Object(std::move(text))); }
-  /// Any further triple about the action (R1.12).
+  /// Adds a triple about the action (R1.12).
   Action& add(Iri predicate, Object object) {
     return edit([&](auto& s) { s.statements.push_back({std::string(predicate.text), std::move(object)}); });
   }
@@ -48,7 +48,7 @@ namespace model {
 template <class F, class = void>
 struct Signature {
   static_assert(rdf::detail::always_false<F>,
-                "lrt: an action's callable must say its parameter types: a lambda without `auto` parameters, or a function");
+                "lrt: an action expects a callable with explicit parameter types: a lambda without `auto` parameters, or a function");
 };
 template <class F>
 struct Signature<F, std::void_t<decltype(&F::operator())>> : Signature<decltype(&F::operator())> {};
@@ -90,7 +90,7 @@ struct Unwrapped<void> {
 template <class T>
 struct Unwrapped<Result<T>> : Unwrapped<T> {};
 
-/// What an action's callable takes and gives: `R()`, `R(In)`, `void(Responder)`, `void(In, Responder)`.
+/// The signature of an action's callable: `R()`, `R(In)`, `void(Responder)`, `void(In, Responder)`.
 template <class F>
 struct ActionShape {
   using Args = typename Signature<F>::Args;
@@ -99,12 +99,12 @@ struct ActionShape {
   using Last = std::tuple_element_t<count == 0 ? 0 : count - 1, std::conditional_t<count == 0, std::tuple<void*>, Args>>;
   static constexpr bool asynchronous = count > 0 && ResponderTraits<Last>::value;
   static constexpr std::size_t inputs = count - (asynchronous ? 1 : 0);
-  static_assert(inputs <= 1, "lrt: an action takes at most one input and, last, a Responder; put several inputs into a struct");
-  static_assert(!asynchronous || std::is_void_v<Return>, "lrt: an action that takes a Responder returns void");
+  static_assert(inputs <= 1, "lrt: an action takes at most one input, followed by an optional Responder; put several inputs into a struct");
+  static_assert(!asynchronous || std::is_void_v<Return>, "lrt: an action with a Responder must return void");
   using Input = std::conditional_t<inputs == 1, std::tuple_element_t<0, std::conditional_t<count == 0, std::tuple<void*>, Args>>, void>;
 };
 
-/// The erased start function of an action.
+/// Erases the type of an action's callable.
 template <class F>
 auto erase_action(F f) {
   using Shape = ActionShape<F>;

@@ -10,12 +10,12 @@
 
 namespace lrt {
 
-/// Handle to a collection of a Thing: a container of values whose members clients create by POST and remove by DELETE (way-points,
-/// tasks, saved poses). The server keeps the members; your lambdas hear of each before it counts and may refuse it.
+/// Handle to a collection of a Thing: a container of values (way-points, tasks, saved poses). Clients create members by POST and remove
+/// them by DELETE. The server stores the members. It calls your lambda before each change, and the lambda may refuse it.
 template <class T>
 class Collection {
  public:
-  /// Allows POST. `create(id, T)` or `create(T)` returns void or Result<void>; an error answers 409 and nothing is created.
+  /// Allows POST. `create(id, T)` or `create(T)` returns void or Result<void>. After an error nothing is created, and the response is 409.
   template <class F>
   Collection& on_create(F create) {
     if (!spec_->sealed)
@@ -27,7 +27,7 @@ class Collection {
       };
     return *this;
   }
-  /// Allows DELETE of members. `remove(id)` returns void or Result<void>; an error answers 409 and the member stays.
+  /// Allows DELETE of members. `remove(id)` returns void or Result<void>. After an error the member is kept, and the response is 409.
   template <class F>
   Collection& on_remove(F remove) {
     if (!spec_->sealed)
@@ -40,7 +40,7 @@ class Collection {
   /// Limits the number of members. A POST beyond it is answered 409. Default: 1000.
   Collection& max_members(std::size_t n) { return edit([&](auto& s) { s.max_members = n; }); }
   Collection& predicate(Iri p) { return edit([&](auto& s) { s.predicates.emplace_back(p.text); }); }
-  /// dcterms:title, for people.
+  /// Adds dcterms:title, for people.
   Collection& title(std::string text) { return add(vocab::dcterms::title, Object(std::move(text))); }
   Collection& add(Iri predicate, Object object) {
     return edit([&](auto& s) { s.statements.push_back({std::string(predicate.text), std::move(object)}); });

@@ -14,35 +14,36 @@
 
 namespace lrt {
 
-/// Handle to a Property of a Thing. Say what is to be said of it before the thing is added to a server; publish() for as long as you
-/// like. Copies are handles to the same property.
+/// Handle to a Property of a Thing. Set-up calls have an effect until the thing is added to a server; publish() and changed() work at any
+/// time. Copies are handles to the same property.
 ///
 /// @par Threads  Set-up: one at a time. publish: any one thread at a time per property.
 template <class T>
 class Property {
  public:
-  /// Hands the present value over (pushed properties). A bit-identical value changes nothing (SPEC 3.8).
-  /// @par Time  No lock; for T without a destructor to run (numbers, structs of such) no allocation: some 40 ns, whatever the number of subscribers. A system call only when
-  ///            the network side sleeps although somebody observes the property; see subscription::SubscriptionOptions::scan_period and always_scan.
+  /// Passes the present value to the engine (pushed properties). A bit-identical value is not a change (SPEC 3.8).
+  /// @par Time  No lock. No allocation if T is trivially destructible (numbers, structs of numbers): about 40 ns, independent of the number
+  ///            of subscribers. One system call if the property is observed and the engine sleeps, see
+  ///            subscription::SubscriptionOptions::scan_period and always_scan.
   /// @par Implements  R0.11, R0.12
   void publish(const T& value) noexcept {
     if (slot_) slot_->publish(value);
   }
 
-  /// Says that `read` would give something else now (pulled properties): while somebody observes the property it is read soon.
+  /// Notifies the engine that the value has changed (pulled properties). If the property is observed, `read` is called soon.
   /// @par Threads  Any.
-  /// @par Time     No lock, no allocation; a system call as with publish().
+  /// @par Time     No lock, no allocation; a system call as in publish().
   void changed() noexcept {
     if (spec_->changes) spec_->changes->changed();
   }
 
-  /// Makes the property writable: PUT calls `write(T)`, which returns void or Result<void>; an error answers 409. A GET that follows
+  /// Makes the property writable: PUT calls `write(T)`, which returns void or Result<void>. An error is answered 409. A following GET
   /// shows the written value until the robot publishes again.
   /// @par Threads  `write` runs where the thing's Dispatch says.
   /// @par Implements  R0.5
   template <class F>
   Property& on_write(F write) {
-    static_assert(std::is_invocable_v<F&, T>, "lrt: on_write takes a callable void(T) or Result<void>(T), T being the property's type");
+    static_assert(std::is_invocable_v<F&, T>, "lrt: on_write expects a callable void(T) or Result<void>(T), where T is the property's type");
     if (!spec_->sealed)
       spec_->write = [write = std::move(write)](const rdf::Value& v) mutable -> Result<void> {
         Result<T> value = rdf::traits<T>::decode(v);
@@ -57,7 +58,7 @@ class Property {
     return *this;
   }
 
-  /// The unit of the number; values are never converted.
+  /// The unit of the numbers. Values are never converted.
   Property& unit(const Unit& u) { return edit([&](auto& s) { s.facets.unit(u); }); }
   Property& at_least(double v) { return edit([&](auto& s) { s.facets.at_least(v); }); }
   Property& above(double v) { return edit([&](auto& s) { s.facets.above(v); }); }
@@ -70,38 +71,39 @@ class Property {
   Property& predicate(Iri p) { return edit([&](auto& s) { s.predicates.emplace_back(p.text); }); }
   /// A further rdf:type (R1.4).
   Property& type(Iri t) { return edit([&](auto& s) { s.classes.emplace_back(t.text); }); }
-  /// dcterms:title, for people.
+  /// Adds dcterms:title, for people.
   Property& title(std::string text) { return add(vocab::dcterms::title, Object(std::move(text))); }
-  /// Any further triple about the property (R1.12).
+  /// Adds a triple about the property (R1.12).
   Property& add(Iri predicate, Object object) {
     return edit([&](auto& s) { s.statements.push_back({std::string(predicate.text), std::move(object)}); });
   }
-  /// The coordinate system in which the numbers are to be read, as lrt:frame: an IRI, a name, or Object::resource("baxter/torso").
+  /// The coordinate system of the numbers, as lrt:frame: an IRI, a name, or Object::resource("baxter/torso").
   Property& frame(Object system) {
     return edit([&](auto& s) { s.frame = std::move(system); });
   }
 
-  /// Offers the property's values in a further media type. Whoever asks for it gets what `encode` makes of the present value, by GET (with
-  /// ranges) and as binary messages; the RDF links to it with its size, and it links back.
+  /// Offers the property's values in a further media type. Clients that request it get the bytes that `encode` makes of the present value, by
+  /// GET (with ranges) and as binary messages. The RDF links to this representation with its size, and it links back.
   ///
   ///     camera.representation("image/jpeg", [](const Frame& f) { return f.jpeg; });   // Bytes: nothing is copied
   ///
-  /// Two values that traits<T>::same() takes for one are one: what changes the bytes must be in the RDF too, if only as a time stamp or a
-  /// number. A value that a client wrote is what its RDF says: the other members of T are those of T{}.
+  /// If traits<T>::same() returns true for two values, the encoded bytes are not regenerated. So everything that changes the bytes must also
+  /// change the RDF, for example by a time stamp or a number. A value written by a client is decoded from RDF: members of T that are not in
+  /// the RDF have their values from T{}.
   ///
-  /// @param media_type  "image/jpeg"; not one that lrt writes itself, but application/octet-stream
-  /// @param encode      callable of `const T&`: Bytes, std::string, or a Result of these. Null or an error of Errc::unsupported_syntax:
-  ///                    there is no such representation of this value (406); another error: 500.
-  /// @param layout      of bytes that are numbers; described if element_type is given
+  /// @param media_type  "image/jpeg". Of the media types that lrt writes itself only application/octet-stream is allowed.
+  /// @param encode      callable of `const T&` that returns Bytes, std::string, or a Result of these. Null or Errc::unsupported_syntax: this
+  ///                    value has no such representation (406). Another error: 500.
+  /// @param layout      of the numbers in the bytes; described in RDF if element_type is set
   ///
-  /// @par Errors   expected_media_type, duplicate_path (one type twice): by Server::add
-  /// @par Threads  `encode` is called like rdf::traits<T>::encode: by the thread that makes representations, on a copy of the value, once
-  ///               for each value somebody asks for, be it in RDF, which says the size; in that of the thing's state, too. It may not touch
-  ///               the robot. What takes more than a millisecond is encoded better before publish().
+  /// @par Errors   expected_media_type, duplicate_path (a type is offered twice): by Server::add
+  /// @par Threads  `encode` runs like rdf::traits<T>::encode: on the thread that makes representations, on a copy of the value, once for each
+  ///               requested value. A request for the RDF of the property or of the thing's state also calls it, because the RDF contains the
+  ///               size. It must not access the robot. If encoding takes more than 1 ms, encode before publish().
   /// @par Implements  R0.17, R1.2; the paper's D5
   template <class F>
   Property& representation(std::string_view media_type, F encode, Layout layout = {}) {
-    static_assert(std::is_invocable_v<F&, const T&>, "lrt: representation takes a callable of const T&, T being the property's type");
+    static_assert(std::is_invocable_v<F&, const T&>, "lrt: representation expects a callable of const T&, where T is the property's type");
     return edit([&](auto& s) {
       model::RepresentationSpec made{std::string(media_type), {}, std::move(layout), {}};
       made.element_type = std::string(made.layout.element_type.text);
@@ -114,29 +116,30 @@ class Property {
       };
     });
   }
-  /// Offers numbers, lists and matrices of numbers as application/octet-stream too: as rdf::Plain::octets, with the layout of the present value
-  /// described. Rows of unlike lengths have no octets, other formats do. Both ways where no more than one length is free: octets do not say
-  /// how many columns a MatrixXd has, so it is written in other formats. A body may have as many numbers as engine::Options::body_triples
-  /// and list_members allow. Of a value with more numbers than engine::Options::value_members, RDF says the layout of its octets, and not
-  /// each number.
+  /// Offers numbers, lists and matrices of numbers also as application/octet-stream (rdf::Plain::octets). The RDF describes the layout of the
+  /// present value. A value with rows of different lengths has no octets.
+  ///
+  /// PUT accepts octets if at most one length of the type is free: a MatrixXd cannot be written in octets, because they do not contain the
+  /// number of columns. engine::Options::body_triples and list_members limit the numbers in a body. If a value has more numbers than
+  /// engine::Options::value_members, its RDF describes the octets instead of the numbers.
   /// @par Errors  invalid_option, for other types: by Server::add
   Property& octets() {
     return edit([](auto& s) { s.octets = true; });
   }
 
-  /// How often `read` is called while somebody observes the property (pulled properties); zero: only on changed(). Default:
+  /// The period at which `read` is called while the property is observed (pulled properties). Zero: only after changed(). Default:
   /// subscription::SubscriptionOptions::sample_period.
   Property& sample(std::chrono::milliseconds period) {
     return edit([&](auto& s) { s.sample_period = period; });
   }
-  /// Keeps up to so many published values between two looks of the network side, so that subscribers with a queue get each of them, not
-  /// only the newest (pushed properties). What does not fit counts as dropped.
+  /// Keeps up to `samples` published values between two scans of the engine, so that subscribers with a queue get each value instead of only
+  /// the newest (pushed properties). A value that does not fit counts as dropped.
   Property& keep(std::size_t samples) {
     return edit([&](auto& s) {
       if (s.slot && samples > 0) s.slot->keep(samples);
     });
   }
-  /// Counts a repeated value as a change too (pushed properties).
+  /// Counts a repeated value as a change (pushed properties).
   Property& every_sample() {
     return edit([&](auto& s) {
       if (s.slot) s.slot->set_every_sample();

@@ -13,8 +13,8 @@
 namespace lrt {
 
 namespace model {
-/// One invocation as the robot's code sees it; implemented by the engine. Every call from any thread; after the first finish() and
-/// after a cancellation the rest have no effect.
+/// One invocation, for the robot's code. Implemented by the engine. After the first finish() or a cancellation, calls have no effect.
+/// @par Threads  Any.
 class InvocationLink {
  public:
   virtual ~InvocationLink() = default;
@@ -30,24 +30,24 @@ class ResponderBase {
   explicit ResponderBase(std::shared_ptr<InvocationLink> link) : link_(std::move(link)) {}
   ResponderBase(ResponderBase&&) noexcept = default;
   ResponderBase& operator=(ResponderBase&& other) noexcept;
-  /// Dropping a Responder that has not answered ends the invocation as failed; a client that waits gets 500.
+  /// If neither succeed() nor fail() was called, ends the invocation as failed; a waiting client gets 500.
   ~ResponderBase();
 
-  /// True while it holds an invocation that has not been answered. An empty one may be kept for the next command.
+  /// True while it holds an unfinished invocation. An empty responder may be stored and assigned later.
   explicit operator bool() const noexcept { return link_ != nullptr; }
 
-  /// Ends the invocation as failed, with `error` in its representation. Errc::refused says that the robot's state or limits exclude
-  /// the command (a client that waits gets 409), anything else that it tried (500).
+  /// Ends the invocation as failed, with `error` in its representation. Errc::refused: the robot's state or limits exclude the command, a
+  /// waiting client gets 409. Any other code: the robot tried and failed, 500.
   void fail(Error error) &&;
   void fail(std::string message) && { std::move(*this).fail(Error{Errc::failed, std::move(message)}); }
-  /// Says how far the invocation is, 0 to 1.
+  /// Sets the progress of the invocation, 0 to 1.
   void progress(double fraction) noexcept {
     if (link_) link_->progress(fraction);
   }
-  /// True once the invocation was cancelled or preempted: stop, and drop the responder.
+  /// True after the invocation was cancelled or preempted. Then stop the robot's action and destroy the responder.
   bool cancelled() const noexcept { return link_ && link_->cancelled(); }
-  /// Runs `hook` once when the invocation is cancelled or preempted, or its thing removed, where the thing's Dispatch says and so
-  /// possibly after Server::remove has returned; at once if it already was.
+  /// Runs `hook` once when the invocation is cancelled or preempted or its thing is removed; at once if that has happened already. The hook
+  /// runs where the thing's Dispatch says, so possibly after Server::remove() has returned.
   void on_cancel(UniqueFunction<void()> hook) {
     if (link_) link_->on_cancel(std::move(hook));
   }
@@ -62,7 +62,7 @@ class ResponderBase {
 };
 }  // namespace model
 
-/// Answers an asynchronous action without output: exactly one `succeed() &&` or `fail(...) &&`, from any thread.
+/// Ends an invocation of an asynchronous action without output: call exactly one of `succeed() &&` and `fail(...) &&`.
 ///
 /// @par Threads  Any, one at a time.
 /// @par Implements  R0.8, paper 5.4
@@ -72,7 +72,7 @@ class Responder : public model::ResponderBase {
   void succeed() && { finish(rdf::Value()); }
 };
 
-/// Answers an asynchronous action that produces a T.
+/// Ends an invocation of an asynchronous action that produces a T.
 template <class T>
 class ResponderOf : public model::ResponderBase {
  public:

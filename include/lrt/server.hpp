@@ -18,84 +18,88 @@
 
 namespace lrt {
 
-/// Where bytes are read and written (SPEC 3.10).
+/// Which thread does the I/O (SPEC 3.10).
 enum class Io : std::uint8_t {
-  own_thread,  ///< one thread of lrt: pushed and static resources are answered without the host
-  in_poll,     ///< no thread of lrt: everything happens in Server::poll
+  own_thread,  ///< a thread of lrt: requests for pushed and static resources do not need the host
+  in_poll,     ///< no thread of lrt: Server::poll does everything
 };
 
-/// How a Server is set up. Every field has a default that suits a robot on a developer's desk.
+/// Options of a Server. The defaults suit a robot on a developer's desk.
 struct Options {
   std::string address = "127.0.0.1";         ///< numeric address to listen on
   std::uint16_t port = 8080;                 ///< 0: any free one, see Server::port
   Io io = Io::own_thread;
-  engine::Options engine;                    ///< base, hosts, time-outs and limits of requests, subscriptions, authorizer, Dispatch, clock, ids, log
+  engine::Options engine;                    ///< base, hosts, time limits and limits of requests, subscriptions, authorizer, Dispatch, clock, ids, log
   transport::Limits limits;                  ///< of connections and messages
-  /// Runs the lambdas of things with Dispatch::executor. Must run each once, some time.
+  /// Runs the lambdas of things with Dispatch::executor. It must run each exactly once, at any time.
   std::function<void(std::function<void()>)> executor;
-  /// Makes the transport; empty: the first of transport::names().
+  /// Makes the transport. Empty: the first of transport::names() is used.
   std::function<std::unique_ptr<transport::Transport>(transport::Options)> transport;
-  /// Listening on an address that is not of this machine, without TLS and without an authorizer, is refused unless this says so:
-  /// whoever reaches the port moves the robot (R0.2).
+  /// Allows listening on an address that is not a loopback address without TLS and without an authorizer. Then everybody who can connect to
+  /// the port can move the robot (R0.2).
   bool allow_unprotected_network = false;
-  /// Certificate and key: the port speaks HTTPS, and nothing else (R0.2).
+  /// Certificate and key. If set, the port accepts HTTPS only (R0.2).
   std::optional<transport::Tls> tls;
-  /// Where web callbacks are kept, so that they survive a restart; empty: they do not. Written soon after they change, atomically. A file that
-  /// cannot be understood is set aside, and the log says so. It has the callbacks' secrets: only its owner may read it.
+  /// The file that stores web callbacks across restarts. Empty: they are not stored. It is written atomically soon after a change. An unreadable
+  /// file is renamed and logged. The file contains the callbacks' secrets, so only its owner can read it.
   std::string subscriptions_file;
-  /// Makes what posts to web callbacks; empty: delivery::make_deliverer. Not called if engine.subscriptions.callbacks allows no receiver.
+  /// Makes the deliverer of web callbacks. Empty: delivery::make_deliverer. Not called if engine.subscriptions.callbacks allows no receiver.
   std::function<Result<std::unique_ptr<delivery::Deliverer>>(delivery::Source&, const subscription::CallbackOptions&, LogCallback)> deliverer;
 };
 
-/// Serves Things. Owns them, the transport and, with Io::own_thread, one thread.
+/// Serves Things. Owns them, the transport and, with Io::own_thread, a thread.
 ///
 /// @par Threads  add, remove, stop, wake: any thread. poll, run: one thread at a time, the host's.
 class Server {
  public:
-  /// Begins to listen.
+  /// Starts to listen.
   /// @par Errors  address_in_use, insecure_address, invalid_option, io_error
   static Result<Server> create(Options options = {});
   Server(Server&&) noexcept;
   Server& operator=(Server&&) noexcept;
-  /// Stops.
+  /// Calls stop().
   ~Server();
 
-  /// Registers a thing; from now on it is served.
-  /// @par Errors      the thing's first error, duplicate_path, expected_rdf, closed; then nothing is registered
+  /// Registers a thing. From now on it is served.
+  /// @par Errors      the thing's first error, duplicate_path, expected_rdf, closed; nothing is registered after an error
   /// @par Implements  R0.3
   Result<void> add(Thing thing);
-  /// The same of several: all of them at once, or none.
+  /// Registers several things: all of them at once, or none.
   Result<void> add(std::vector<Thing> things);
-  /// Removes a thing and all below it. Handles to its properties go inert.
+  /// Removes a thing and all things below it. Handles to its properties have no effect afterwards.
   /// @par Errors  unknown_path
   Result<void> remove(std::string_view path);
 
-  /// Runs lambdas that have come due, and with Io::in_poll serves the network. Never waits. At most one lambda is begun after `budget`
-  /// is used up, and with Io::in_poll what is under way by then is completed: 1 ms at most for anything but a large body (README, Threads),
-  /// which limits.body_bytes bounds. When idle: no allocation, and no system call with Io::own_thread, one with Io::in_poll.
-  /// @return  how long the caller may sleep; zero when there is more to do
+  /// Runs lambdas that are due. With Io::in_poll it also serves the network. Never waits.
+  ///
+  /// When `budget` is used up, at most one more lambda is started. With Io::in_poll the current step is completed: at most 1 ms, except for a
+  /// large body (README, Threads), which limits.body_bytes bounds. When idle it does not allocate, and makes no system call with
+  /// Io::own_thread and one with Io::in_poll.
+  /// @return  how long the caller may sleep; zero: work is left
   std::chrono::milliseconds poll(std::chrono::microseconds budget = std::chrono::microseconds(200)) noexcept;
-  /// Readable whenever poll() has something to do, what is due by now and what a budget left over included: a host that sleeps in its own
-  /// poll(), epoll or select adds it there. The server's; not to be read from. From the first call on, until stop(). -1: the transport
-  /// has none, and only what poll() returns says how long to sleep.
+  /// A descriptor for the host's own poll(), epoll or select. It is readable whenever poll() has work, including expired times and work left
+  /// by a budget. The server owns it, until stop(); do not read from it.
+  /// @return  -1: the transport has no descriptor; sleep as long as poll() returns
   int descriptor() noexcept;
-  /// Polls and waits until stop().
+  /// Calls poll() and waits, until stop().
   void run() noexcept;
-  /// run() on a thread of its own.
+  /// Calls run() on a thread of its own.
   void start();
-  /// Makes run() look around. noexcept, no lock, no allocation, at most one system call.
+  /// Interrupts a blocking run().
+  /// @par Threads  Any.
+  /// @par Time     No lock, no allocation, at most one system call.
   void wake() noexcept;
-  /// Answers what waits with 503, closes connections, ends the threads; run() returns. A lambda that runs is let finish.
+  /// Answers waiting requests with 503, closes connections and ends the threads; run() returns. Waits for a running lambda.
   /// @par Threads  Any, also from a lambda.
   void stop() noexcept;
 
-  /// Reads the certificate and key of Options::tls again; connections that are open go on.
-  /// @par Errors   invalid_option: there is no TLS; io_error: then the old ones stay in use
+  /// Reads the certificate and key of Options::tls again. Open connections are kept.
+  /// @par Errors   invalid_option: the server has no TLS; io_error: the old certificate and key stay in use
   /// @par Threads  Any.
   Result<void> reload_tls();
 
   std::uint16_t port() const noexcept;
-  /// "http://127.0.0.1:8080/", or with https
+  /// "http://127.0.0.1:8080/"; with TLS "https://..."
   std::string url() const;
 
  private:

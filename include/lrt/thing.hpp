@@ -13,47 +13,47 @@
 
 namespace lrt {
 
-/// A Linked Robotic Thing being described: its types, properties, actions and collections. Give it to Server::add when it is
-/// complete. The thing remembers the first error of any of its calls; add() returns it.
+/// The description of a Linked Robotic Thing: its types, properties, actions and collections. Pass it to Server::add when it is complete.
+/// The thing stores the first error of any of its calls, and add() returns it.
 ///
 /// @par Threads  Set-up only, one thread at a time.
 /// @par Implements  R0.3, R1.1, R1.3
 class Thing {
  public:
-  /// @param path  where it lives below the server's root, without a leading '/': "baxter/right_s1". A Thing at a prefix of the path
-  ///              is its parent. Names are percent-encoded.
+  /// @param path  its path below the server's root, without a leading '/': "baxter/right_s1". A Thing at a prefix of the path is its
+  ///              parent. Names are percent-encoded.
   explicit Thing(std::string_view path);
   Thing(Thing&&) noexcept;
   Thing& operator=(Thing&&) noexcept;
   ~Thing();
 
-  /// Adds an rdf:type; every thing is a hybrit:RoboticThing already (R1.3, R1.4).
+  /// Adds an rdf:type. Every thing has the type hybrit:RoboticThing (R1.3, R1.4).
   Thing& type(Iri type);
-  /// dcterms:title; default: the last segment of the path.
+  /// Sets dcterms:title. Default: the last segment of the path.
   Thing& title(std::string text);
-  /// Adds any triple about the thing (R1.12).
+  /// Adds a triple about the thing (R1.12).
   Thing& add(Iri predicate, Object object);
-  /// Adds a Turtle document; its base is the thing's IRI, so `<>` is the thing.
+  /// Adds a Turtle document. Its base is the thing's IRI, so `<>` is the thing.
   Thing& add_turtle(std::string text);
-  /// Refers to a Blueprint elsewhere instead of the generated one (R1.11).
+  /// Refers to an external Blueprint instead of the generated one (R1.11).
   Thing& blueprint(Iri external);
-  /// Adds SHACL shapes in Turtle to the generated Blueprint; their base is the blueprint, so `<#rotation>` is the shape of values of the
-  /// property "rotation", `<#actions/rotate/input>` that of what the action "rotate" consumes, `<#waypoints>` that of members of a
-  /// collection, and `<>` that of the thing. A shape of one of these names replaces the generated one and is taken literally: what
-  /// does not conform is answered 422 with the report, before any lambda is called.
+  /// Adds SHACL shapes in Turtle to the generated Blueprint. Their base is the blueprint. A shape with one of these names replaces the
+  /// generated one: `<#rotation>` for values of the property "rotation", `<#actions/rotate/input>` for the input of the action "rotate",
+  /// `<#waypoints>` for members of the collection "waypoints", `<>` for the thing. A body that does not conform is answered 422 with the
+  /// report, before any lambda is called.
   /// @par Errors      expected_rdf, expected_value (an ill-formed shape, with its triple): by add()
   /// @par Implements  R1.11, paper 5.1
   Thing& shapes(std::string turtle);
-  /// The same from a file.
+  /// As shapes(), from a file.
   /// @par Errors  io_error: by add()
   Thing& shapes_from_file(const std::string& path);
-  /// Where the thing's lambdas run.
+  /// Sets where the thing's lambdas run.
   Thing& dispatch(Dispatch where);
 
-  /// Exposes a readable value as a Property: GET calls `read` and renders the result with rdf::traits<T>.
+  /// Exposes a readable value as a pulled Property: GET calls `read` and renders the result with rdf::traits<T>.
   ///
   /// @param path  relative to the thing, without a leading '/': "rotation", "arm/j1".
-  /// @param read  callable `T()`. Numbers are not converted: return what `unit` says.
+  /// @param read  callable `T()`. It returns numbers in `unit`; they are not converted.
   /// @param unit  for example unit::radian
   /// @return      handle, for predicates, types, bounds and on_write
   /// @par Errors      expected_iri, duplicate_path: by add()
@@ -73,8 +73,8 @@ class Thing {
     };
     return Property<T>(std::move(spec), nullptr);
   }
-  /// Exposes a value that the control loop hands over by publish(): GET is answered without the host's thread. Until the first
-  /// publish the property has no value.
+  /// Exposes a value as a pushed Property: the control loop passes it to publish(), and GET is answered without the host's thread. Before the
+  /// first publish() the property has no value.
   template <class T>
   Property<T> property(std::string_view path, const Unit& unit = unit::none) {
     auto spec = new_property(path, rdf::traits<T>::type(), unit);
@@ -107,7 +107,7 @@ class Thing {
     return Action(std::move(spec));
   }
 
-  /// Exposes a container of values that clients create and remove.
+  /// Exposes a container of values. Clients create and remove its members.
   /// @par Implements  R0.5, R0.8, LDP 5.2
   template <class T>
   Collection<T> collection(std::string_view path) {
@@ -117,7 +117,7 @@ class Thing {
   /// The path in percent-encoded form.
   const std::string& path() const noexcept;
 
-  /// For the engine: gives up the description. The thing is empty afterwards.
+  /// For the engine: moves the description out. The thing is empty afterwards.
   std::unique_ptr<model::ThingSpec> release() && noexcept { return std::move(spec_); }
 
  private:

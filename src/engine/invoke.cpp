@@ -29,7 +29,7 @@ void InvocationCore::finish(Result<rdf::Value> result) noexcept {
 void InvocationCore::start_ended(Result<void> result) noexcept {
   const bool was_dropped = phase_.exchange(idle, std::memory_order_acq_rel) == dropped;
   if (!result) finish(Unexpected{std::move(result).error()});
-  else if (was_dropped) finish(unexpected(Errc::dropped, "the responder was dropped without an answer"));
+  else if (was_dropped) finish(unexpected(Errc::dropped, "the responder was destroyed before succeed() or fail()"));
 }
 
 void InvocationCore::progress(double fraction) noexcept {

@@ -23,7 +23,7 @@ Result<std::string> encode_path(std::string_view path) {
     const std::size_t end = std::min(path.find('/', start), path.size());
     const std::string_view segment = path.substr(start, end - start);
     if (const auto bad = utf8::find_invalid(segment); bad || segment.find('\0') != std::string_view::npos)
-      return unexpected(Error{Errc::expected_iri, "a path: expected UTF-8 without NUL", start + bad.value_or(0)});
+      return unexpected(Error{Errc::expected_iri, "path: expected UTF-8 without U+0000", start + bad.value_or(0)});
     if (segment.empty() || segment == "." || segment == "..")
       return unexpected(Error{Errc::expected_iri,
                               "path \"" + std::string(path) + "\": expected non-empty names other than \".\" and \"..\" between single '/'",
@@ -44,7 +44,7 @@ ResponderBase& ResponderBase::operator=(ResponderBase&& other) noexcept {
 }
 
 ResponderBase::~ResponderBase() {
-  if (link_) link_->finish(unexpected(Errc::dropped, "the responder was dropped without an answer"));
+  if (link_) link_->finish(unexpected(Errc::dropped, "the responder was destroyed before succeed() or fail()"));
 }
 
 void ResponderBase::fail(Error error) && { finish(Unexpected{std::move(error)}); }

@@ -17,7 +17,7 @@ using lrt::detail::is;
 using lrt::detail::is_alpha;
 using lrt::detail::is_digit;
 
-/// An IPv6 address; IPv4 as IPv4-mapped.
+/// An IPv6 address, or an IPv4 address as IPv4-mapped.
 using Bytes = std::array<std::uint8_t, 16>;
 
 constexpr std::array<std::uint8_t, 12> mapped{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xFF, 0xFF};
@@ -31,7 +31,7 @@ bool starts_with(const Bytes& address, const std::array<std::uint8_t, n>& prefix
 }
 bool is_ipv4(const Bytes& address) noexcept { return starts_with(address, mapped); }
 
-/// Four decimal numbers without leading zeros and nothing else: inet_pton() is strict, inet_aton() would take "127.1" and "0x7f.1".
+/// Parses exactly four decimal numbers without leading zeros: inet_pton() is strict, inet_aton() would accept "127.1" and "0x7f.1".
 std::optional<Bytes> parse_ipv4(std::string_view text) {
   in_addr found{};
   if (::inet_pton(AF_INET, std::string(text).c_str(), &found) != 1) return std::nullopt;
@@ -48,22 +48,22 @@ std::optional<Bytes> parse_ipv6(std::string_view text) {
 }
 
 std::optional<Bytes> parse_address(std::string_view text) {
-  if (text.find('\0') != std::string_view::npos) return std::nullopt;  // inet_pton() would stop there
+  if (text.find('\0') != std::string_view::npos) return std::nullopt;  // inet_pton() would stop at it
   return text.find(':') == std::string_view::npos ? parse_ipv4(text) : parse_ipv6(text);
 }
 
-/// The address that a host of a URL is; nullopt: it is a name.
+/// The address that the host of a URL denotes; nullopt: it is a name.
 std::optional<Bytes> literal(std::string_view host) {
   if (host.size() >= 2 && host.front() == '[' && host.back() == ']') return parse_address(host.substr(1, host.size() - 2));
   return host.find(':') == std::string_view::npos ? parse_address(host) : std::nullopt;
 }
 
 bool is_special_ipv4(const std::uint8_t* a) noexcept {
-  return a[0] == 0 || a[0] == 127 || (a[0] == 169 && a[1] == 254) || a[0] >= 224;  // above 240: reserved and broadcast
+  return a[0] == 0 || a[0] == 127 || (a[0] == 169 && a[1] == 254) || a[0] >= 224;  // from 240: reserved and broadcast
 }
 
-/// Whether it leads back into this machine or to nobody in particular. Where a gateway would take an IPv4 address out of an IPv6 one,
-/// that address is judged.
+/// Whether an address is loopback, unspecified, link-local, multicast, broadcast or reserved. If a gateway would extract an IPv4 address
+/// from an IPv6 address, the IPv4 address is checked.
 bool is_special(const Bytes& a) noexcept {
   if (is_ipv4(a)) return is_special_ipv4(a.data() + 12);
   if (a[0] == 0xFF || (a[0] == 0xFE && (a[1] & 0xC0U) == 0x80)) return true;                // multicast, link-local
@@ -71,9 +71,9 @@ bool is_special(const Bytes& a) noexcept {
     return is_special_ipv4(a.data() + 12);                                                  // ::, ::1, IPv4-compatible (RFC 4291 2.5.5.1)
   }
   if (starts_with(a, nat64)) return is_special_ipv4(a.data() + 12);
-  if (a[0] == 0x00 && a[1] == 0x64 && a[2] == 0xFF && a[3] == 0x9B) return true;            // NAT64 of the site's own (RFC 8215)
+  if (a[0] == 0x00 && a[1] == 0x64 && a[2] == 0xFF && a[3] == 0x9B) return true;            // local-use NAT64 (RFC 8215)
   if (a[0] == 0x20 && a[1] == 0x02) return is_special_ipv4(a.data() + 2);                   // 6to4 (RFC 3056)
-  if (a[0] == 0x20 && a[1] == 0x01 && a[2] == 0 && a[3] == 0) {                             // Teredo (RFC 4380 4): the client, inverted
+  if (a[0] == 0x20 && a[1] == 0x01 && a[2] == 0 && a[3] == 0) {                             // Teredo (RFC 4380 4): the client's address, inverted
     const std::array<std::uint8_t, 4> client{static_cast<std::uint8_t>(~a[12]), static_cast<std::uint8_t>(~a[13]),
                                              static_cast<std::uint8_t>(~a[14]), static_cast<std::uint8_t>(~a[15])};
     return is_special_ipv4(client.data());
@@ -82,7 +82,7 @@ bool is_special(const Bytes& a) noexcept {
 }
 
 bool is_within(const Bytes& address, const Bytes& network, unsigned bits) noexcept {
-  // ::/0 is every IPv6 address; that IPv4 is kept as IPv4-mapped must not let it in.
+  // ::/0 must not contain IPv4 addresses, which are stored as IPv4-mapped.
   if (is_ipv4(address) && (bits < 96 || !is_ipv4(network))) return false;
   const std::size_t whole = bits / 8;
   if (!std::equal(network.begin(), network.begin() + whole, address.begin())) return false;
@@ -96,14 +96,15 @@ std::string lower(std::string_view text) {
   return result;
 }
 
-/// As names are compared: in lower case, without the dot that only says that the name is complete.
+/// The normal form for comparing names: lower case, without a dot at the end.
 std::string folded(std::string_view host) {
   std::string result = lower(host);
   if (result.size() > 1 && result.back() == '.') result.pop_back();
   return result;
 }
 
-/// A host name (RFC 1123 2.1), with the underscores that some networks use. Internationalised names in their ASCII form.
+/// Whether it is a host name (RFC 1123 2.1). Underscores are allowed, because some networks use them. Internationalised names must be in
+/// ASCII form.
 bool is_name(std::string_view text) noexcept {
   if (!text.empty() && text.back() == '.') text.remove_suffix(1);
   if (text.empty() || text.size() > 253) return false;
@@ -119,7 +120,7 @@ bool is_name(std::string_view text) noexcept {
   }
 }
 
-/// "127.1", "0x7f000001": resolvers take these for IPv4 addresses, and no name of a host ends so.
+/// "127.1", "0x7f000001": resolvers read these as IPv4 addresses. No host name ends with a number.
 bool ends_in_number(std::string_view folded_name) noexcept {
   const std::string_view last = folded_name.substr(folded_name.rfind('.') + 1);
   if (last.substr(0, 2) == "0x") return std::all_of(last.begin() + 2, last.end(), [](char c) { return is(c, hex); });
@@ -149,7 +150,7 @@ Result<AllowedHosts> AllowedHosts::parse(const std::vector<std::string>& entries
   for (const std::string& text : entries) {
     Entry entry;
     std::string_view host = text;
-    // A port follows a bracket, or the only colon.
+    // A port follows a bracket or the only colon.
     const std::size_t colon = text.rfind(':');
     const bool bracketed = !text.empty() && text.front() == '[';
     if (colon != std::string::npos && (bracketed ? text[colon - 1] == ']' : text.find(':') == colon)) {
@@ -158,7 +159,7 @@ Result<AllowedHosts> AllowedHosts::parse(const std::vector<std::string>& entries
       host = host.substr(0, colon);
     }
     if (bracketed) {
-      if (host.size() < 2 || host.back() != ']') return bad_entry(text, "an IPv6 address or network in brackets, and perhaps a port");
+      if (host.size() < 2 || host.back() != ']') return bad_entry(text, "an IPv6 address or network in brackets, optionally with a port");
       host = host.substr(1, host.size() - 2);
       if (host.find(':') == std::string_view::npos) return bad_entry(text, "an IPv6 address or network in brackets");
     }
@@ -174,7 +175,7 @@ Result<AllowedHosts> AllowedHosts::parse(const std::vector<std::string>& entries
         if (!bits || *bits > (four ? 32 : 128)) return bad_entry(text, four ? "0 to 32 after '/'" : "0 to 128 after '/'");
         entry.bits = *bits + (four ? 96U : 0U);
         for (unsigned bit = entry.bits; bit < 128; ++bit) {
-          if ((entry.network[bit / 8] & (0x80U >> (bit % 8))) != 0) return bad_entry(text, "a network whose other bits are zero");
+          if ((entry.network[bit / 8] & (0x80U >> (bit % 8))) != 0) return bad_entry(text, "a network with zeros after its prefix");
         }
       }
       result.entries_.push_back(std::move(entry));
@@ -191,7 +192,7 @@ Result<AllowedHosts> AllowedHosts::parse(const std::vector<std::string>& entries
     }
     const std::string_view labels = !name.empty() && name.front() == '.' ? std::string_view(name).substr(1) : name;
     if (!is_name(labels) || ends_in_number(labels)) {
-      return bad_entry(text, "a network, an address, a name, or '.' and the end of names, and perhaps a port");
+      return bad_entry(text, "a network, an address, a name, or '.' and the end of a name, optionally with a port");
     }
     entry.name = name;
     result.entries_.push_back(std::move(entry));
@@ -230,24 +231,24 @@ Result<CallbackUrl> parse_callback_url(std::string_view url) {
   const auto refuse = [](std::string what, std::optional<std::size_t> offset = std::nullopt) {
     return unexpected(Error{Errc::expected_iri, "callback URL: " + std::move(what), offset});
   };
-  if (url.size() > longest) return refuse("found " + std::to_string(url.size()) + " bytes, at most 2048 are taken");
+  if (url.size() > longest) return refuse("expected at most 2048 bytes, found " + std::to_string(url.size()));
   for (std::size_t at = 0; at < url.size(); ++at) {
-    if (url[at] == '#') return refuse("found a fragment", at);
+    if (url[at] == '#') return refuse("expected no fragment", at);
     const bool escape = url[at] == '%';
     if (!is(url[at], lrt::detail::uri) || (escape && (url.size() - at < 3 || !is(url[at + 1], hex) || !is(url[at + 2], hex)))) {
-      return refuse("found a byte that no URL has, at byte " + std::to_string(at), at);
+      return refuse("found a byte that is not allowed in a URL, at byte " + std::to_string(at), at);
     }
   }
   const std::optional<http::Target> parts = http::split_target(url);
   if (!parts || !parts->absolute) return refuse("expected an absolute http or https URL with a host and without userinfo");
   const std::optional<http::HostPort> authority = http::parse_host(parts->authority);
-  if (!authority) return refuse("expected a host and perhaps a port");  // split_target() has looked already
+  if (!authority) return refuse("expected a host, optionally with a port");  // split_target() has checked it
 
   CallbackUrl result;
   result.secure = parts->secure;
   result.host = lower(authority->host);
   if (!literal(result.host) && !is_name(result.host)) {
-    return refuse("expected the name of a host or its address, found \"" + result.host + "\"");
+    return refuse("expected a host name or an address, found \"" + result.host + "\"");
   }
   const std::uint16_t usual = result.secure ? 443 : 80;
   result.port = usual;
@@ -259,7 +260,7 @@ Result<CallbackUrl> parse_callback_url(std::string_view url) {
   result.authority = result.host;
   if (result.port != usual) result.authority += ":" + std::to_string(result.port);
   result.target = parts->path;
-  // split_target() gives an empty query for "?" too; that is another URL than the one without.
+  // A URL with an empty query differs from one without a query. split_target() does not distinguish them.
   if (const std::size_t mark = url.find('?'); mark != std::string_view::npos) result.target += url.substr(mark);
   return result;
 }

@@ -163,7 +163,7 @@ TEST_CASE("dropping a Responder ends the invocation as failed: 500 for who waits
   const auto answer = a.bench.answer(waiting);
   REQUIRE(answer);
   CHECK(answer->status == 500);
-  CHECK(answer->says("dropped"));
+  CHECK(answer->says("destroyed"));
   CHECK(a.status("i1") == "failed");
 
   Bench bench;

@@ -12,7 +12,7 @@ namespace {
 
 AllowedHosts hosts(const std::vector<std::string>& entries) { return AllowedHosts::parse(entries).value(); }
 
-/// What a subscription to this URL would be told, before anything is resolved.
+/// Whether a subscription with this URL would be accepted, before the name is resolved.
 bool is_named(const AllowedHosts& allowed, std::string_view url) {
   const auto parts = parse_callback_url(url);
   return parts && allowed.names(parts->host, parts->port);
@@ -30,7 +30,7 @@ TEST_CASE("without entries no receiver may be called", "[subscription][R0.13]") 
   }
 }
 
-TEST_CASE("an address or a network lets its hosts be called by address", "[subscription][R0.13]") {
+TEST_CASE("an address or a network allows URLs with numeric hosts", "[subscription][R0.13]") {
   const AllowedHosts allowed = hosts({"192.168.1.7", "10.0.0.0/8", "fd00::/8", "2001:db8::1", "172.16.0.0/12:8080", "[2001:db8:1::/48]:443"});
   for (const char* host : {"192.168.1.7", "10.0.0.0", "10.255.255.255", "[fd00::1]", "[fdff:ffff::1]", "[2001:db8::1]", "[2001:DB8:0:0::1]"}) {
     INFO(host);
@@ -45,10 +45,10 @@ TEST_CASE("an address or a network lets its hosts be called by address", "[subsc
   CHECK(allowed.names("[2001:db8:1:ffff::]", 443));
   CHECK_FALSE(allowed.names("[2001:db8:1::]", 80));
   CHECK(allowed.allows("10.1.2.3", 80, "10.1.2.3"));
-  CHECK_FALSE(allowed.allows("10.1.2.3", 80, "10.1.2.4"));  // a host that is an address is that address
+  CHECK_FALSE(allowed.allows("10.1.2.3", 80, "10.1.2.4"));  // a numeric host has one address
 }
 
-TEST_CASE("IPv4 is the same in both ways of writing it, and all of IPv6 is not all of IPv4", "[subscription][R0.13]") {
+TEST_CASE("an IPv4-mapped address is the IPv4 address, and ::/0 contains no IPv4 address", "[subscription][R0.13]") {
   CHECK(hosts({"192.168.1.7"}).names("[::ffff:192.168.1.7]", 80));
   CHECK(hosts({"::ffff:192.168.1.7"}).names("192.168.1.7", 80));
   CHECK(hosts({"10.0.0.0/8"}).allows("10.0.0.1", 80, "::ffff:10.0.0.1"));
@@ -60,7 +60,7 @@ TEST_CASE("IPv4 is the same in both ways of writing it, and all of IPv6 is not a
   CHECK_FALSE(hosts({"::/80"}).names("[::ffff:127.0.0.1]", 80));
 }
 
-TEST_CASE("a name lets its host be called where it lies, a dot lets the ends of names", "[subscription][R0.13]") {
+TEST_CASE("a name allows the addresses it resolves to, a leading dot allows names with this ending", "[subscription][R0.13]") {
   const AllowedHosts allowed = hosts({"Receiver.Example", ".robots.example", "other.example:8080"});
   for (const char* host : {"receiver.example", "RECEIVER.example", "receiver.example.", "a.robots.example", "a.b.robots.EXAMPLE", "a.robots.example."}) {
     INFO(host);
@@ -78,10 +78,10 @@ TEST_CASE("a name lets its host be called where it lies, a dot lets the ends of 
   CHECK(allowed.names("other.example", 8080));
   CHECK(allowed.allows("other.example", 8080, "192.0.2.1"));
   CHECK_FALSE(allowed.allows("other.example", 8081, "192.0.2.1"));
-  CHECK_FALSE(hosts({"10.0.0.0/8"}).names("receiver.example", 80));  // a network names addresses
+  CHECK_FALSE(hosts({"10.0.0.0/8"}).names("receiver.example", 80));  // a network allows addresses only
 }
 
-TEST_CASE("a name does not lead back into this machine unless the address is named too", "[subscription][R0.13]") {
+TEST_CASE("a name with a special address also needs an entry for the address", "[subscription][R0.13]") {
   const AllowedHosts by_name = hosts({"receiver.example", ".robots.example"});
   for (const char* address :
        {"127.0.0.1", "127.255.255.254", "0.0.0.0", "0.1.2.3", "169.254.169.254", "224.0.0.1", "239.255.255.255", "255.255.255.255", "240.0.0.1",
@@ -104,7 +104,7 @@ TEST_CASE("a name does not lead back into this machine unless the address is nam
   CHECK_FALSE(both.allows("receiver.example", 80, "fe80::1"));
   CHECK(both.allows("receiver.example", 8080, "fe80::1"));
   CHECK_FALSE(both.allows("stranger.example", 80, "127.0.0.2"));
-  // What is no numeric address is nothing that may be connected to.
+  // A text that is not a numeric address is never allowed.
   for (const char* address : {"", "receiver.example", "127.1", "1.2.3", "fe80::1%eth0", "[2001:db8::1]", "1.2.3.4 "}) {
     INFO(address);
     CHECK_FALSE(by_name.allows("receiver.example", 80, address));
@@ -120,7 +120,7 @@ TEST_CASE("localhost is the name of 127.0.0.1 and ::1", "[subscription][R0.13]")
     CHECK_FALSE(hosts({"127.0.0.1:80"}).names(host, 81));
     CHECK_FALSE(hosts({"127.0.0.1"}).allows(host, 80, "::1"));
     CHECK(hosts({"::1"}).allows(host, 80, "::1"));
-    CHECK_FALSE(hosts({"127.0.0.0/8"}).allows(host, 80, "127.0.0.2"));  // a forged answer of a resolver
+    CHECK_FALSE(hosts({"127.0.0.0/8"}).allows(host, 80, "127.0.0.2"));  // a forged response of a resolver
     CHECK_FALSE(hosts({"127.0.0.0/8", "10.0.0.0/8"}).allows(host, 80, "10.0.0.1"));
     CHECK_FALSE(hosts({"127.0.0.2"}).names(host, 80));
     CHECK_FALSE(hosts({"receiver.example", "10.0.0.0/8"}).names(host, 80));
@@ -132,7 +132,7 @@ TEST_CASE("localhost is the name of 127.0.0.1 and ::1", "[subscription][R0.13]")
   CHECK_FALSE(hosts({"127.0.0.0/8"}).names("localhost.localdomain", 80));
 }
 
-TEST_CASE("ways around a list of hosts that attackers try", "[subscription][R0.13][R0.16]") {
+TEST_CASE("known tricks to bypass a list of hosts are refused", "[subscription][R0.13][R0.16]") {
   const AllowedHosts allowed = hosts({"receiver.example", ".robots.example", "192.0.2.0/24", "2001:db8::/32"});
   REQUIRE(is_named(allowed, "http://receiver.example/"));
   for (const char* url :
@@ -162,7 +162,7 @@ TEST_CASE("ways around a list of hosts that attackers try", "[subscription][R0.1
   CHECK_FALSE(is_named(allowed, std::string_view("http://receiver.example/\0", 25)));
 }
 
-TEST_CASE("a callback URL is taken apart", "[subscription][R0.13]") {
+TEST_CASE("a callback URL is parsed", "[subscription][R0.13]") {
   const auto plain = parse_callback_url("HTTP://Receiver.Example").value();
   CHECK_FALSE(plain.secure);
   CHECK(plain.host == "receiver.example");
@@ -186,10 +186,10 @@ TEST_CASE("a callback URL is taken apart", "[subscription][R0.13]") {
   CHECK(parse_callback_url("http://h:443/").value().authority == "h:443");
   CHECK(parse_callback_url("http://h:65535/?").value().target == "/?");
   CHECK(parse_callback_url("http://xn--bcher-kva.example./").value().host == "xn--bcher-kva.example.");
-  CHECK(parse_callback_url("http://127.1/").value().host == "127.1");  // a name, which no entry can name
+  CHECK(parse_callback_url("http://127.1/").value().host == "127.1");  // a name that no entry can allow
 }
 
-TEST_CASE("a callback URL has bounds", "[subscription][R0.13]") {
+TEST_CASE("the length of a callback URL is limited", "[subscription][R0.13]") {
   const std::string label(63, 'a');
   CHECK(parse_callback_url("http://" + label + ".example/"));
   CHECK_FALSE(parse_callback_url("http://" + label + "a.example/"));
@@ -205,7 +205,7 @@ TEST_CASE("a callback URL has bounds", "[subscription][R0.13]") {
   CHECK(parse_callback_url("http://receiver.example/#x").error().offset == 24);
 }
 
-TEST_CASE("an entry that is none is named", "[subscription]") {
+TEST_CASE("an invalid entry is named in the error", "[subscription]") {
   for (const char* entry :
        {"", ".", "..", "-a", "a-", "a..b", "a b", "*.example", "http://receiver.example", "receiver.example/", "receiver.example:0",
         "receiver.example:", "receiver.example:65536", "receiver.example:x", "127.1", "0x7f000001", "2130706433", "0177.0.0.1", "10.0.0.0/33",

@@ -15,27 +15,27 @@
 
 namespace lrt {
 
-/// Bytes that are handed on without a copy, to as many clients as there are. Null: there are none.
+/// Immutable bytes, shared by all clients without a copy. Null: no bytes.
 using Bytes = std::shared_ptr<const std::string>;
 
-/// How the numbers lie in a binary representation, for its description in RDF.
+/// The layout of numbers in a binary representation, for its description in RDF.
 struct Layout {
   enum class ByteOrder : std::uint8_t { little_endian, big_endian };
 
   Iri element_type;                  ///< xsd:double: IEEE 754 binary64; xsd:float: binary32; xsd:unsignedByte ... xsd:long by their size
-  std::vector<std::size_t> shape;    ///< along each axis, the last one varies fastest: {480, 640, 3}
+  std::vector<std::size_t> shape;    ///< length of each axis, the last one varies fastest: {480, 640, 3}
   ByteOrder byte_order = ByteOrder::little_endian;
-  Unit unit{};                       ///< of the numbers; empty: the property's
+  Unit unit{};                       ///< of the numbers; empty: as the property
 };
 
 namespace model {
 
-/// A representation of a property's values by the user's encoder.
+/// A representation that a user's encoder makes of a property's values.
 struct RepresentationSpec {
   std::string media_type;
   UniqueFunction<Result<Bytes>(const void*)> encode;  ///< of a T
-  Layout layout;                                      ///< described by its element_type, if there is one
-  std::string element_type;                           ///< that of the layout, kept
+  Layout layout;                                      ///< is described in RDF if it has an element_type
+  std::string element_type;                           ///< owns the text of layout.element_type
 };
 
 template <class Encoded>

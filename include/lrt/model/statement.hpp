@@ -11,7 +11,7 @@
 
 namespace lrt {
 
-/// What a statement about a resource says: an IRI, a literal, or another resource of the same server.
+/// The object of a statement: an IRI, a literal, or another resource of the same server.
 class Object {
  public:
   enum class Kind : std::uint8_t { iri, literal, resource };
@@ -24,13 +24,13 @@ class Object {
   template <class T, class = std::enable_if_t<std::is_integral_v<T>>>
   Object(T number) : Object(std::is_same_v<T, bool> ? truth(number) : whole(static_cast<std::int64_t>(number))) {}  // NOLINT
 
-  /// A resource of this server by its path, "baxter/right_upper_shoulder": its IRI follows the base of each representation.
+  /// A resource of this server by its path, "baxter/right_upper_shoulder". Its IRI has the base of the representation it appears in.
   static Object resource(std::string path) { return Object(Kind::resource, std::move(path)); }
   static Object typed(std::string lexical, Iri datatype) {
     return Object(std::move(lexical), std::string(datatype.text), std::string());
   }
   static Object tagged(std::string text, std::string language) {
-    for (char& c : language)  // tags are compared without case (RDF 1.1 Concepts 3.3)
+    for (char& c : language)  // tags are case-insensitive (RDF 1.1 Concepts 3.3)
       if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
     return Object(std::move(text), std::string(), std::move(language));
   }
@@ -51,7 +51,7 @@ class Object {
   std::string text_, datatype_, language_;
 };
 
-/// A triple whose subject is the resource it was given to (R1.12).
+/// A triple about a resource, without its subject (R1.12).
 struct Statement {
   std::string predicate;
   Object object;

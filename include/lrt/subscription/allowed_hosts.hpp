@@ -11,45 +11,47 @@
 
 namespace lrt::subscription {
 
-/// Which receivers may be called: what the integrator named, and nothing else. Without entries: none.
+/// The receivers that web callbacks may go to. Without entries there are none.
 ///
 /// An entry is one of
 ///
 ///     127.0.0.0/8   fd00::/8          a network
 ///     192.168.1.7   ::1               an address
 ///     receiver.example                a name
-///     .robots.example                 every name that ends so
+///     .robots.example                 every name with this ending
 ///
-/// each with an optional port, `receiver.example:8080`, `[::1]:8080`, `10.0.0.0/8:8080`; without one: any port.
+/// each with an optional port, `receiver.example:8080`, `[::1]:8080`, `10.0.0.0/8:8080`. Without a port every port is allowed.
 ///
-/// A network or address lets URLs name hosts by address; a host's name needs an entry by name. A name lets its host be called at whatever
-/// address it resolves to, but for addresses that lead back into this machine or to nobody in particular (loopback, unspecified,
-/// link-local, multicast, broadcast, reserved, and IPv6 forms of them: IPv4-compatible, NAT64, 6to4, Teredo): for these an entry must
-/// name the network or address too. "localhost" is the name of 127.0.0.1 and ::1: it needs no entry but theirs, and as an entry stands for
-/// both. Numeric hosts count only in the usual form: "127.1" and "0x7f000001" are names, and no entry can name them. IPv4-mapped IPv6
-/// addresses are taken as the IPv4 address, and ::/0 is every IPv6 address and no IPv4 one. The dot at the end of a name does not matter.
+/// - A URL with a numeric host needs an entry with its address or network. A URL with a name needs an entry with the name.
+/// - An entry with a name allows every address that the name resolves to, except special addresses: loopback, unspecified, link-local,
+///   multicast, broadcast, reserved, and their IPv6 forms (IPv4-compatible, NAT64, 6to4, Teredo). A special address also needs an entry
+///   with the address or network.
+/// - "localhost" is the name of 127.0.0.1 and ::1. It is allowed by an entry for one of these. As an entry it stands for both.
+/// - Numeric hosts are recognised in the usual form only. "127.1" and "0x7f000001" count as names, and no entry can allow them.
+/// - An IPv4-mapped IPv6 address counts as its IPv4 address. ::/0 contains every IPv6 address and no IPv4 address.
+/// - A dot at the end of a name is ignored.
 ///
 /// @par Threads     const: any
 /// @par Implements  R0.13, R0.16
 class AllowedHosts {
  public:
   AllowedHosts() = default;
-  /// @par Errors  invalid_option, naming the entry
+  /// @par Errors  invalid_option, with the entry
   static Result<AllowedHosts> parse(const std::vector<std::string>& entries);
 
   bool empty() const noexcept { return entries_.empty(); }
-  /// Whether a URL with this host may be tried at all; no resolution.
-  /// @param host  as in the URL: a name, an IPv4 address, or an IPv6 address in brackets; compared without case
+  /// Whether a URL with this host is allowed. Does not resolve the name.
+  /// @param host  as in the URL: a name, an IPv4 address, or an IPv6 address in brackets; case-insensitive
   bool names(std::string_view host, std::uint16_t port) const;
-  /// Whether a connection for a URL with this host may go to this address.
-  /// @param address  numeric, what `host` resolved to
+  /// Whether a URL with this host may be connected at this address.
+  /// @param address  numeric, one that `host` resolved to
   bool allows(std::string_view host, std::uint16_t port, std::string_view address) const;
 
  private:
   struct Entry {
     std::string name;                        ///< lower-case; empty for a network
     std::array<std::uint8_t, 16> network{};  ///< IPv4 as IPv4-mapped
-    unsigned bits = 0;                       ///< of `network` that count, of 128
+    unsigned bits = 0;                       ///< length of the network's prefix, 0 to 128
     std::optional<std::uint16_t> port;
   };
   bool has_network(std::uint16_t port, const std::array<std::uint8_t, 16>& address) const noexcept;
@@ -57,16 +59,18 @@ class AllowedHosts {
   std::vector<Entry> entries_;
 };
 
-/// A callback URL taken apart.
+/// The parts of a callback URL.
 struct CallbackUrl {
   bool secure = false;
   std::string host;         ///< lower-case; IPv6 in brackets
-  std::uint16_t port = 80;  ///< as said or the scheme's
-  std::string authority;    ///< for the Host field: host, and port unless it is the scheme's
+  std::uint16_t port = 80;  ///< the scheme's if the URL has none
+  std::string authority;    ///< for the Host field: the host, and the port if it is not the scheme's
   std::string target;       ///< path and query, at least "/"
 };
-/// @par Errors  expected_iri: not absolute, not http(s), userinfo, a fragment, bytes that RFC 3986 does not allow, a host that is no
-///              address and no host name (percent escapes, empty labels), a bad port (0, empty, leading zeros), more than 2,048 bytes
+/// Parses a callback URL.
+/// @par Errors  expected_iri: the URL is not absolute, not http(s), or longer than 2,048 bytes; it has userinfo, a fragment, a byte that
+///              RFC 3986 does not allow, a host that is neither an address nor a host name (percent escapes, empty labels), or an invalid
+///              port (0, empty, leading zeros)
 Result<CallbackUrl> parse_callback_url(std::string_view url);
 
 }  // namespace lrt::subscription

@@ -4,7 +4,7 @@
 
 namespace lrt::subscription {
 
-/// Names a way by which messages go to one subscriber. Never 0, never used twice by one server.
+/// Identifies the connection or callback of one subscriber. Never 0; a server never uses a value twice.
 enum class Channel : std::uint64_t {};
 
 }  // namespace lrt::subscription

@@ -16,27 +16,27 @@
 
 namespace lrt::model {
 
-/// The latest value of a pushed property on its way from the control loop to the engine. One writer, one reader.
+/// Passes the latest value of a pushed property from the control loop to the engine. One writer, one reader.
 class SlotBase : public ChangeSource {
  public:
   using Utc = std::chrono::system_clock::time_point;
 
-  /// True if take() would give something new. Any thread.
+  /// True if take() would return a value. Any thread.
   bool has_change() const noexcept { return (middle_.load(std::memory_order_seq_cst) & fresh) != 0; }
-  /// The next value not yet taken, and since when it is what it is: the oldest of those kept by keep(), else the newest. The reader's
-  /// thread.
+  /// Takes the next value and the time of its publish(): the oldest of those that keep() keeps, else the newest. For the reader.
+  /// @return  false: every value has been taken
   virtual bool take(rdf::Value& value, Utc& since) = 0;
-  /// How many values keep() had no room for. The reader's thread.
+  /// How many values were dropped because the ring of keep() was full. For the reader.
   virtual std::uint64_t lost() const noexcept = 0;
-  /// Keeps up to so many values for the reader to take one by one. Before the first publish.
+  /// Keeps up to `samples` values, so that the reader can take each. Call before the first publish().
   virtual void keep(std::size_t samples) = 0;
   virtual bool keeps() const noexcept = 0;
-  /// Lets whole() give values. Before the first publish.
+  /// Enables whole(). Call before the first publish().
   virtual void hold() = 0;
-  /// The T that was taken last, if they are held. The reader's thread.
+  /// The T that was taken last; null without hold(). For the reader.
   virtual std::shared_ptr<const void> whole() const noexcept = 0;
 
-  /// Makes the next publish count as a change even if it repeats the last value. Any thread.
+  /// Makes the next publish() count as a change even if it repeats the last value. Any thread.
   void forget() noexcept { forgotten_.store(true, std::memory_order_release); }
   void set_clock(const Clock& clock) noexcept { clock_.store(&clock, std::memory_order_release); }
   void set_every_sample() noexcept { every_sample_.store(true, std::memory_order_relaxed); }
@@ -51,7 +51,7 @@ class SlotBase : public ChangeSource {
   }
   Utc now() const noexcept { return clock_.load(std::memory_order_acquire)->utc(); }
 
-  /// `fresh`: there is something to take. With it, for three cells, the index of the one that neither side owns.
+  /// Bit `fresh`: a value can be taken. The other bits, with three cells: the index of the cell that neither side owns.
   std::atomic<std::uint8_t> middle_{2};
 
  private:
@@ -59,7 +59,7 @@ class SlotBase : public ChangeSource {
   std::atomic<const Clock*> clock_{&system_clock()};
 };
 
-/// A value with its place among those published.
+/// A published value with its sequence number.
 template <class T>
 struct Sample {
   T value{};
@@ -67,7 +67,7 @@ struct Sample {
   std::uint64_t number = 0;
 };
 
-/// Values in the order they were published, as many as fit. Wait-free: one writer, one reader.
+/// A ring of values in the order of publication. A value that does not fit is dropped. Wait-free: one writer, one reader.
 template <class T>
 class SampleRing {
  public:
@@ -97,7 +97,7 @@ class SampleRing {
   std::atomic<std::uint64_t> lost_{0};
 };
 
-/// What both slots have in common: numbers, and the ring of keep().
+/// The common part of both slots: sequence numbers and the ring of keep().
 template <class T>
 class KeepingSlot : public SlotBase {
  public:
@@ -112,13 +112,13 @@ class KeepingSlot : public SlotBase {
     if (!ring_) return false;
     Sample<T> sample;
     while (ring_->take(sample)) {
-      if (sample.number <= taken_) continue;  // was taken as the newest
+      if (sample.number <= taken_) continue;  // has been taken as the newest
       give(sample, value, since);
       return true;
     }
     return false;
   }
-  /// The newest counts if the ring has not given it already.
+  /// Takes the newest value, unless it was taken from the ring.
   bool take_newest(const Sample<T>& sample, rdf::Value& value, Utc& since) {
     if (sample.number <= taken_) return false;
     give(sample, value, since);
@@ -126,7 +126,7 @@ class KeepingSlot : public SlotBase {
   }
 
   std::unique_ptr<SampleRing<T>> ring_;
-  std::uint64_t number_ = 0;  // the writer's
+  std::uint64_t number_ = 0;  // used by the writer
 
  private:
   void give(const Sample<T>& sample, rdf::Value& value, Utc& since) {
@@ -135,20 +135,21 @@ class KeepingSlot : public SlotBase {
     since = sample.since;
     taken_ = sample.number;
   }
-  std::uint64_t taken_ = 0;  // the reader's
+  std::uint64_t taken_ = 0;  // used by the reader
   std::shared_ptr<const T> whole_;
   bool holds_ = false;
 };
 
-/// Values that own nothing, which shows in their having nothing to release: numbers, structs and arrays of such, Eigen's fixed sizes
-/// (whose copying is not trivial, though it does no more). Three cells, of which the writer and the reader own one each and exchange the
-/// third. Wait-free on both sides; publish neither allocates nor locks, and makes a system call only to wake an engine that sleeps
-/// although somebody observes.
+/// For types that own no memory: numbers, structs and arrays of such types, fixed sizes of Eigen. The criterion is a trivial destructor,
+/// because Eigen's fixed sizes are not trivially copyable, although copying them does no more.
+///
+/// There are three cells. The writer and the reader own one each and exchange the third. Both sides are wait-free. publish() does not
+/// allocate or lock. It makes a system call only if the property is observed and the engine sleeps.
 template <class T, bool = std::is_trivially_destructible_v<T>>
 class Slot final : public KeepingSlot<T> {
  public:
   using typename SlotBase::Utc;
-  Slot() { rdf::traits<T>::type(); }  // made here, so that the first publish does not make it
+  Slot() { rdf::traits<T>::type(); }  // made here, so that the first publish() does not allocate it
 
   void publish(const T& value) noexcept {
     if (number_ != 0 && rdf::traits<T>::same(last_, value) && !this->repeats_count()) return;
@@ -174,13 +175,13 @@ class Slot final : public KeepingSlot<T> {
   using SlotBase::index;
   using SlotBase::middle_;
   using KeepingSlot<T>::number_;
-  T last_{};                // the writer's
-  std::uint8_t back_ = 0;   // the writer's
-  std::uint8_t front_ = 1;  // the reader's
+  T last_{};                // used by the writer
+  std::uint8_t back_ = 0;   // used by the writer
+  std::uint8_t front_ = 1;  // used by the reader
   Sample<T> cells_[3];
 };
 
-/// Values that own memory travel in a node of their own: publish allocates but never waits.
+/// For types that own memory: each value is passed in a node of its own. publish() allocates but never waits.
 template <class T>
 class Slot<T, false> final : public KeepingSlot<T> {
  public:
@@ -197,7 +198,7 @@ class Slot<T, false> final : public KeepingSlot<T> {
       delete newest_.exchange(cell.release(), std::memory_order_acq_rel);
       this->middle_.store(SlotBase::fresh, std::memory_order_seq_cst);
       this->signal();
-    } catch (...) {  // out of memory: the last value stays
+    } catch (...) {  // out of memory: the last value is kept
     }
   }
 
@@ -209,7 +210,7 @@ class Slot<T, false> final : public KeepingSlot<T> {
   }
 
  private:
-  std::unique_ptr<T> last_;  // the writer's
+  std::unique_ptr<T> last_;  // used by the writer
   std::atomic<Sample<T>*> newest_{nullptr};
 };
 
