@@ -29,7 +29,7 @@ struct Options {
   std::string address = "127.0.0.1";         ///< numeric address to listen on
   std::uint16_t port = 8080;                 ///< 0: any free one, see Server::port
   Io io = Io::own_thread;
-  engine::Options engine;                    ///< base, hosts, time limits and limits of requests, subscriptions, authorizer, Dispatch, clock, ids, log
+  engine::Options engine;                    ///< base, hosts, limits of requests, subscriptions, authorizer, Dispatch, clock, ids, log
   transport::Limits limits;                  ///< of connections and messages
   /// Runs the lambdas of things with Dispatch::executor. It must run each exactly once, at any time.
   std::function<void(std::function<void()>)> executor;

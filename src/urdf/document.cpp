@@ -23,20 +23,20 @@ namespace {
 
 using tinyxml2::XMLElement;
 
-constexpr std::size_t most_attributes = 256;  // of one element; a reader compares each with each
-constexpr std::size_t most_mimics = 100;      // one after the other
-constexpr std::size_t most_name = 1000;       // bytes; an IRI holds two, encoded
+constexpr std::size_t max_attributes = 256;  // of one element; XML readers compare each pair
+constexpr std::size_t max_mimics = 100;      // length of a chain of mimic joints
+constexpr std::size_t max_name = 1000;       // bytes; an IRI contains two encoded names
 
-/// Ends the reading of a document; check() makes a Result of it.
+/// Thrown to end the reading of a document; check() converts it into a Result.
 struct Refusal {
   Error error;
 };
 
-/// A text of the document in a message.
+/// A text of the document, quoted for a message.
 std::string shortened(std::string_view text) {
-  constexpr std::size_t most = 80;
-  std::size_t cut = std::min(text.size(), most);
-  while (cut < text.size() && cut > 0 && (static_cast<unsigned char>(text[cut]) & 0xC0U) == 0x80U) --cut;  // between characters
+  constexpr std::size_t max_bytes = 80;
+  std::size_t cut = std::min(text.size(), max_bytes);
+  while (cut < text.size() && cut > 0 && (static_cast<unsigned char>(text[cut]) & 0xC0U) == 0x80U) --cut;  // not inside a character
   return std::string(text.substr(0, cut)) + (cut < text.size() ? "..." : "");
 }
 std::string quoted(std::string_view text) { return '"' + shortened(text) + '"'; }
@@ -45,7 +45,8 @@ std::uint32_t line_of(std::string_view text, std::size_t offset) {
   return 1 + static_cast<std::uint32_t>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(offset), '\n'));
 }
 
-/// The text in UTF-8. What says that it is ISO-8859-1 is read as that, and so is a byte that is no UTF-8: many a comment has one.
+/// The text in UTF-8. A document that declares ISO-8859-1 is converted. In other documents a byte that is not UTF-8 is read as ISO-8859-1:
+/// comments of real files contain such bytes.
 std::string as_utf8(std::string_view text, const ParseOptions& options, std::vector<std::string>& warnings) {
   if (text.size() > options.max_bytes)
     throw Refusal{
@@ -69,7 +70,7 @@ std::string as_utf8(std::string_view text, const ParseOptions& options, std::vec
   }
 }
 
-/// XML 1.0 4.1: an entity that XML itself defines, or a character by number.
+/// XML 1.0 4.1: whether a reference is a predefined entity or a numeric character reference.
 bool is_reference(std::string_view name) {
   for (const std::string_view known : {"lt", "gt", "amp", "apos", "quot"})
     if (name == known) return true;
@@ -81,8 +82,8 @@ bool is_reference(std::string_view name) {
   return error == std::errc() && end == name.data() + name.size() && code != 0 && code <= 0x10FFFF && (code < 0xD800 || code > 0xDFFF);
 }
 
-/// What the reader does not see: bounds of what it will make of the text, end tags after the end, references to entities, of which it leaves
-/// those that it does not know. Processing instructions become blanks: XML has them anywhere, the reader only at the beginning.
+/// Checks what tinyxml2 does not: the number of elements and attributes, end tags after the document, references to unknown entities.
+/// Replaces processing instructions by spaces: XML allows them everywhere, tinyxml2 only at the beginning.
 void check_text(std::string& text, const ParseOptions& options) {
   const auto refuse = [&](Errc code, std::size_t at, std::string message) {
     const std::uint32_t line = line_of(text, at);
@@ -109,7 +110,7 @@ void check_text(std::string& text, const ParseOptions& options) {
     for (const auto& [begin, end] : {std::pair<std::string_view, std::string_view>{"<!--", "-->"}, {"<![CDATA[", "]]>"}, {"<?", "?>"}}) {
       if (text.compare(at, begin.size(), begin) != 0) continue;
       const std::size_t close = text.find(end, at + begin.size());
-      if (close == std::string_view::npos) return;  // the reader says what is wrong
+      if (close == std::string_view::npos) return;  // tinyxml2 reports this error
       if (begin == "<?")
         std::replace_if(
             text.begin() + static_cast<std::ptrdiff_t>(at), text.begin() + static_cast<std::ptrdiff_t>(close + end.size()),
@@ -120,7 +121,7 @@ void check_text(std::string& text, const ParseOptions& options) {
     }
     if (skipped) continue;
     const std::size_t tag = at;
-    const bool is_element = text.compare(at, 2, "<!") != 0;  // in others quotes mean nothing
+    const bool is_element = text.compare(at, 2, "<!") != 0;  // quotes have no meaning in other markup
     std::size_t attributes = 0;
     for (++at; at < text.size() && text[at] != '<' && text[at] != '>'; ++at) {
       if (text[at] == '=') ++attributes;
@@ -136,8 +137,8 @@ void check_text(std::string& text, const ParseOptions& options) {
     } else if (is_element && !(at < text.size() && text[at] == '>' && text[at - 1] == '/')) {
       ++depth;
     }
-    if (attributes > most_attributes)
-      refuse(Errc::limit_exceeded, tag, "expected at most " + std::to_string(most_attributes) + " attributes of one element");
+    if (attributes > max_attributes)
+      refuse(Errc::limit_exceeded, tag, "expected at most " + std::to_string(max_attributes) + " attributes of one element");
   }
   check_references(last, text.size());
 }
@@ -180,11 +181,11 @@ class Checker {
     std::optional<Colour> colour;
   };
 
-  // --- words
+  // --- messages
 
   /// `joint "a"`, `limit of joint "a"`
   std::string described(const XMLElement& e) const {
-    const XMLElement* whole = &e;  // the link, joint or material that it is in
+    const XMLElement* whole = &e;  // the link, joint or material that contains it
     while (whole->Parent() && whole->Parent()->ToElement() && whole->Parent()->Parent() && whole->Parent()->Parent()->ToElement())
       whole = whole->Parent()->ToElement();
     std::string words = shortened(whole->Name());
@@ -197,7 +198,7 @@ class Checker {
   }
   void warn(const XMLElement& e, const std::string& sentence) { document_.warnings.push_back(with_line(e) + ": " + sentence); }
 
-  // --- what is written
+  // --- output
 
   void open(const char* name) {
     XMLElement* const e = out_.NewElement(name);
@@ -206,7 +207,7 @@ class Checker {
   }
   void put(const char* name, const char* value) { at_->ToElement()->SetAttribute(name, value); }
   void close() { at_ = at_->Parent(); }
-  /// Writes a shape of a link, which has a place without it, too: where it is wrong, it is left out.
+  /// Writes a part of a link that is not needed for its pose. If it is not valid, it is left out with a warning.
   void shape_if_right(const XMLElement& part) {
     tinyxml2::XMLNode* const whole = at_;
     tinyxml2::XMLNode* const last = whole->LastChild();
@@ -223,7 +224,7 @@ class Checker {
 
   // --- xacro
 
-  /// Replaces each `${name}` and `$(arg name)` by the value that the options give.
+  /// Replaces each `${name}` and `$(arg name)` by its value from the options.
   std::string expanded(const XMLElement& e, std::string_view text) const {
     std::string out;
     while (true) {
@@ -288,7 +289,7 @@ class Checker {
   std::string name_of(const XMLElement& e, bool may_be_empty = false) const {
     std::string name = required(e, "name");
     if (name.empty() && !may_be_empty) refuse(e, "expected a name, found an empty one");
-    if (name.size() > most_name) refuse(e, "expected a name of at most " + std::to_string(most_name) + " bytes, found " + std::to_string(name.size()));
+    if (name.size() > max_name) refuse(e, "expected a name of at most " + std::to_string(max_name) + " bytes, found " + std::to_string(name.size()));
     return name;
   }
   double parsed(const XMLElement& e, const char* name, std::string_view text) const {
@@ -296,17 +297,17 @@ class Checker {
     if (!value || !std::isfinite(*value)) refuse(e, "expected a number as " + std::string(name) + ", found " + quoted(text));
     return *value;
   }
-  template <std::size_t least, std::size_t most>
-  void vector(const XMLElement& e, const char* name, std::string_view text, std::array<double, most>& values) const {
+  template <std::size_t min, std::size_t max>
+  void vector(const XMLElement& e, const char* name, std::string_view text, std::array<double, max>& values) const {
     std::size_t count = 0;
     for (std::size_t at = 0; (at = text.find_first_not_of(' ', at)) != std::string_view::npos;) {
       const std::size_t end = std::min(text.find(' ', at), text.size());
       const double value = parsed(e, name, text.substr(at, end - at));
-      if (count < most) values[count] = value;
+      if (count < max) values[count] = value;
       ++count;
       at = end;
     }
-    if (count < least || count > most) refuse(e, "expected " + std::to_string(most) + " numbers as " + name + ", found " + quoted(text));
+    if (count < min || count > max) refuse(e, "expected " + std::to_string(max) + " numbers as " + name + ", found " + quoted(text));
   }
   template <std::size_t count>
   static std::string words(const std::array<double, count>& numbers) {
@@ -318,7 +319,7 @@ class Checker {
     const std::size_t first = text.find_first_not_of(' ');
     return first == std::string::npos ? std::string() : text.substr(first, text.find_last_not_of(' ') - first + 1);
   }
-  /// The number in an attribute, written as well. Without the attribute: nothing, or an error.
+  /// Reads a number from an attribute and writes it to the output. Without the attribute: nullopt or an error.
   std::optional<double> number(const XMLElement& e, const char* name, bool needed) {
     const auto text = needed ? required(e, name) : attribute(e, name);
     if (!text) return std::nullopt;
@@ -365,7 +366,7 @@ class Checker {
   void expect_once(const XMLElement& of, std::initializer_list<const char*> names) {
     for (const char* name : names)
       if (const XMLElement* first = of.FirstChildElement(name))
-        if (const XMLElement* second = first->NextSiblingElement(name)) warn(*second, "stands there twice; the first counts");
+        if (const XMLElement* second = first->NextSiblingElement(name)) warn(*second, "is repeated; the first one is used");
   }
   const XMLElement& child(const XMLElement& of, const char* name) const {
     const XMLElement* e = of.FirstChildElement(name);
@@ -378,7 +379,7 @@ class Checker {
     return e && e->Attribute("filename") && *e->Attribute("filename") ? e : nullptr;
   }
   static bool has_look(const XMLElement& material) { return material.FirstChildElement("color") || texture(material); }
-  /// Red, green, blue and alpha, where it has such as can be taken.
+  /// Red, green, blue and alpha; nullopt: there is no valid colour.
   std::optional<Colour> colour(const XMLElement& material) {
     const XMLElement* e = material.FirstChildElement("color");
     try {
@@ -392,7 +393,7 @@ class Checker {
     } catch (const Refusal& refusal) { document_.warnings.push_back(refusal.error.message + "; the color is left out"); }
     return std::nullopt;
   }
-  /// The colour of the document; liburdfdom insists on one.
+  /// Writes the document's colour. liburdfdom requires one.
   std::optional<Colour> define(const XMLElement& material, const std::string& name) {
     open("material");
     put("name", name.c_str());
@@ -408,13 +409,13 @@ class Checker {
     close();
     return rgba;
   }
-  /// All materials are written before the links, so that a link may refer to what a later one defines.
+  /// Writes all materials before the links, so that a link may refer to a material that is defined later.
   void collect_materials(const XMLElement& robot) {
     for (const XMLElement* e = robot.FirstChildElement("material"); e; e = e->NextSiblingElement("material")) {
       const std::string name = name_of(*e);
-      if (!has_look(*e)) continue;  // who refers to it is warned
+      if (!has_look(*e)) continue;  // a reference to it causes a warning
       if (const auto first = materials_.find(name); first != materials_.end())
-        refuse(*e, "expected another name: there is such a material in line " + std::to_string(first->second.line));
+        refuse(*e, "expected a unique name: it is the name of another material in line " + std::to_string(first->second.line));
       materials_.emplace(name, Defined{e->GetLineNum(), define(*e, name)});
     }
     for (const XMLElement* l = robot.FirstChildElement("link"); l; l = l->NextSiblingElement("link"))
@@ -429,7 +430,7 @@ class Checker {
   void geometry(const XMLElement& of) {
     const XMLElement& e = child(of, "geometry");
     const XMLElement* shape = e.FirstChildElement();
-    if (!shape) refuse(e, "expected an element out of box, cylinder, sphere, capsule, mesh");
+    if (!shape) refuse(e, "expected one of the elements box, cylinder, sphere, capsule, mesh");
     const std::string_view kind = shape->Name();
     const bool is_capsule = kind == "capsule";
     open("geometry");
@@ -449,7 +450,7 @@ class Checker {
       put("filename", file.c_str());
       vector3(*shape, "scale");
     } else {
-      refuse(e, "expected an element out of box, cylinder, sphere, capsule, mesh; found " + quoted(kind));
+      refuse(e, "expected one of the elements box, cylinder, sphere, capsule, mesh; found " + quoted(kind));
     }
     close();
     close();
@@ -501,7 +502,7 @@ class Checker {
   void link(const XMLElement& e) {
     const std::string name = name_of(e);
     const auto [first, added] = links_.emplace(name, document_.links.size());
-    if (!added) refuse(e, "expected another name: there is such a link in line " + std::to_string(document_.links[first->second].line));
+    if (!added) refuse(e, "expected a unique name: it is the name of another link in line " + std::to_string(document_.links[first->second].line));
     document_.links.push_back({name, static_cast<std::uint32_t>(e.GetLineNum())});
     link_elements_.push_back(&e);
     expect_once(e, {"inertial"});
@@ -516,11 +517,11 @@ class Checker {
   void joint(const XMLElement& e) {
     const std::string name = name_of(e);
     const auto [first, added] = joints_.emplace(name, document_.joints.size());
-    if (!added) refuse(e, "expected another name: there is such a joint in line " + std::to_string(document_.joints[first->second].line));
+    if (!added) refuse(e, "expected a unique name: it is the name of another joint in line " + std::to_string(document_.joints[first->second].line));
     const std::string type = required(e, "type");
     const auto types = {"revolute", "continuous", "prismatic", "fixed", "floating", "planar"};
     if (std::find(types.begin(), types.end(), type) == types.end())
-      refuse(e, "expected a type out of revolute, continuous, prismatic, fixed, floating, planar; found " + quoted(type));
+      refuse(e, "expected one of the types revolute, continuous, prismatic, fixed, floating, planar; found " + quoted(type));
     expect_once(e, {"origin", "parent", "child", "axis", "limit", "dynamics", "safety_controller", "mimic"});
     open("joint");
     put("name", name.c_str());
@@ -559,7 +560,7 @@ class Checker {
     if (!(length > 0) || !std::isfinite(length)) refuse(*e, "expected an axis with a direction, found " + quoted(e->Attribute("xyz")));
     close();
   }
-  /// A limit. Without the attribute, or with one that is no bound: nothing.
+  /// Reads a limit; nullopt: the attribute is missing or infinite.
   std::optional<double> limit(const XMLElement& e, const char* name) const {
     const auto text = attribute(e, name);
     if (!text) return std::nullopt;
@@ -569,7 +570,7 @@ class Checker {
       if (word == endless) return std::nullopt;
     return parsed(e, name, trimmed(*text));
   }
-  /// liburdfdom insists on numbers that many descriptions do not have; it gets others, and those of the document stay here.
+  /// liburdfdom requires numbers that many descriptions lack. It gets default values; the document's own values are kept in Document.
   std::optional<Limits> limits(const XMLElement& joint, const std::string& type) {
     const bool bounded = type == "revolute" || type == "prismatic";
     if (bounded) {
@@ -580,7 +581,7 @@ class Checker {
     }
     const XMLElement* e = joint.FirstChildElement("limit");
     if (!e) {
-      if (bounded) warn(joint, "expected an element <limit>, which " + type + " joints need; taken as without limits");
+      if (bounded) warn(joint, "expected an element <limit>, which " + type + " joints need; taken as unlimited");
       return std::nullopt;
     }
     Limits limits{limit(*e, "lower"), limit(*e, "upper"), limit(*e, "velocity"), limit(*e, "effort")};
@@ -588,9 +589,9 @@ class Checker {
     if (!bounded) {
       limits.lower = limits.upper = std::nullopt;
     } else if (!has_lower && !has_upper) {
-      warn(*e, "has neither lower nor upper; taken as without limits of the position");
+      warn(*e, "has neither lower nor upper; the position is taken as unlimited");
     } else {
-      if (!has_lower) limits.lower = 0;  // says URDF
+      if (!has_lower) limits.lower = 0;  // the default of URDF
       if (!has_upper) limits.upper = 0;
       if (limits.lower && limits.lower == limits.upper)
         warn(*e, "lower and upper are both " + rdf::lexical::format(*limits.lower) + ": the joint cannot move");
@@ -601,9 +602,9 @@ class Checker {
       }
     }
     for (const auto& [name, value] : {std::pair<const char*, std::optional<double>*>{"effort", &limits.effort}, {"velocity", &limits.velocity}}) {
-      if (type != "fixed" && !e->Attribute(name)) warn(*e, "has no " + std::string(name) + "; taken as without a limit of it");
+      if (type != "fixed" && !e->Attribute(name)) warn(*e, "has no " + std::string(name) + "; taken as unlimited");
       if (value->value_or(0) >= 0) continue;
-      warn(*e, "expected " + std::string(name) + " of at least 0, found " + rdf::lexical::format(**value) + "; taken as without a limit of it");
+      warn(*e, "expected " + std::string(name) + " of at least 0, found " + rdf::lexical::format(**value) + "; taken as unlimited");
       value->reset();
     }
     if (!limits.lower && !limits.upper && !limits.velocity && !limits.effort) return std::nullopt;
@@ -618,7 +619,7 @@ class Checker {
   }
   static bool has_position(std::string_view type) { return type == "revolute" || type == "continuous" || type == "prismatic"; }
   void mimic(const XMLElement& e, const std::string& type) {
-    if (!has_position(type)) return warn(e, "a " + type + " joint can mimic none; left out");
+    if (!has_position(type)) return warn(e, "a " + type + " joint cannot mimic another joint; left out");
     const std::string name = required(e, "joint");
     const auto found = types_.find(name);
     if (found == types_.end()) return warn(e, "there is no joint " + quoted(name) + " in the document; left out");
@@ -632,19 +633,19 @@ class Checker {
     close();
   }
 
-  // --- the whole
+  // --- the whole document
 
   void check_tree() const {
     constexpr std::size_t none = static_cast<std::size_t>(-1);
-    std::vector<std::size_t> before(links_.size(), none);  // the joint
+    std::vector<std::size_t> before(links_.size(), none);  // the joint whose child it is
     for (std::size_t j = 0; j < ends_.size(); ++j) {
       std::size_t& joint = before[links_.at(ends_[j].child)];
       if (joint != none)
-        refuse(*ends_[j].element, "expected a link that is the child of one joint; " + quoted(ends_[j].child) + " is that of " +
-                                      with_line(*ends_[joint].element) + ", too");
+        refuse(*ends_[j].element, "expected a link that is the child of one joint; " + quoted(ends_[j].child) + " is also the child of " +
+                                      with_line(*ends_[joint].element));
       joint = j;
     }
-    // Each link has one joint before it at most: going back ends at a root, or goes round.
+    // Each link is the child of at most one joint. Following the parents ends at a root or in a cycle.
     enum : char { unknown, on_the_way, good };
     std::vector<char> seen(links_.size(), unknown);
     std::vector<std::size_t> way;
@@ -658,7 +659,7 @@ class Checker {
         at = links_.at(ends_[before[at]].parent);
         if (seen[at] == on_the_way)
           refuse(*ends_[before[at]].element,
-                 "expected a tree; the joints lead round in a circle, back to its child " + quoted(document_.links[at].name));
+                 "expected a tree; the joints form a cycle through its child " + quoted(document_.links[at].name));
       }
       for (const std::size_t l : way) seen[l] = good;
     }
@@ -666,8 +667,8 @@ class Checker {
     for (std::size_t l = 0; l < before.size(); ++l) {
       if (before[l] != none) continue;
       if (root != none)
-        refuse(*link_elements_[l], "expected to be the child of a joint: one link is that of none, and there is " +
-                                       with_line(*link_elements_[root]) + " already");
+        refuse(*link_elements_[l], "expected to be the child of a joint: only the root link is not one, and the root link is " +
+                                       with_line(*link_elements_[root]));
       root = l;
     }
   }
@@ -677,16 +678,16 @@ class Checker {
     for (const auto& [e, joint] : mimics_) {
       std::size_t steps = 0;
       for (auto at = of.find(joint); at != of.end(); at = of.find(at->second))
-        if (++steps > most_mimics)
-          refuse(*e, "expected a joint that somebody moves; from one that is mimicked to the next none is found in " +
-                         std::to_string(most_mimics) + " steps");
+        if (++steps > max_mimics)
+          refuse(*e, "expected a chain of mimic joints that ends at a joint without <mimic>; it does not end within " +
+                         std::to_string(max_mimics) + " steps");
     }
   }
 
   const ParseOptions& options_;
   Document& document_;
   tinyxml2::XMLDocument out_;
-  tinyxml2::XMLNode* at_ = &out_;  // where the next element is written
+  tinyxml2::XMLNode* at_ = &out_;  // the parent of the next element
   bool has_quaternions_ = false;
   std::unordered_map<std::string, std::string> types_;           // of joints, by name
   std::unordered_map<std::string, Defined> materials_;           // by name
@@ -696,7 +697,7 @@ class Checker {
   std::vector<std::pair<const XMLElement*, std::size_t>> mimics_;  // element, index of its joint
 };
 
-/// Why a text is no XML, by what the reader says.
+/// Describes an error of tinyxml2.
 Error no_xml(const tinyxml2::XMLDocument& xml) {
   const auto line = static_cast<std::uint32_t>(std::max(0, xml.ErrorLineNum()));
   const std::string_view said = xml.ErrorStr() ? xml.ErrorStr() : "";
@@ -706,16 +707,16 @@ Error no_xml(const tinyxml2::XMLDocument& xml) {
   std::string found;
   switch (xml.ErrorID()) {
     case tinyxml2::XML_ERROR_EMPTY_DOCUMENT: return {Errc::expected_value, "expected XML, found nothing"};
-    case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT: found = element + " and an end tag that is not its own, or none"; break;
-    case tinyxml2::XML_ERROR_PARSING_ATTRIBUTE: found = element + " with an attribute that is not quoted, not ended, or there twice"; break;
-    case tinyxml2::XML_ERROR_PARSING_ELEMENT: found = "a tag that is not ended"; break;
-    case tinyxml2::XML_ERROR_PARSING_TEXT: found = "text that is in no element, or not ended"; break;
-    case tinyxml2::XML_ERROR_PARSING_COMMENT: found = "a comment that is not ended"; break;
-    case tinyxml2::XML_ERROR_PARSING_CDATA: found = "a CDATA section that is not ended"; break;
-    case tinyxml2::XML_ERROR_PARSING_DECLARATION: found = "a declaration that is not ended, or not at the beginning"; break;
+    case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT: found = element + " and a wrong end tag or none"; break;
+    case tinyxml2::XML_ERROR_PARSING_ATTRIBUTE: found = element + " with an attribute that is not quoted, not terminated or repeated"; break;
+    case tinyxml2::XML_ERROR_PARSING_ELEMENT: found = "an unterminated tag"; break;
+    case tinyxml2::XML_ERROR_PARSING_TEXT: found = "text outside an element, or unterminated text"; break;
+    case tinyxml2::XML_ERROR_PARSING_COMMENT: found = "an unterminated comment"; break;
+    case tinyxml2::XML_ERROR_PARSING_CDATA: found = "an unterminated CDATA section"; break;
+    case tinyxml2::XML_ERROR_PARSING_DECLARATION: found = "a declaration that is unterminated or not at the beginning"; break;
     case tinyxml2::XML_ELEMENT_DEPTH_EXCEEDED:
       return {Errc::limit_exceeded, "line " + std::to_string(line) + ": expected elements nested less deeply", std::nullopt, line};
-    default: found = "what is none"; break;
+    default: found = "text that is not XML"; break;
   }
   return {Errc::expected_value, "line " + std::to_string(line) + ": expected XML, found " + found, std::nullopt, line};
 }

@@ -12,7 +12,7 @@
 
 namespace lrt::urdf {
 
-/// A URDF that has been judged: what liburdfdom gets to see, and what it does not keep.
+/// A checked URDF: the text for liburdfdom, and values that liburdfdom does not keep.
 struct Document {
   struct Link {
     std::string name;
@@ -23,13 +23,13 @@ struct Document {
     std::uint32_t line = 0;
     std::optional<Limits> limits;
   };
-  /// A visual or collision: what liburdfdom does not keep, or as floats.
+  /// A visual or collision: values that liburdfdom does not keep, or keeps as float.
   struct Shape {
     bool is_capsule = false;  ///< written as a cylinder
     std::optional<std::array<double, 4>> colour;
   };
 
-  /// Written anew: links, joints and materials, with what URDF says of them and nothing else, in the syntax of all XML readers.
+  /// The document rewritten: links, joints and materials with URDF's own elements only, in plain XML.
   std::string text;
   std::vector<Link> links;  ///< in the document's order
   std::vector<Joint> joints;
@@ -37,7 +37,7 @@ struct Document {
   std::vector<std::string> warnings;
 };
 
-/// Says all that can be wrong with a description, with the element and its line: liburdfdom then has nothing to complain of.
+/// Checks a description completely, so that liburdfdom finds no error. An error names the element and its line.
 /// @par Errors  as parse()
 Result<Document> check(std::string_view text, const ParseOptions& options);
 

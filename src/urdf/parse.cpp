@@ -17,13 +17,13 @@
 namespace lrt::urdf {
 namespace {
 
-/// What liburdfdom says on this thread goes to a text for as long as this lives; what others say goes where it went. The handler of the
-/// process, and the one that was before it, are put back.
+/// Captures the messages that liburdfdom logs on this thread during its lifetime. Messages of other threads go to the previous handler. The
+/// destructor restores the process's handler and its predecessor.
 class Listening final : public console_bridge::OutputHandler {
  public:
   explicit Listening(std::string& said) : said_(said), lock_(one_at_a_time()) {
     now_ = console_bridge::getOutputHandler();
-    console_bridge::restorePreviousOutputHandler();  // exchanges the two
+    console_bridge::restorePreviousOutputHandler();  // swaps both handlers
     before_ = console_bridge::getOutputHandler();
     console_bridge::useOutputHandler(this);
   }
@@ -54,7 +54,7 @@ class Listening final : public console_bridge::OutputHandler {
   console_bridge::OutputHandler* before_ = nullptr;
 };
 
-/// A link owns the links after it: they are parted first, or a long chain would end in as many calls within calls.
+/// A link owns its child links. They are detached before destruction: a long chain would recurse once for each link.
 struct LinkByLink {
   ::urdf::ModelInterfaceSharedPtr model;
   void operator()(const ::urdf::ModelInterface*) const {
@@ -127,7 +127,7 @@ Joint joint(const ::urdf::Joint& from) {
   return to;
 }
 
-/// Of a body that has some extent, no principal moment is negative, and none exceeds the sum of the other two.
+/// Whether an inertia is physically possible: no principal moment is negative, and none exceeds the sum of the other two.
 bool is_of_a_body(const Inertial& inertial) {
   const auto& [xx, xy, xz, yy, yz, zz] = inertial.inertia;
   Eigen::Matrix3d tensor;
@@ -135,7 +135,7 @@ bool is_of_a_body(const Inertial& inertial) {
   const double scale = tensor.cwiseAbs().maxCoeff();
   if (!(scale > 0)) return true;
   const Eigen::Vector3d moments = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(tensor / scale, Eigen::EigenvaluesOnly).eigenvalues();
-  constexpr double rounded = 1e-3;  // documents give a few digits
+  constexpr double rounded = 1e-3;  // documents contain few digits
   return moments[0] >= -rounded && moments[2] <= moments[0] + moments[1] + rounded;
 }
 
@@ -151,13 +151,13 @@ Result<Model> parse(std::string_view text, const ParseOptions& options) {
   if (!document) return Unexpected{std::move(document).error()};
   std::string said;
   const std::shared_ptr<const ::urdf::ModelInterface> built = build(document->text, said);
-  if (!built) return unexpected(Errc::expected_value, "liburdfdom: " + (said.empty() ? "refused without a word" : said));
+  if (!built) return unexpected(Errc::expected_value, "liburdfdom: " + (said.empty() ? "refused without a message" : said));
 
   Model model;
   model.name = built->getName();
   model.warnings = std::move(document->warnings);
   std::unordered_map<std::string_view, std::size_t> links, joints;
-  std::size_t number = 0;  // of the shape
+  std::size_t number = 0;  // index of the shape
   for (const Document::Link& element : document->links) {
     const ::urdf::LinkConstSharedPtr from = built->getLink(element.name);
     if (!from) return unexpected(Errc::expected_value, "liburdfdom has lost link \"" + element.name + '"');
@@ -177,7 +177,7 @@ Result<Model> parse(std::string_view text, const ParseOptions& options) {
     const ::urdf::Inertial& i = *from->inertial;
     to.inertial = Inertial{pose(i.origin), i.mass, {i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz}};
     if (!is_of_a_body(*to.inertial))
-      model.warnings.push_back("link \"" + to.name + "\" (line " + std::to_string(to.line) + "): no body has such an inertia");
+      model.warnings.push_back("link \"" + to.name + "\" (line " + std::to_string(to.line) + "): the inertia is physically impossible");
   }
   if (number != document->shapes.size()) return unexpected(Errc::expected_value, "liburdfdom has lost a visual or collision");
   for (const Document::Joint& element : document->joints) joints.emplace(element.name, joints.size());

@@ -22,7 +22,7 @@ constexpr Unit newton_second_per_metre{Iri{"http://qudt.org/vocab/unit/N-SEC-PER
 constexpr Unit per_second{Iri{"http://qudt.org/vocab/unit/PER-SEC"}, {}, "/s"};
 constexpr Unit kilogram_square_metre{Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, {}, "kg.m2"};
 
-// Not Isometry3d and Quaterniond, which are aligned as compiler flags say: the templates of this library and of its host meet in one program.
+// Unaligned types: the alignment of Isometry3d and Quaterniond depends on compiler flags, which may differ between the library and its host.
 using Isometry = Eigen::Transform<double, 3, Eigen::Isometry, Eigen::DontAlign>;
 using Quaternion = Eigen::Quaternion<double, Eigen::DontAlign>;
 
@@ -37,7 +37,7 @@ struct UnitsOf {
   static constexpr const Unit& damping = angular ? newton_metre_second_per_radian : newton_second_per_metre;
 };
 
-// What is constant of joints and links, as values of properties; the units follow the joint's type.
+// The constant properties of joints and links. The units depend on the joint's type.
 template <bool angular>
 struct LimitsOf : Limits {};
 template <bool angular>
@@ -163,7 +163,7 @@ Isometry isometry(const Pose& pose) {
 
 Eigen::Vector3d vector(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 
-/// A file's name in a description: an IRI if it is one, but for characters that its author did not encode; else what it is.
+/// A file name of a description. If it is an IRI except for unencoded characters, these are encoded; else the text is kept.
 Object file(std::string_view name) {
   std::string text;
   constexpr char hex[] = "0123456789ABCDEF";
@@ -216,7 +216,7 @@ class Robot::Impl {
     turn();
   }
 
-  // --- the control loop's
+  // --- for the control loop
 
   void publish(Numbers positions, Numbers velocities, Numbers efforts) noexcept {
     const auto finite = [](Numbers numbers, std::size_t i) { return i < numbers.size() && std::isfinite(numbers[i]); };
@@ -266,18 +266,18 @@ class Robot::Impl {
  private:
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
   static constexpr int most_in_list = 512;
-  using List = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::DontAlign, most_in_list, 1>;  // published without an allocation
+  using List = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::DontAlign, most_in_list, 1>;  // publish() does not allocate
 
-  /// A joint that has a position.
+  /// A joint with a position.
   struct Moving {
-    std::size_t joint, source;  ///< the one that it mimics in the end; itself
+    std::size_t joint, source;  ///< the joint at the end of its chain of mimics; itself if it mimics none
     double multiplier, offset;
-    std::size_t variable;  ///< where the source is in Model::variables
+    std::size_t variable;  ///< index of the source in Model::variables
     Property<double> position, velocity, effort;
     std::optional<Property<Eigen::AngleAxisf>> rotation;
     Eigen::Vector3f axis;
   };
-  /// A joint as kinematics sees it.
+  /// A joint in the kinematic computation.
   struct Step {
     std::size_t joint, parent, child;
     JointType type;
@@ -310,8 +310,8 @@ class Robot::Impl {
     return name == "." || name == ".." ? name + '_' : name;
   }
   void name_all() {
-    std::unordered_set<std::string> taken = {"actions", "blueprint", "positions", "state", "subscriptions"};  // the robot's own
-    std::unordered_map<std::string, std::size_t> counts;  // of those whose path was taken
+    std::unordered_set<std::string> taken = {"actions", "blueprint", "positions", "state", "subscriptions"};  // paths of the robot's own resources
+    std::unordered_map<std::string, std::size_t> counts;  // of duplicate paths
     const auto take = [&](const std::string& name, const char* suffix) {
       const std::string wanted = segment(name);
       std::string path = wanted;
@@ -354,7 +354,7 @@ class Robot::Impl {
   void describe_robot() {
     thing_->title(model_.name.empty() ? "robot" : model_.name).type(vocab::ros::Robot);
     thing_->add(vocab::lrt::rootLink, Object::resource(link_paths_[model_.root]));
-    // Which joint is which in the list: an RDF list of them, relative to the Thing.
+    // The joints of the list, in its order: an RDF list relative to the Thing.
     std::string order = "<> <" + std::string(vocab::lrt::positionsOf.text) + "> (";
     const std::size_t below = path_.rfind('/') == std::string::npos ? 0 : path_.rfind('/') + 1;
     int count = 0;
@@ -388,7 +388,7 @@ class Robot::Impl {
     else describe_numbers<false>(thing, index);
   }
   template <bool angular>
-  void describe_numbers(Thing& thing, std::size_t index) {  // what moves first, as people will look for it
+  void describe_numbers(Thing& thing, std::size_t index) {  // moving properties first, for readers
     describe_motion<angular>(thing, index);
     const Joint& joint = model_.joints[index];
     const Object before = Object::resource(link_paths_[joint.parent]), after = Object::resource(link_paths_[joint.child]);
@@ -479,14 +479,14 @@ class Robot::Impl {
     if (shape.material && !shape.material->texture.empty()) property.add(vocab::lrt::texture, file(shape.material->texture));
   }
 
-  std::vector<std::vector<std::size_t>> after_;  // of a link: the joints
+  std::vector<std::vector<std::size_t>> after_;  // joints whose parent is this link
   std::vector<Step> steps_;                      // parents first
   std::vector<double> values_;                   // of each joint
   std::vector<Isometry> free_;          // of each joint, where it is floating or planar
   std::vector<Isometry> poses_;         // of each link
   std::vector<bool> moves_;                      // of each link
   std::vector<Moving> moving_;
-  std::vector<std::size_t> of_joint_;  // where each joint is in moving_
+  std::vector<std::size_t> of_joint_;  // index of each joint in moving_
   std::vector<Property<Isometry>> link_poses_;
   std::optional<Property<List>> all_;
   List list_;
@@ -524,7 +524,7 @@ Result<Robot> load(const std::string& file, const ParseOptions& options) {
   std::ifstream in(file, std::ios::binary);
   std::string text;
   char block[64 * 1024];
-  while (in && text.size() <= options.max_bytes) {  // what has no end is not read to its end
+  while (in && text.size() <= options.max_bytes) {  // bounded, because a file may be endless
     in.read(block, sizeof block);
     text.append(block, static_cast<std::size_t>(in.gcount()));
   }

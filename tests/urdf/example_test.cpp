@@ -44,7 +44,7 @@ class Running {
 
 }  // namespace
 
-TEST_CASE("a recording is read by joints' names or by number, and played between its lines", "[urdf][examples]") {
+TEST_CASE("a recording is read by joint names or by number, and interpolated between its lines", "[urdf][examples]") {
   const urdf::Robot robot = picker();
   std::vector<double> q(5, 9), dq(5, 9), tau(5, 9);
   Trajectory named =
@@ -63,7 +63,7 @@ TEST_CASE("a recording is read by joints' names or by number, and played between
   CHECK(tau[2] == 4);
 }
 
-TEST_CASE("what is no recording is refused with its line", "[urdf][examples]") {
+TEST_CASE("an invalid recording is refused with the line", "[urdf][examples]") {
   CHECK(refusal("") == "line 1: expected the names of columns, found nothing");
   CHECK(refusal("q1,t\n") == "line 1: expected the names of columns, t or time first, found \"q1\"");
   CHECK(refusal("t,q6\n") == "line 1: expected a joint that moves, or q, dq or tau with a number from 1 to 5, found column \"q6\"");
@@ -78,7 +78,7 @@ TEST_CASE("what is no recording is refused with its line", "[urdf][examples]") {
   CHECK(Trajectory::load("/nowhere/x.csv", picker().model()).error().code == Errc::io_error);
 }
 
-TEST_CASE("a robot with a recording moves as it says", "[urdf][examples]") {
+TEST_CASE("a robot with a recording follows it", "[urdf][examples]") {
   urdf::Robot robot = picker();
   Trajectory trajectory = Trajectory::parse("t,slide,dq_slide,tau_slide\n0,0,0.1,5\n1,0.1,0.1,5\n", robot.model()).value();
   Running running(std::move(robot), std::move(trajectory));
@@ -90,7 +90,7 @@ TEST_CASE("a robot with a recording moves as it says", "[urdf][examples]") {
   CHECK(running.bench.turtle("PUT", "/picker/slide/position", number_body("0.2")).status == 405);
 }
 
-TEST_CASE("without a recording joints go where clients say, as fast as they may", "[urdf][examples][R0.5][R0.8]") {
+TEST_CASE("without a recording joints move to the targets of clients, within their velocity limits", "[urdf][examples][R0.5][R0.8]") {
   Running running(picker());
   Bench& bench = running.bench;
   CHECK(bench.turtle("PUT", "/picker/slide/position", "<> a maths:Scalar ; vom:numericalValue 0.2 ; qudt:unit unit:M .").status == 204);

@@ -43,23 +43,23 @@ const std::string limit = "<limit lower='-1' upper='2' velocity='3' effort='4'/>
 
 }  // namespace
 
-TEST_CASE("an element that stands twice counts once, with a warning", "[urdf]") {
+TEST_CASE("of a repeated element the first one is used, with a warning", "[urdf]") {
   const auto model = urdf::parse(two_links("revolute", limit + "\n<origin xyz='1 0 0'/><origin xyz='2 0 0'/><parent link='b'/>" + limit)).value();
   CHECK(model.joints[0].origin.position[0] == 1);
-  CHECK(model.warnings == std::vector<std::string>{"origin of joint \"j\" (line 6): stands there twice; the first counts",
-                                                   "parent of joint \"j\" (line 6): stands there twice; the first counts",
-                                                   "limit of joint \"j\" (line 6): stands there twice; the first counts"});
+  CHECK(model.warnings == std::vector<std::string>{"origin of joint \"j\" (line 6): is repeated; the first one is used",
+                                                   "parent of joint \"j\" (line 6): is repeated; the first one is used",
+                                                   "limit of joint \"j\" (line 6): is repeated; the first one is used"});
 }
 
-TEST_CASE("a limit below 0 is none, with a warning", "[urdf]") {
+TEST_CASE("a limit below 0 is ignored with a warning", "[urdf]") {
   const auto model = urdf::parse(two_links("revolute", "<limit lower='-1' upper='1' velocity='-3' effort='-1'/>")).value();
   CHECK_FALSE(model.joints[0].limits->velocity);
   CHECK_FALSE(model.joints[0].limits->effort);
   CHECK(model.warnings.size() == 2);
-  CHECK(model.warnings[1] == "limit of joint \"j\" (line 5): expected velocity of at least 0, found -3; taken as without a limit of it");
+  CHECK(model.warnings[1] == "limit of joint \"j\" (line 5): expected velocity of at least 0, found -3; taken as unlimited");
 }
 
-TEST_CASE("arguments of xacro are replaced where they are given", "[urdf]") {
+TEST_CASE("arguments of xacro are replaced if the options give values", "[urdf]") {
   const std::string text = "<robot name='r' xmlns:xacro='x'><xacro:arg name='p' default=''/><link name='$(arg p)base_${p}'/></robot>";
   urdf::ParseOptions options;
   options.arguments["p"] = "left_";
@@ -70,7 +70,7 @@ TEST_CASE("arguments of xacro are replaced where they are given", "[urdf]") {
   CHECK(refusal("<robot name='r'><link name='$(find x)'/></robot>") == "");
 }
 
-TEST_CASE("a description is read with all that it says of joints", "[urdf]") {
+TEST_CASE("all elements and attributes of joints are read", "[urdf]") {
   const urdf::Model m = urdf::parse(text_of(picker_file)).value();
   CHECK(m.name == "picker");
   CHECK(m.warnings.empty());
@@ -111,7 +111,7 @@ TEST_CASE("a description is read with all that it says of joints", "[urdf]") {
   CHECK(m.joints[6].mimic->offset == 0);
 }
 
-TEST_CASE("a description is read with all that it says of links", "[urdf]") {
+TEST_CASE("all elements and attributes of links are read", "[urdf]") {
   const urdf::Model m = urdf::parse(R"(<robot name="r">
     <material name="red"><color rgba="1 0 0 0.5"/></material>
     <link name="a">
@@ -173,20 +173,20 @@ TEST_CASE("every joint type is read, and an axis becomes a unit vector", "[urdf]
   }
 }
 
-TEST_CASE("what is no description gets one error with the element and its line", "[urdf]") {
+TEST_CASE("an invalid description gives one error with the element and its line", "[urdf]") {
   CHECK(refusal(two_links("spin")) ==
-        "joint \"j\" (line 4): expected a type out of revolute, continuous, prismatic, fixed, floating, planar; found \"spin\"");
+        "joint \"j\" (line 4): expected one of the types revolute, continuous, prismatic, fixed, floating, planar; found \"spin\"");
   const auto error = urdf::parse(two_links("spin")).error();
   CHECK(error.code == Errc::expected_value);
   CHECK(error.line == 4);
 
   CHECK(refusal("") == "expected XML, found nothing");
   CHECK(refusal("<robot name='r'>\n<link name='a'>\n</robot>") ==
-        "line 2: expected XML, found <link> and an end tag that is not its own, or none");
+        "line 2: expected XML, found <link> and a wrong end tag or none");
   CHECK(refusal("<robot name='r'>\n<link name=a/></robot>") ==
-        "line 2: expected XML, found <link> with an attribute that is not quoted, not ended, or there twice");
-  CHECK(refusal("<robot name='r'>\n<!-- </robot>") == "line 2: expected XML, found a comment that is not ended");
-  CHECK(refusal("robot") == "line 1: expected XML, found text that is in no element, or not ended");
+        "line 2: expected XML, found <link> with an attribute that is not quoted, not terminated or repeated");
+  CHECK(refusal("<robot name='r'>\n<!-- </robot>") == "line 2: expected XML, found an unterminated comment");
+  CHECK(refusal("robot") == "line 1: expected XML, found text outside an element, or unterminated text");
   CHECK(refusal("<robot name='r'><link name='a'></link></robot>\n</robot><more/>") ==
         "line 2: expected no end tag without an element, found \"</robot>\"");
   CHECK(refusal("<robot name='r'>\n<link name='&foo;'/></robot>") ==
@@ -210,14 +210,14 @@ TEST_CASE("what is no description gets one error with the element and its line",
   CHECK(refusal("<robot name='r'>\n<link/></robot>") == "link (line 2): expected an attribute name");
   CHECK(refusal("<robot name='r'>\n<link name=''/></robot>") == "link \"\" (line 2): expected a name, found an empty one");
   CHECK(refusal("<robot name='r'>\n<link name='a'/>\n<link name='a'/></robot>") ==
-        "link \"a\" (line 3): expected another name: there is such a link in line 2");
+        "link \"a\" (line 3): expected a unique name: it is the name of another link in line 2");
   CHECK(refusal(std::string("<robot name='r\0'/>", 18)) == "line 1: expected XML, found U+0000");
   CHECK(refusal("\xFF\xFE<") == "expected UTF-8, found UTF-16");
   CHECK(refusal("<robot name='r'><link name='a&#1;'/></robot>").find("without control characters") != std::string::npos);
   CHECK(refusal("<robot name='r'><link name='&#xD800;'/></robot>") != "");
 }
 
-TEST_CASE("what is seen, collides or weighs is left out where it is wrong, with a warning", "[urdf]") {
+TEST_CASE("an invalid visual, collision or inertial is left out with a warning", "[urdf]") {
   const std::string inertia = "<inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/>";
   CHECK(warnings_of_link("<inertial>" + inertia + "</inertial>") ==
         "inertial of link \"a\" (line 3): has no element <mass> and is left out");
@@ -233,10 +233,10 @@ TEST_CASE("what is seen, collides or weighs is left out where it is wrong, with 
         "inertia of link \"a\" (line 4): expected an attribute izz");
   CHECK(warnings_of_link("<visual/>") == "visual of link \"a\" (line 3): expected an element <geometry>; the visual is left out");
   CHECK(warnings_of_link("<visual><geometry/></visual>") ==
-        "geometry of link \"a\" (line 3): expected an element out of box, cylinder, sphere, capsule, mesh; the visual is left out");
+        "geometry of link \"a\" (line 3): expected one of the elements box, cylinder, sphere, capsule, mesh; the visual is left out");
   CHECK(
       warnings_of_link("<collision><geometry><plane normal='0 0 1'/></geometry></collision>") ==
-      "geometry of link \"a\" (line 3): expected an element out of box, cylinder, sphere, capsule, mesh; found \"plane\"; the collision is "
+      "geometry of link \"a\" (line 3): expected one of the elements box, cylinder, sphere, capsule, mesh; found \"plane\"; the collision is "
       "left out");
   CHECK(warnings_of_link("<visual><geometry><box size='1 2'/></geometry></visual>") ==
         "box of link \"a\" (line 3): expected 3 numbers as size, found \"1 2\"; the visual is left out");
@@ -270,7 +270,7 @@ TEST_CASE("what is seen, collides or weighs is left out where it is wrong, with 
   CHECK(link.collisions[1].kind == urdf::Shape::Kind::capsule);
 }
 
-TEST_CASE("a material may lack what nobody needs to move the robot", "[urdf]") {
+TEST_CASE("an incomplete material is accepted", "[urdf]") {
   const std::string sphere = "<visual><geometry><sphere radius='1'/></geometry>";
   const auto material = [&](const std::string& text) {
     return *urdf::parse(of_link(sphere + text + "</visual>")).value().links[0].visuals[0].material;
@@ -299,10 +299,10 @@ TEST_CASE("a material may lack what nobody needs to move the robot", "[urdf]") {
   CHECK_FALSE(material("<material name=''><texture filename='t.png'/></material>").colour);
   CHECK(material("<material name='x'><color rgba='0 0 0 1'/><texture filename=''/></material>").texture.empty());
   CHECK(refusal("<robot name='r'><material name='m'><color rgba='1 0 0 1'/></material>\n<material name='m'><color rgba='1 0 0 "
-                "1'/></material></robot>") == "material \"m\" (line 2): expected another name: there is such a material in line 1");
+                "1'/></material></robot>") == "material \"m\" (line 2): expected a unique name: it is the name of another material in line 1");
 }
 
-TEST_CASE("limits that a document does not have are none", "[urdf]") {
+TEST_CASE("missing limits have no value", "[urdf]") {
   const auto limits = [](const std::string& type, const std::string& attributes) {
     return urdf::parse(two_links(type, "<limit " + attributes + "/>")).value().joints[0].limits;
   };
@@ -311,15 +311,15 @@ TEST_CASE("limits that a document does not have are none", "[urdf]") {
   };
   const std::string at = "limit of joint \"j\" (line 5): ";
   CHECK(warnings(two_links("revolute")) ==
-        "joint \"j\" (line 4): expected an element <limit>, which revolute joints need; taken as without limits");
+        "joint \"j\" (line 4): expected an element <limit>, which revolute joints need; taken as unlimited");
   CHECK_FALSE(urdf::parse(two_links("prismatic")).value().joints[0].limits);
   CHECK(warned("revolute", "lower='-1' upper='1'") ==
-        at + "has no effort; taken as without a limit of it\n" + at + "has no velocity; taken as without a limit of it");
+        at + "has no effort; taken as unlimited\n" + at + "has no velocity; taken as unlimited");
   CHECK_FALSE(limits("revolute", "lower='-1' upper='1'")->velocity);
   CHECK_FALSE(limits("revolute", "lower='-1' upper='1'")->effort);
   CHECK(limits("revolute", "lower='-1' upper='1'")->lower == -1.0);
   CHECK(limits("revolute", "lower='-1' upper='1' effort='0' velocity='0'")->velocity == 0.0);
-  CHECK(warned("revolute", "effort='9' velocity='8'") == at + "has neither lower nor upper; taken as without limits of the position");
+  CHECK(warned("revolute", "effort='9' velocity='8'") == at + "has neither lower nor upper; the position is taken as unlimited");
   CHECK_FALSE(limits("revolute", "effort='9' velocity='8'")->upper);
   CHECK(limits("revolute", "effort='9' velocity='8'")->effort == 9.0);
   CHECK(limits("prismatic", "upper='2' effort='9' velocity='8'")->lower == 0.0);  // says URDF
@@ -361,7 +361,7 @@ TEST_CASE("a quaternion turns as roll, pitch and yaw do, from version 1.1 on", "
   CHECK(refusal(with("quat_xyzw='0 0 1'", "1.1")) == at + "expected 4 numbers as quat_xyzw, found \"0 0 1\"");
 }
 
-TEST_CASE("XML is read as people write it", "[urdf]") {
+TEST_CASE("common variants of XML are read", "[urdf]") {
   const std::string robot = "<robot name='r'><link name='a'/></robot>";
   for (const std::string& text :
        {"<?xml version='0.0' ?>" + robot, "\n<?xml version='1.0'?>\n" + robot, "<!-- licence -->\n<?xml version='1.0'?>" + robot,
@@ -382,7 +382,7 @@ TEST_CASE("XML is read as people write it", "[urdf]") {
         "\xC3\x83\xC2\xA9");
 }
 
-TEST_CASE("what others write into a description is passed over", "[urdf]") {
+TEST_CASE("foreign elements are ignored", "[urdf]") {
   const std::string text =
       "<robot name='r' version='1.2' xmlns='http://drake.mit.edu' xmlns:xacro='http://ros.org/wiki/xacro' xmlns:drake='d'>"
       "<link name='a' concave='yes'><contact><lateral_friction value='1'/></contact><sensor name='s'/>words"
@@ -400,18 +400,18 @@ TEST_CASE("what others write into a description is passed over", "[urdf]") {
   CHECK(m.joints[0].axis == std::array<double, 3>{0, 1, 0});
 }
 
-TEST_CASE("what is wrong with a joint is said", "[urdf]") {
+TEST_CASE("errors of joints are reported", "[urdf]") {
   CHECK(refusal(two_links("continuous", "<axis xyz='0 0 0'/>")) ==
         "axis of joint \"j\" (line 5): expected an axis with a direction, found \"0 0 0\"");
   CHECK(refusal(two_links("fixed", "<origin xyz='0 0 x'/>")) == "origin of joint \"j\" (line 5): expected a number as xyz, found \"x\"");
   CHECK(refusal(two_links("continuous", "<mimic/>")) == "mimic of joint \"j\" (line 5): expected an attribute joint");
   CHECK(
-      refusal(two_links("continuous", "<mimic joint='j'/>")).find("mimic of joint \"j\" (line 5): expected a joint that somebody moves") ==
+      refusal(two_links("continuous", "<mimic joint='j'/>")).find("mimic of joint \"j\" (line 5): expected a chain of mimic joints that ends") ==
       0);
   CHECK(
       refusal(two_links("continuous", "<mimic joint='k'/>",
                         "<link name='c'/><joint name='k' type='continuous'><parent link='a'/><child link='c'/><mimic joint='j'/></joint>"))
-          .find("expected a joint that somebody moves") != std::string::npos);
+          .find("expected a chain of mimic joints that ends") != std::string::npos);
   CHECK(refusal(two_links("continuous", "<safety_controller/>")) ==
         "safety_controller of joint \"j\" (line 5): expected an attribute k_velocity");
   CHECK(refusal("<robot name='r'><link name='a'/><joint name='j' type='fixed'><child link='a'/></joint></robot>") ==
@@ -419,24 +419,24 @@ TEST_CASE("what is wrong with a joint is said", "[urdf]") {
   CHECK(refusal("<robot name='r'><link name='a'/><joint name='j' type='fixed'><parent link='x'/><child link='a'/></joint></robot>") ==
         "parent of joint \"j\" (line 1): expected a link of the document, found \"x\"");
   CHECK(refusal(two_links("fixed", "", "<link name='c'/><joint name='j' type='fixed'><parent link='a'/><child link='c'/></joint>")) ==
-        "joint \"j\" (line 6): expected another name: there is such a joint in line 4");
+        "joint \"j\" (line 6): expected a unique name: it is the name of another joint in line 4");
 }
 
-TEST_CASE("what is no tree is refused", "[urdf]") {
+TEST_CASE("a description that is not a tree is refused", "[urdf]") {
   CHECK(refusal(two_links("fixed", "", "<link name='c'/>")) ==
-        "link \"c\" (line 6): expected to be the child of a joint: one link is that of none, and there is link \"a\" (line 2) already");
+        "link \"c\" (line 6): expected to be the child of a joint: only the root link is not one, and the root link is link \"a\" (line 2)");
   CHECK(refusal(two_links("fixed", "", "<joint name='k' type='fixed'><parent link='a'/><child link='b'/></joint>")) ==
-        "joint \"k\" (line 6): expected a link that is the child of one joint; \"b\" is that of joint \"j\" (line 4), too");
+        "joint \"k\" (line 6): expected a link that is the child of one joint; \"b\" is also the child of joint \"j\" (line 4)");
   CHECK(
       refusal(two_links("fixed", "", "<joint name='k' type='fixed'><parent link='b'/><child link='a'/></joint>")).find("expected a tree") !=
       std::string::npos);
   CHECK(refusal("<robot name='r'><link name='a'/><joint name='j' type='fixed'><parent link='a'/><child link='a'/></joint></robot>") ==
-        "joint \"j\" (line 1): expected a tree; the joints lead round in a circle, back to its child \"a\"");
+        "joint \"j\" (line 1): expected a tree; the joints form a cycle through its child \"a\"");
   // A circle beside a tree.
   CHECK(refusal(two_links("fixed", "",
                           "<link name='c'/><link name='d'/><joint name='k' type='fixed'><parent link='c'/><child link='d'/></joint>"
                           "<joint name='l' type='fixed'><parent link='d'/><child link='c'/></joint>"))
-            .find("the joints lead round in a circle") != std::string::npos);
+            .find("the joints form a cycle") != std::string::npos);
 }
 
 TEST_CASE("xacro that was not expanded is refused with a hint, unless values are given", "[urdf]") {
@@ -491,7 +491,7 @@ TEST_CASE("entities of the document's own are not expanded but refused", "[urdf]
   CHECK(urdf::parse("<robot name='r'><link name='&lt;&amp;&#228;&quot;'/></robot>").value().links[0].name == "<&\xC3\xA4\"");
 }
 
-TEST_CASE("what is odd is taken with a warning", "[urdf]") {
+TEST_CASE("irregular elements are accepted with a warning", "[urdf]") {
   const auto model = urdf::parse(two_links("revolute", "<limit lower='1' upper='-1' velocity='1' effort='1'/>\n<dynamics/>"));
   REQUIRE(model);
   CHECK(model->warnings ==
@@ -503,7 +503,7 @@ TEST_CASE("what is odd is taken with a warning", "[urdf]") {
     return warnings_of_link("<inertial><mass value='" + mass + "'/><inertia " + moments + "/></inertial>");
   };
   const std::string products = "ixy='0' ixz='0' iyz='0' ";
-  CHECK(inertial("1", products + "ixx='1' iyy='1' izz='5'") == "link \"a\" (line 2): no body has such an inertia");
+  CHECK(inertial("1", products + "ixx='1' iyy='1' izz='5'") == "link \"a\" (line 2): the inertia is physically impossible");
   CHECK(inertial("0", products + "ixx='0' iyy='0' izz='0'") == "");
   CHECK(inertial("1", "ixx='1' ixy='0' ixz='0' iyy='1' izz='1'") == "inertia of link \"a\" (line 3): has no iyz; taken as 0");
   const std::string fixed = "<link name='c'/><joint name='k' type='fixed'><parent link='a'/><child link='c'/></joint>";
@@ -529,7 +529,7 @@ TEST_CASE("numbers do not depend on the locale", "[urdf]") {
   CHECK(model->joints[0].origin.position == std::array<double, 3>{0.5, 1e-3, 1234.5});
 }
 
-TEST_CASE("the process's handler of liburdfdom's messages is as it was, and hears what others say", "[urdf]") {
+TEST_CASE("the process's log handler is restored and receives the messages of other threads", "[urdf]") {
   struct Handler final : console_bridge::OutputHandler {
     void log(const std::string& text, console_bridge::LogLevel, const char*, int) override { said += text; }
     std::string said;
@@ -547,7 +547,7 @@ TEST_CASE("the process's handler of liburdfdom's messages is as it was, and hear
   console_bridge::useOutputHandler(original);
 }
 
-TEST_CASE("threads may read at once", "[urdf]") {
+TEST_CASE("several threads may parse at the same time", "[urdf]") {
   const std::string text = text_of(picker_file);
   std::vector<std::thread> threads;
   std::array<std::size_t, 4> joints{};
@@ -559,7 +559,7 @@ TEST_CASE("threads may read at once", "[urdf]") {
   for (const std::size_t count : joints) CHECK(count == 140);
 }
 
-TEST_CASE("a file that is not there, or has no end, is an error", "[urdf]") {
+TEST_CASE("a missing or endless file is an error", "[urdf]") {
   CHECK(urdf::load("/nowhere/robot.urdf").error().code == Errc::io_error);
   CHECK(urdf::load("/nowhere/robot.urdf").error().message == "/nowhere/robot.urdf: No such file or directory");
   CHECK(urdf::load("/").error().code == Errc::io_error);

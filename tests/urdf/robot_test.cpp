@@ -77,7 +77,7 @@ double number_at(Bench& bench, const std::string& path) {
 
 }  // namespace
 
-TEST_CASE("real robots load with as many links and joints as others count", "[urdf]") {
+TEST_CASE("real robots load with the right number of links and joints", "[urdf]") {
   for (const RealRobot& expected : all_real_robots) {
     const std::string file = real_robots + expected.file;
     if (!std::ifstream(file)) continue;
@@ -98,7 +98,7 @@ TEST_CASE("real robots load with as many links and joints as others count", "[ur
     CHECK(urdf::load(turtlebot).error().message.find("or give ParseOptions::arguments a value for the name") != std::string::npos);
 }
 
-TEST_CASE("every link is where other kinematics put it, in 1,000 configurations of each robot", "[urdf]") {
+TEST_CASE("the poses of all links equal those of an independent computation, in 1,000 configurations of each robot", "[urdf]") {
   std::mt19937 random(20261121);
   for (const std::string& file : all_files()) {
     CAPTURE(file);
@@ -155,7 +155,7 @@ TEST_CASE("every Thing conforms to its blueprint, before and after it moves", "[
   }
 }
 
-TEST_CASE("the Panda's flange is where the Denavit-Hartenberg parameters of its maker put it", "[urdf]") {
+TEST_CASE("the Panda's flange is at the pose given by its maker's Denavit-Hartenberg parameters", "[urdf]") {
   const std::string file = real_robots + "panda.urdf";
   if (!std::ifstream(file)) {
     std::printf("skipped: %s is not there\n", file.c_str());
@@ -186,7 +186,7 @@ TEST_CASE("the Panda's flange is where the Denavit-Hartenberg parameters of its 
   CHECK(orientation < 1e-9);
 }
 
-TEST_CASE("what is published of every link is where it is", "[urdf][R1.9]") {
+TEST_CASE("the published pose of every link is its pose", "[urdf][R1.9]") {
   std::mt19937 random(7);
   for (const std::string& file : all_files()) {
     CAPTURE(file);
@@ -217,7 +217,7 @@ TEST_CASE("what is published of every link is where it is", "[urdf][R1.9]") {
   }
 }
 
-TEST_CASE("a thousand names that would have one path are told apart at once", "[urdf]") {
+TEST_CASE("a thousand names with the same path get different paths quickly", "[urdf]") {
   std::string text = "<robot name='r'><link name='root'/>";
   std::string name = "............";
   for (int i = 0; i < 4096; ++i) {  // each a choice of '.' and '/'
@@ -285,7 +285,7 @@ TEST_CASE("joints and links are Things as in Figure 2b", "[urdf][R1.3][R1.9]") {
                 "<picker/shoulder/jointReferenceFrame> a maths:CoordinateSystem ; lrt:frame <picker/column> .") == "");
 }
 
-TEST_CASE("published positions are shown, mimicked, and turned into poses", "[urdf]") {
+TEST_CASE("published positions are shown, copied by mimic joints and converted into poses", "[urdf]") {
   auto robot = urdf::load(picker_file).value();
   Bench bench;
   robot.add_to(bench.engine).value();
@@ -309,7 +309,7 @@ TEST_CASE("published positions are shown, mimicked, and turned into poses", "[ur
                 "\"0.1\"^^xsd:double \"0.03\"^^xsd:double \"0.03\"^^xsd:double ) .") == "");
 }
 
-TEST_CASE("joints rest at 0, or at the limit next to it, and what is not finite or missing changes nothing", "[urdf]") {
+TEST_CASE("joints start at 0 or at the nearest limit, and missing or non-finite numbers change nothing", "[urdf]") {
   auto robot = urdf::load(picker_file).value();
   Bench bench;
   robot.add_to(bench.engine).value();
@@ -326,7 +326,7 @@ TEST_CASE("joints rest at 0, or at the limit next to it, and what is not finite 
   for (std::size_t l = 0; l < robot.model().links.size(); ++l) CHECK(std::isfinite(robot.pose(l).position[0]));
 }
 
-TEST_CASE("a limit on one side holds there", "[urdf][R1.11]") {
+TEST_CASE("a limit on one side bounds that side", "[urdf][R1.11]") {
   urdf::Robot robot(urdf::parse(two_links("revolute", "<limit lower='0.5' upper='inf' velocity='1' effort='1'/>")).value());
   const urdf::Limits limits = *robot.model().joints[0].limits;
   CHECK(limits.clamp(0) == 0.5);
@@ -379,7 +379,7 @@ TEST_CASE("a mimic of a mimic follows the first", "[urdf]") {
   CHECK(robot.pose(3).position[0] == -4);
 }
 
-TEST_CASE("names of all kinds become paths of their own", "[urdf][R0.3]") {
+TEST_CASE("every name gets a unique path", "[urdf][R0.3]") {
   const std::string names[] = {"state", "ein Gelenk \xC3\xA4?#%", "a/b", "a.b", "..", "<&>", "positions"};
   std::string text = "<robot name='my robot/1'><link name='root'/>";
   for (std::string name : names) {
@@ -435,7 +435,7 @@ TEST_CASE("a position with on_write is written within the joint's limits", "[urd
   CHECK(bench.ask("POST /picker/shoulder/actions/stop").status == 204);
 }
 
-TEST_CASE("a robot whose place is taken is not added at all", "[urdf]") {
+TEST_CASE("a robot with a duplicate path is not added at all", "[urdf]") {
   Bench bench;
   bench.add(Thing{"picker/hand"});
   auto robot = urdf::load(picker_file).value();
@@ -471,7 +471,7 @@ TEST_CASE("publishing allocates nothing", "[urdf]") {
   }
 }
 
-TEST_CASE("descriptions as many tools write them become Things that conform, with all their resources", "[urdf][R1.11]") {
+TEST_CASE("descriptions from many tools become Things that conform to their Blueprints", "[urdf][R1.11]") {
   const std::string prismatic = "<limit lower='-1' upper='1'/>", free = "<limit effort='1' velocity='1'/>";
   const std::string sphere = "<geometry><sphere radius='1'/></geometry>";
   const std::string documents[] = {
@@ -540,7 +540,7 @@ TEST_CASE("descriptions as many tools write them become Things that conform, wit
   CHECK_FALSE(bench.get("/r/j/limits").says("#effort"));
 }
 
-TEST_CASE("a capsule is shown as one", "[urdf]") {
+TEST_CASE("a capsule is shown as a capsule", "[urdf]") {
   urdf::Robot robot(
       urdf::parse(
           "<robot name='r'><link name='a'><collision><geometry><capsule radius='1' length='2'/></geometry></collision></link></robot>")
