@@ -176,8 +176,8 @@ class Numbers {
 ///          the list of joints lrt:positionsOf (only up to 512 joints)
 ///   joint  a ros:Joint and a ros:RevoluteJoint or the like. ros:preceedingLink, ros:succeedingLink, xhv:prev, xhv:next: links;
 ///          lrt:mimics: a joint. Properties `jointReferenceFrame` (ros:jointReferenceFrame), `axis`, `limits`, `dynamics`, `safety`, `mimic`,
-///          and, if it has a position, `position` (ros:position), `velocity` (ros:velocity) and `effort` (ros:effort), the last two without a
-///          value until one is published; a revolute or continuous joint also `rotation` (ros:rotation, an Eigen::AngleAxisf as in Figure 3)
+///          and, if it has a position, `position` (ros:position), `velocity` (ros:velocity) and `effort` (ros:effort); a revolute or
+///          continuous joint also `rotation` (ros:rotation, an Eigen::AngleAxisf as in Figure 3). These have no value before publish()
 ///   link   a ros:Link. xhv:prev, xhv:next: joints. Properties `pose` (lrt:pose) in the frame of the root link, `inertial`,
 ///          `visual/1` ..., `collision/1` ...; these link to meshes (lrt:mesh) and textures (lrt:texture): by IRI if the document has IRIs, by
 ///          xsd:anyURI literals if it has relative names

@@ -12,7 +12,7 @@ namespace lrt::shacl {
 
 namespace sh = vocab::sh;
 
-// ---- what components ask
+// ---- for components
 
 std::vector<rdf::TermId> Compiler::values(rdf::TermId subject, Iri predicate) const {
   std::vector<rdf::TermId> out;
@@ -123,7 +123,7 @@ void Compiler::refuse_unsupported() {
     return fail(shown(term(t.subject)) + " " + shown(predicate) + " " + shown(term(t.object)) + ": not part of SHACL Core",
                 Errc::unsupported_syntax);
   }
-  // Constraint components that the graph declares itself (SHACL 6): refused where a shape uses one.
+  // Custom constraint components (SHACL 6) are refused if a shape uses one.
   const auto type = find(vocab::rdf::type), component = find(sh::ConstraintComponent), parameter = find(sh::parameter),
              path = find(sh::path);
   if (!type || !component || !parameter || !path) return;
@@ -157,7 +157,7 @@ void Compiler::add_shape_value(const rdf::Triple& t) {
   add_shape(t.object);
 }
 
-/// SHACL 2.1: what is a shape.
+/// SHACL 2.1: finds the shapes.
 void Compiler::find_shapes() {
   const auto type = find(vocab::rdf::type), sub_class_of = find(vocab::rdfs::subClassOf);
   std::vector<rdf::TermId> shape_classes;
@@ -226,7 +226,7 @@ void Compiler::compile_shape(ShapeIndex index) {
   const rdf::TermId id = plan_.shapes[index].id;
   const Draft draft{index, id, is_property_shape(id)};
 
-  // SHACL 2.2, 2.3: what a node shape and a property shape may be.
+  // SHACL 2.2, 2.3: syntax of node shapes and property shapes.
   const std::vector<rdf::TermId> paths = values(id, sh::path);
   if (paths.size() > 1) fail(id, sh::path, paths[1], "one path only");
   if (!paths.empty() && is_instance(id, sh::NodeShape)) fail(id, sh::path, paths.front(), "no path in a sh:NodeShape");
@@ -339,9 +339,9 @@ PathIndex Compiler::compile_path(rdf::TermId owner, rdf::TermId node, std::size_
   return refuse("a property path");
 }
 
-// ---- the whole
+// ---- the whole graph
 
-/// Takes away, again and again, shapes that refer to nothing left: what remains refers to itself sooner or later.
+/// Removes repeatedly the shapes that refer to no remaining shape. The remaining shapes are recursive.
 void Compiler::mark_recursive() {
   const std::size_t n = plan_.shapes.size();
   std::vector<std::vector<ShapeIndex>> referred_by(n);

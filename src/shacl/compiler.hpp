@@ -18,15 +18,14 @@ namespace lrt::shacl {
 
 class Compiler;
 
-/// A shape while its constraints are made.
+/// A shape during compilation.
 struct Draft {
   ShapeIndex index;
   rdf::TermId id;
   bool is_property_shape;
 };
 
-/// What a constraint component says about itself (SHACL 4): its parameters, where it may stand, and how its constraints are
-/// made.
+/// A constraint component (SHACL 4): its parameters, the shapes that may have it, and the function that makes its constraints.
 struct Component {
   struct Parameter {
     Iri predicate;
@@ -34,35 +33,35 @@ struct Component {
   };
   std::vector<Parameter> parameters;
   bool property_shapes_only = false;  ///< the first parameter makes a node shape ill-formed
-  /// Adds the constraints that the shape's values of the parameters declare.
+  /// Adds the constraints that the parameters of the shape declare.
   void (*build)(Compiler&, const Draft&) = nullptr;
 };
 
 /// All components of SHACL Core, in order of section 4.
 const std::vector<const Component*>& all_components();
 
-/// Makes a Plan of a shapes graph. The first fault stays; what is asked after it answers with nothing.
+/// Compiles a shapes graph into a Plan. Keeps the first error; after it all functions return empty results.
 class Compiler {
  public:
   Compiler(Plan& plan, const CompileOptions& options) : plan_(plan), graph_(plan.graph), options_(options) {}
 
   Result<void> run();
 
-  // What components ask. `predicate` is the parameter; every fault names the triple.
+  // For components. `predicate` is the parameter; every error names the triple.
   const rdf::Graph& graph() const noexcept { return graph_; }
   const CompileOptions& options() const noexcept { return options_; }
   rdf::TermView term(rdf::TermId id) const noexcept { return graph_.term(id); }
   std::vector<rdf::TermId> values(rdf::TermId subject, Iri predicate) const;
   std::optional<rdf::TermId> value(const Draft& shape, Iri predicate) const;
   std::vector<Constant> iris(const Draft& shape, Iri predicate);
-  std::optional<std::int64_t> integer(const Draft& shape, Iri predicate);   ///< xsd:integer; beyond int64 the nearest
+  std::optional<std::int64_t> integer(const Draft& shape, Iri predicate);   ///< xsd:integer; out of the range of int64: the nearest
   bool flag(const Draft& shape, Iri predicate);                             ///< xsd:boolean; true only if it is written "true"
   std::optional<std::string_view> text(const Draft& shape, Iri predicate);  ///< xsd:string
   std::optional<std::vector<rdf::TermId>> list(const Draft& shape, Iri predicate, rdf::TermId head);
-  /// The index of a shape that the compiler has found, of any kind or of the kind asked for.
+  /// The index of a shape, optionally of the given kind.
   ShapeIndex shape(rdf::TermId id) const noexcept { return plan_.find(id); }
   bool is_property_shape(rdf::TermId id) const noexcept;
-  /// The predicate that the path of a property shape consists of, if it does.
+  /// The predicate of a property shape whose path is one predicate.
   std::optional<Constant> path_predicate(rdf::TermId shape) const;
 
   void fail(rdf::TermId subject, Iri predicate, rdf::TermId object, std::string_view expected,

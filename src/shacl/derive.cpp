@@ -41,7 +41,7 @@ class Deriver {
  public:
   Deriver(rdf::Graph& graph, std::string_view names_base) : graph_(graph), names_base_(names_base) {}
 
-  /// At a focus node, which carries a scalar by vom:numericalValue or rdf:value.
+  /// A value at a focus node, which has a scalar by vom:numericalValue or rdf:value.
   void focus(TermId shape, const Type& type, const Facets& facets, bool required) {
     switch (type.kind) {
       case Kind::optional: return focus(shape, *type.element, facets, false);
@@ -81,7 +81,7 @@ class Deriver {
     if (!facets.unit().empty()) units(shape, facets.unit());
   }
 
-  /// Without the number, what else the node says does not matter.
+  /// If the number is missing, the other triples of the node are ignored.
   void absent_or_number(TermId shape, const Type& type, const Facets& facets) {
     const TermId absent = graph_.fresh_blank(), present = graph_.fresh_blank();
     count(property(absent, vocab::vom::numericalValue), sh::maxCount, 0);
@@ -105,7 +105,7 @@ class Deriver {
       add(p, sh::message, rdf::literal(missing));
     };
     if (unit.qudt.empty() || unit.vom.empty()) {
-      // On a shape of its own: the message is about a missing unit, not about a wrong one.
+      // On a shape of its own, because the message is about a missing unit.
       return at_least_one(property(shape, unit.qudt.empty() ? vocab::vom::unit : vocab::qudt::unit));
     }
     const TermId either =
@@ -133,7 +133,7 @@ class Deriver {
     object(p, type, facets);
   }
 
-  /// What each value node of a shape must be.
+  /// The constraints for each value node of a shape.
   void object(TermId shape, const Type& type, const Facets& facets) {
     switch (type.kind) {
       case Kind::optional: return object(shape, *type.element, facets);
@@ -150,7 +150,7 @@ class Deriver {
         return type.kind == Kind::integer ? integer(shape, type, facets) : real(shape, type, facets);
       case Kind::duration: {
         alternatives(shape, {type.datatype, xsd::duration});
-        // Neither years nor months, whose length nobody knows.
+        // No years and months: their length varies.
         return add(shape, sh::pattern, rdf::literal("^[^YM]*(T.*)?$"));
       }
       case Kind::instant:
@@ -171,7 +171,7 @@ class Deriver {
     }
   }
 
-  /// An RDF list: every cell has one rdf:first and one rdf:rest, the last rest is rdf:nil, and so many cells there are.
+  /// An RDF list: every cell has one rdf:first and one rdf:rest, the last rest is rdf:nil, and the number of cells is in range.
   void members(TermId shape, const Type& type, const Facets& facets) {
     const auto rests = [&] { return blank_with(sh::zeroOrMorePath, graph_.intern(vocab::rdf::rest)); };
     const TermId cells = property_at(shape, rests());
@@ -183,7 +183,7 @@ class Deriver {
       count(p, sh::maxCount, 1);
     }
     add(cells, sh::or_, graph_.add_list({end, cell}));
-    // rdf:nil is one of the nodes that rdf:rest* leads to.
+    // rdf:nil is one of the nodes that rdf:rest* reaches.
     if (type.shortest > 0) count(cells, sh::minCount, type.shortest + 1);
     if (type.longest != std::numeric_limits<std::size_t>::max()) count(cells, sh::maxCount, type.longest + 1);
     object(property_at(shape, graph_.add_list({rests(), graph_.intern(vocab::rdf::first)})), *type.element, facets);
@@ -210,7 +210,7 @@ class Deriver {
     add(shape, sh::or_, graph_.add_list(shapes));
   }
 
-  /// A bound as people write it: an integer or a decimal if that is short, else a double.
+  /// A bound in its shortest common form: an integer or a decimal if that is short, else a double.
   TermId bound(double v) {
     char text[32];
     const auto [end, error] = std::to_chars(text, text + 20, v, std::chars_format::fixed);
@@ -229,7 +229,7 @@ class Deriver {
 
   void integer(TermId shape, const Type& type, const Facets& facets) {
     add(shape, sh::or_, datatypes("integerDatatypes", {integer_datatypes}, {std::size(integer_datatypes)}));
-    // The narrower of the two bounds of each side counts.
+    // On each side the narrower of two bounds applies.
     const bool own_low = !facets.min() || *facets.min() < static_cast<double>(type.lowest);
     const bool own_high = !facets.max() || *facets.max() > static_cast<double>(type.highest);
     if (own_low) add(shape, sh::minInclusive, rdf::literal(std::to_string(type.lowest), xsd::integer));
@@ -253,17 +253,17 @@ class Deriver {
     add(shape, sh::or_,
         datatypes("numberDatatypes", {real_datatypes, integer_datatypes},
                   {std::size(real_datatypes), std::size(integer_datatypes)}));
-    // The largest finite number of the C++ type excludes infinity, and NaN compares with nothing.
+    // A bound of the largest finite number excludes infinity. NaN satisfies no bound.
     const auto largest = [&](const char* sign) {
       const std::string text = type.single ? rdf::lexical::format(std::numeric_limits<float>::max())
                                            : rdf::lexical::format(std::numeric_limits<double>::max());
       return graph_.intern(rdf::literal(sign + text, type.single ? xsd::float_ : xsd::double_));
     };
-    const double most =
+    const double largest_finite =
         type.single ? static_cast<double>(std::numeric_limits<float>::max()) : std::numeric_limits<double>::max();
-    if (!facets.min() || *facets.min() < -most) add(shape, sh::minInclusive, largest("-"));
+    if (!facets.min() || *facets.min() < -largest_finite) add(shape, sh::minInclusive, largest("-"));
     else lower(shape, facets);
-    if (!facets.max() || *facets.max() > most) add(shape, sh::maxInclusive, largest(""));
+    if (!facets.max() || *facets.max() > largest_finite) add(shape, sh::maxInclusive, largest(""));
     else upper(shape, facets);
   }
 

@@ -16,7 +16,7 @@ Order of(const T& a, const T& b) noexcept {
 
 Order of(const Moment& a, const Moment& b) noexcept {
   if (a.zoned == b.zoned) return a.seconds != b.seconds ? of(a.seconds, b.seconds) : of(a.fraction, b.fraction);
-  // XSD 1.1 part 2, E.3.3: without a zone it may be anywhere within 14 hours of either side.
+  // XSD 1.1 part 2, E.3.3: without a zone the instant may differ by up to 14 hours to either side.
   constexpr std::int64_t widest = 14 * 3600;
   if (a.seconds + widest < b.seconds) return Order::less;
   return b.seconds + widest < a.seconds ? Order::greater : Order::unordered;
@@ -31,7 +31,7 @@ Order seconds_of(std::int64_t a, const Duration& x, std::int64_t b, const Durati
   return x.negative ? of(y.fraction, x.fraction) : of(x.fraction, y.fraction);
 }
 
-/// XSD 1.1 part 2, 3.3.6.1: one is less if it is so from each of four dates.
+/// XSD 1.1 part 2, 3.3.6.1: a duration is less if it is less when added to each of four dates.
 Order of(const Duration& a, const Duration& b) noexcept {
   if (a.months == b.months) return seconds_of(a.seconds, a, b.seconds, b);
   constexpr std::int64_t enough = INT64_MAX / 86'400 / 64;
@@ -44,7 +44,7 @@ Order of(const Duration& a, const Duration& b) noexcept {
       const std::int64_t month = start.year * 12 + start.month - 1 + d.months;
       const std::int64_t year = month >= 0 ? month / 12 : -((-month + 11) / 12);
       const std::int64_t of_year = month - year * 12;
-      // Days before the first of a month (proleptic Gregorian): months counted from March.
+      // Days before the first of a month (proleptic Gregorian); months are counted from March.
       const std::int64_t y = of_year < 2 ? year - 1 : year, m = of_year < 2 ? of_year + 10 : of_year - 2;
       const std::int64_t era = (y >= 0 ? y : y - 399) / 400, of_era = y - era * 400;
       const std::int64_t days = era * 146'097 + of_era * 365 + of_era / 4 - of_era / 100 + (153 * m + 2) / 5;

@@ -7,13 +7,13 @@ namespace lrt::shacl {
 
 enum class Order : unsigned char { less, equal, greater, unordered };
 
-/// A literal made ready for comparison. Views into the term it was made of.
+/// A literal prepared for comparison. It has views into its term.
 class Comparable {
  public:
   explicit Comparable(const rdf::TermView& term) noexcept;
-  /// False: nothing compares with it (an IRI, an ill-typed literal, a datatype without order).
+  /// False: it cannot be compared (an IRI, an ill-typed literal, a datatype without order).
   bool ordered() const noexcept { return kind_ != Kind::none; }
-  /// SPARQL 1.1 17.3 operator `<`: numbers, xsd:string, booleans, dateTimes; and dates, times and durations with their like.
+  /// SPARQL 1.1 17.3 operator `<`: numbers, xsd:string, booleans, dateTimes; also dates, times and durations with values of the same kind.
   friend Order compare(const Comparable& a, const Comparable& b) noexcept;
 
  private:

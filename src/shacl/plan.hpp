@@ -13,7 +13,7 @@ namespace lrt::shacl {
 class Run;
 struct Scene;
 
-/// A term of the shapes graph that is looked for in the data graph; Run finds out, at most once, which number it has there.
+/// A term of the shapes graph. Run finds its number in the data graph, at most once.
 using Constant = rdf::TermId;
 using ShapeIndex = std::uint32_t;
 using PathIndex = std::uint32_t;
@@ -24,7 +24,7 @@ struct Path {
   enum class Kind : std::uint8_t { predicate, inverse, sequence, alternative, zero_or_more, one_or_more, zero_or_one };
   Kind kind = Kind::predicate;
   Constant predicate{};
-  std::vector<PathIndex> parts;  ///< one, or two and more of sequence and alternative
+  std::vector<PathIndex> parts;  ///< one part; sequence, alternative: two or more
 };
 
 /// One constraint of one shape (SHACL 4): a component with its parameters.
@@ -35,7 +35,7 @@ class Constraint {
   Constraint(const Constraint&) = delete;
   Constraint& operator=(const Constraint&) = delete;
 
-  /// Judges the value nodes of a focus node and reports each violation to `run`.
+  /// Validates the value nodes of a focus node and reports each violation to `run`.
   virtual void check(Run& run, const Scene& scene) const = 0;
   /// The shapes it refers to.
   virtual void references(std::vector<ShapeIndex>&) const {}
@@ -47,7 +47,7 @@ struct Shape {
   rdf::TermId id{};
   PathIndex path = nothing;  ///< nothing: a node shape
   bool deactivated = false;
-  bool recursive = false;  ///< refers to itself, or to a shape that does
+  bool recursive = false;  ///< refers to itself or to a recursive shape
   rdf::TermId severity{};
   std::vector<rdf::TermId> messages;
   std::vector<std::unique_ptr<Constraint>> constraints;

@@ -8,8 +8,8 @@
 namespace lrt::shacl {
 namespace {
 
-// A search takes at most this many steps of PCRE2's matcher (some milliseconds) and this much memory. It is tried with few
-// steps first, so that what it costs is known: the caller has a budget for many searches.
+// Limits of one search: steps of PCRE2's matcher (some milliseconds) and memory. The first attempt has few steps, so that its cost is
+// known; the caller has a budget for many searches.
 constexpr std::uint32_t few_steps = 1'000, many_steps = 100'000, depth_limit = 50'000, heap_limit_kib = 4'096;
 
 class Limits {
@@ -37,7 +37,7 @@ constexpr std::string_view further_characters = R"(\-.0-9\x{B7}\x{300}-\x{36F}\x
 
 constexpr bool is_space(char c) noexcept { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
 
-/// From XPath's dialect to PCRE2's: \i \c \I \C, class subtraction, and the flag x, which keeps white space in classes.
+/// Translates XPath's dialect into PCRE2's: \i \c \I \C, class subtraction, and the flag x, which keeps white space in classes.
 class Translator {
  public:
   Translator(std::string_view pattern, bool extended) : in_(pattern), extended_(extended) {}
@@ -95,7 +95,7 @@ class Translator {
     at_ += 2;
   }
 
-  /// `[`...`]` at at_; with a subtraction as a negative look-ahead before the class.
+  /// Translates the class `[`...`]` at at_. A subtraction becomes a negative look-ahead before the class.
   std::string char_class(std::size_t depth) {
     if (depth > 20) {
       fault_ = "classes nested too deeply";
@@ -164,7 +164,7 @@ Result<Regex> Regex::compile(std::string_view pattern, std::string_view flags, s
   }
   std::string translated(pattern);
   if (literal) {
-    options = PCRE2_UTF | PCRE2_LITERAL | (options & PCRE2_CASELESS);  // XPath: q makes m, s and x meaningless
+    options = PCRE2_UTF | PCRE2_LITERAL | (options & PCRE2_CASELESS);  // XPath: with q the flags m, s and x have no effect
   } else {
     Result<std::string> run = Translator(pattern, extended).run();
     if (!run) return unexpected(std::move(run).error());

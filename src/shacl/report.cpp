@@ -38,10 +38,10 @@ rdf::TermId write_path(rdf::Graph& graph, const Plan& plan, PathIndex index) {
   return graph.fresh_blank();
 }
 
-/// How tightly what stands around a path binds: decides where SPARQL needs parentheses.
+/// The precedence of the context of a path. It decides where SPARQL needs parentheses.
 enum class Around : std::uint8_t { nothing, list, sign };
 
-/// As SPARQL writes it (SPARQL 1.1 9.1).
+/// In the syntax of SPARQL (SPARQL 1.1 9.1).
 std::string path_text(const Plan& plan, PathIndex index, Around around) {
   const Path& path = plan.paths[index];
   const auto joined = [&](char separator) {
@@ -70,7 +70,7 @@ class Writer {
  public:
   explicit Writer(rdf::Graph& graph) : graph_(graph) {}
 
-  /// Labels of the data first, so that no fresh one takes them.
+  /// Labels of the data are reserved first, so that no new label equals one of them.
   void reserve(const std::vector<ValidationResult>& results) {
     for (const ValidationResult& r : results) {
       graph_.intern(r.focus.view());

@@ -8,7 +8,7 @@
 
 namespace lrt::shacl {
 namespace {
-constexpr std::size_t few = 16;  // members of a set that are searched one by one
+constexpr std::size_t few = 16;  // up to this size a set is searched linearly
 }
 
 Run::Run(const Shapes& shapes, const rdf::Graph& data, const ValidateOptions& options)
@@ -115,7 +115,7 @@ bool Run::Set::insert(Node node) {
 
 void Run::Set::take_in(std::size_t start) {
   const std::size_t top = run_.nodes_.size();
-  // The newcomers are read from where they stand while the set grows over them: it never overtakes.
+  // The new nodes are read in place while the set grows over them. Writing never overtakes reading.
   std::size_t read = start;
   std::vector<Node>& nodes = run_.nodes_;
   if (epoch_ == 0) {
@@ -149,8 +149,7 @@ void Run::Set::take_in(std::size_t start) {
 
 // ---- paths
 
-/// SHACL 2.3.1. Inverse paths are walked by reversing direction, so that the inverse of a sequence is the reversed sequence of
-/// inverses.
+/// SHACL 2.3.1. An inverse path is followed in reverse direction, so the inverse of a sequence is the reversed sequence of inverses.
 void Run::walk(PathIndex index, bool backward, Node from) {
   if (!step()) return;
   const Path& path = plan_->paths[index];
@@ -175,7 +174,7 @@ void Run::walk(PathIndex index, bool backward, Node from) {
       for (std::size_t part = 1; part < n && !stopped_; ++part) {
         const std::size_t end = nodes_.size();
         if (end == before) return;
-        if (end - before == 1) {  // the usual case: nothing can come twice
+        if (end - before == 1) {  // the usual case: duplicates are impossible
           const Node only = nodes_[before];
           nodes_.pop_back();
           walk(path.parts[backward ? n - 1 - part : part], backward, only);
@@ -228,15 +227,15 @@ void Run::walk(PathIndex index, bool backward, Node from) {
   }
 }
 
-// ---- judgement
+// ---- validation
 
 void Run::judge(ShapeIndex index, Node focus) {
   const Shape& shape = plan_->shapes[index];
   if (shape.deactivated || !step()) return;
   if (shape.recursive) {
     const std::pair<ShapeIndex, Node> here(index, focus);
-    if (std::find(under_way_.begin(), under_way_.end(), here) != under_way_.end()) return;  // taken to conform, see Shapes
-    under_way_.push_back(here);
+    if (std::find(active_.begin(), active_.end(), here) != active_.end()) return;  // conforms, see Shapes
+    active_.push_back(here);
   }
   if (++depth_ > options_.max_depth) {
     stop("max_depth", options_.max_depth);
@@ -256,7 +255,7 @@ void Run::judge(ShapeIndex index, Node focus) {
     nodes_.resize(begin);
   }
   --depth_;
-  if (shape.recursive) under_way_.pop_back();
+  if (shape.recursive) active_.pop_back();
 }
 
 bool Run::conforms(Node node, ShapeIndex shape) {

@@ -17,12 +17,12 @@
 
 namespace lrt::shacl {
 
-/// A term under judgement: its number in the data graph; or, behind those, that of a term of the shapes graph which the data
-/// graph does not know; or `outsider`, the focus node that neither knows. Equal numbers are equal terms.
+/// The number of a term. Terms of the data graph keep their numbers there. Larger numbers are terms of the shapes graph that the data graph
+/// does not have. `outsider` is a focus node that neither graph has. Equal numbers are equal terms.
 using Node = std::uint32_t;
 inline constexpr Node outsider = 0xFFFFFFFE;
 
-/// One focus node before one shape. Value nodes are run.node(begin) .. run.node(end - 1), each once.
+/// One focus node and one shape. The value nodes are run.node(begin) .. run.node(end - 1), without duplicates.
 struct Scene {
   const Shape& shape;
   Node focus;
@@ -30,7 +30,7 @@ struct Scene {
   std::size_t size() const noexcept { return end - begin; }
 };
 
-/// One validation: its scratch memory, its limits, and what it has found. Constraints see data through it.
+/// One validation: its scratch memory, limits and results. Constraints access the data through it.
 class Run {
  public:
   Run(const Shapes& shapes, const rdf::Graph& data, const ValidateOptions& options);
@@ -38,10 +38,10 @@ class Run {
   Result<Report> all_targets();
   Result<Report> one(const rdf::TermView& focus, ShapeIndex shape);
 
-  // What constraints ask.
+  // For constraints.
   Node node(std::size_t at) const noexcept { return nodes_[at]; }
   rdf::TermView term(Node node) const noexcept;
-  /// The node that a term of the shapes graph is. A blank node of the shapes graph is none of the data.
+  /// The node of a term of the shapes graph. A blank node of the shapes graph is never a node of the data.
   Node node_of(Constant constant) noexcept;
   bool in_data(Node node) const noexcept { return node < data_terms_; }
   const rdf::Graph& data() const noexcept { return data_; }
@@ -55,7 +55,7 @@ class Run {
   void each_object(Node subject, Node predicate, Take&& take) {
     if (in_data(subject) && in_data(predicate)) each(outgoing_, subject, predicate, take);
   }
-  /// The same backwards.
+  /// The same for subjects of a predicate and object.
   template <class Take>
   void each_subject(Node predicate, Node object, Take&& take) {
     if (in_data(object) && in_data(predicate)) each(incoming_, object, predicate, take);
@@ -64,10 +64,10 @@ class Run {
   /// SHACL 1.1: an instance of the class or of one of its subclasses in the data.
   bool is_instance(Node node, Constant class_iri);
   bool conforms(Node node, ShapeIndex shape);
-  /// Validates a value node against a shape whose results are results of this validation: sh:property.
+  /// Validates a value node against a shape and adds its results to this validation: sh:property.
   void descend(Node node, ShapeIndex shape) { judge(shape, node); }
 
-  /// A set of nodes on top of the stack of nodes, with look-up; gone with its scope.
+  /// A set of nodes on top of the stack of nodes, with look-up. The destructor removes it from the stack.
   class Set {
    public:
     explicit Set(Run& run) noexcept : run_(run), begin_(run.nodes_.size()), level_(run.level_++) {}
@@ -80,11 +80,11 @@ class Run {
     std::size_t begin() const noexcept { return begin_; }
     std::size_t end() const noexcept { return run_.nodes_.size(); }
     bool contains(Node node) const noexcept;
-    /// False if it was there. @pre no other set has been built on top
+    /// False: the set had it already. @pre this set is on top of the stack
     bool insert(Node node);
-    /// Adds what stands on the stack from `start` on. @pre that is the top of the stack
+    /// Adds the nodes of the stack from `start` on. @pre these are the top of the stack
     void take_in(std::size_t start);
-    /// Leaves the members on the stack for the owner of what is below.
+    /// Leaves the members on the stack, for the owner of the nodes below.
     void release() noexcept { begin_ = run_.nodes_.size(); }
 
    private:
@@ -93,10 +93,10 @@ class Run {
     Run& run_;
     std::size_t begin_;
     std::size_t level_;
-    std::uint32_t epoch_ = 0;  // 0: few members, searched one by one
+    std::uint32_t epoch_ = 0;  // 0: few members, searched linearly
   };
 
-  /// Reports a violation. `words()` makes the message, and is called only if the message is wanted.
+  /// Reports a violation. `words()` makes the message; it is called only if the message is needed.
   template <class Words>
   void violation(const Scene& scene, const Constraint& constraint, std::optional<Node> value, Words&& words) {
     if (quiet_) {
@@ -105,14 +105,14 @@ class Run {
       if (result->messages.empty()) result->messages.emplace_back(rdf::literal(words()));
     }
   }
-  /// The same, with what the shape `inner` finds at the value as details.
+  /// As above, with the results of the shape `inner` for the value as details.
   template <class Words>
   void violation_within(const Scene& scene, const Constraint& constraint, Node value, ShapeIndex inner, Words&& words) {
     const std::size_t before = results_ ? results_->size() : 0;
     violation(scene, constraint, value, std::forward<Words>(words));
     if (!quiet_ && options_.details && results_->size() > before) add_details(before, value, inner);
   }
-  /// A violation about a predicate that the data have (sh:closed).
+  /// Reports a violation by a predicate of the data (sh:closed).
   template <class Words>
   void violation_at(const Scene& scene, const Constraint& constraint, Node predicate, Node value, Words&& words) {
     if (quiet_) {
@@ -123,9 +123,9 @@ class Run {
     }
   }
 
-  /// Nothing more can be learnt: a limit was hit, or a quiet judgement has failed.
+  /// The validation can end: a limit was reached, or a validation without a report has failed.
   bool done() const noexcept { return stopped_ || full_ || (quiet_ && failed_); }
-  /// Counts work. False when the budget is spent.
+  /// Counts work. False: the budget is used up.
   bool step(std::size_t n = 1) {
     steps_ += n;
     if (steps_ <= options_.max_steps) return !stopped_;
@@ -133,7 +133,7 @@ class Run {
     return false;
   }
 
-  /// Appends the nodes that the path leads to from `from`, each once.
+  /// Appends the nodes that the path reaches from `from`, without duplicates.
   void walk(PathIndex path, bool backward, Node from);
 
   Regex::Scratch regex_scratch;
@@ -142,8 +142,7 @@ class Run {
  private:
   friend class Set;
 
-  /// The triples of nodes that have many, by predicate: so that a path through such a node does not look at all of them each
-  /// time.
+  /// The triples of nodes with many triples, by predicate, so that a path through such a node does not scan all of them.
   struct Hubs {
     bool outgoing;
     std::unordered_map<Node, std::vector<std::pair<Node, Node>>> of;  ///< predicate and other end, sorted by predicate
@@ -179,7 +178,7 @@ class Run {
 
   void judge(ShapeIndex shape, Node focus);
   void collect_targets(const Shape& shape, Set& out);
-  /// The subclasses of a class, itself included, in order of their numbers; empty if it has no other.
+  /// The subclasses of a class including itself, in order of their numbers; empty: it has no other subclass.
   const std::vector<Node>& subclasses(Constant class_iri);
   ValidationResult* add_result(const Scene& scene, const Constraint& constraint, std::optional<Node> value);
   void add_details(std::size_t at, Node value, ShapeIndex inner);
@@ -190,17 +189,17 @@ class Run {
   const rdf::Graph& data_;
   ValidateOptions options_;
   Node data_terms_;
-  std::vector<Node> bound_;  // from the shapes graph's TermId; nothing: not looked for yet
+  std::vector<Node> bound_;  // by TermId of the shapes graph; nothing: not searched yet
   std::optional<rdf::TermView> outsider_;
   Hubs outgoing_{true, {}}, incoming_{false, {}};
-  std::vector<Node> nodes_;  // stack: value nodes of the scenes and sets under way
+  std::vector<Node> nodes_;  // stack: value nodes of the active scenes and sets
   struct Stamps {
-    std::vector<std::uint32_t> of;  // from Node: epoch of the set it was last put into
+    std::vector<std::uint32_t> of;  // by Node: epoch of the set it was last added to
     std::uint32_t epoch = 0;
   };
   std::vector<Stamps> stamps_;  // one for each level of sets within sets
   std::size_t level_ = 0;
-  std::vector<std::pair<ShapeIndex, Node>> under_way_;  // of recursive shapes
+  std::vector<std::pair<ShapeIndex, Node>> active_;  // of recursive shapes
   std::unordered_map<std::uint32_t, std::vector<Node>> subclasses_;
   std::size_t depth_ = 0, steps_ = 0, path_nodes_ = 0;
   bool quiet_ = false, failed_ = false;

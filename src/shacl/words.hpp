@@ -9,10 +9,10 @@ namespace lrt::shacl {
 
 struct Plan;
 
-/// A term for a message: prefixes where they fit, long text cut at a character.
+/// A term for a message: with a prefix if possible, long text shortened.
 std::string shown(const rdf::TermView& term);
 
-/// A shape for a message: its IRI, or the name it has, or words.
+/// A shape for a message: its IRI, its name or a description.
 std::string shown_shape(const Plan& plan, std::uint32_t shape);
 
 /// "1 value", "2 values".

@@ -24,7 +24,7 @@ std::optional<Syntax> syntax_of(std::string_view media_type) noexcept;
 
 /// Prefix and namespace IRI, for writing Turtle, RDF/XML and JSON-LD.
 using Prefixes = std::vector<std::pair<std::string, std::string>>;
-/// The table of vocabularies that lrt speaks: hybrit, vom, maths, spatial, ros, xhv, ldp, sh, dcterms, rdf, rdfs, xsd, prov, ...
+/// The prefixes of the vocabularies that lrt uses: hybrit, vom, maths, spatial, ros, xhv, ldp, sh, dcterms, rdf, rdfs, xsd, prov, ...
 const Prefixes& default_prefixes();
 
 struct ReadOptions {
@@ -66,26 +66,26 @@ struct ReadOptions {
 /// @par Implements  R1.2, RDF 1.1 Turtle, N-Triples, RDF/XML, JSON-LD 1.1
 Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& options);
 
-/// Writes a graph. Deterministic: the same triples in the same order give the same bytes. IRIs are written absolute or with a
-/// prefix, never relative. Only prefixes that occur are declared.
+/// Writes a graph. Deterministic: the same triples in the same order give the same bytes. IRIs are written absolute or with a prefix,
+/// never relative. Only used prefixes are declared.
 ///
-/// JSON-LD is compacted with the terms of json_ld_context(): numbers are numbers only where every reader gets the same literal.
+/// JSON-LD is compacted with the terms of json_ld_context(). A literal becomes a JSON number only if every reader gets the same literal back.
 ///
-/// @param context  JSON-LD: the IRI of json_ld_context(prefixes), to refer to. Empty: what is used of it stands in the document, which
-///                 is so as well where the scheme of an IRI is called like a prefix.
+/// @param context  JSON-LD: the IRI of json_ld_context(prefixes), which the document refers to. If it is empty, or if an IRI has a prefix as
+///                 its scheme, the used terms of the context are written into the document.
 ///
-/// @par Errors   unsupported_syntax when the syntax cannot carry the graph (RDF/XML and a predicate without a local name, or a
-///               character that XML 1.0 lacks), and when a term is no RDF: a relative IRI, invalid UTF-8.
+/// @par Errors   unsupported_syntax: the syntax cannot express the graph (RDF/XML: a predicate without a local name, a character that
+///               XML 1.0 does not have), or a term is not valid RDF (a relative IRI, invalid UTF-8)
 /// @par Time     Turtle, N-Triples, JSON-LD: 3 us for 12 triples; JSON-LD with its context inside: 8. RDF/XML: 150, and it is read back.
 Result<std::string> write(const Graph& graph, Syntax syntax, const Prefixes& prefixes = default_prefixes(),
                           std::string_view context = {});
 
-/// The names by which lrt speaks JSON-LD, as a document of type application/ld+json: the prefixes; `id` and `type`; the terms of hybrit,
-/// lrt, vom and of what else robots say of themselves by their local names, and links, times and units typed, so that they are
-/// strings. Prefixes that are called like a term are left out.
+/// The JSON-LD context of lrt, as a document of type application/ld+json. It contains the prefixes, `id` and `type`, and the local names of
+/// terms of hybrit, lrt, vom and other vocabularies. Links, times and units are typed, so that their values are strings. A prefix with
+/// the name of a term is left out.
 std::string json_ld_context(const Prefixes& prefixes = default_prefixes());
 
-/// Names json_ld_context() in documents that are for any server of lrt. Nothing is fetched from there.
+/// Denotes json_ld_context() in documents that are not made for one server. lrt never fetches it.
 inline constexpr std::string_view json_ld_context_iri = "https://w3id.org/lrt/context.jsonld";
 
 }  // namespace lrt::rdf

@@ -12,7 +12,7 @@
 
 namespace lrt::rdf {
 
-/// A term's number within one Graph. Small, dense, given in order of first use; means nothing in another graph.
+/// The number of a term in one Graph: small and dense, in order of first use. Not valid in another graph.
 enum class TermId : std::uint32_t {};
 
 struct Triple {
@@ -22,13 +22,12 @@ struct Triple {
   }
 };
 
-/// An RDF graph as a value: a set of triples over interned terms, with look-up by any position.
+/// An RDF graph with value semantics: a set of triples over interned terms, with look-up by any position.
 ///
-/// Copying copies; equal graphs may number their terms differently. Triples keep the order in which they were added, so that
-/// what is written from a graph is reproducible. Blank node labels are local: merging two graphs identifies blank nodes of equal
-/// label, which is what a builder that names its own nodes wants.
+/// Triples keep the order in which they were added, so the output of a writer is reproducible. Equal graphs may number their terms
+/// differently. Blank node labels are local to a graph: merging two graphs identifies blank nodes with equal labels.
 ///
-/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number that only read.
+/// @par Threads  Distinct objects: any thread. One object: one thread at a time, or any number of reading threads.
 /// @par Time     add, contains, find: constant on average. match: proportional to the rarest bound term's triples.
 class Graph {
  public:
@@ -36,32 +35,32 @@ class Graph {
 
   Graph() = default;
 
-  /// Adds a triple; false if it was there. Subject: IRI or blank node; predicate: IRI.
+  /// Adds a triple; false: the graph had it already. Subject: IRI or blank node; predicate: IRI.
   bool add(const TermView& subject, const TermView& predicate, const TermView& object);
   bool add(TermId subject, TermId predicate, TermId object);
-  /// Adds every triple of `other`. Blank nodes of equal label become one.
+  /// Adds every triple of `other`. Blank nodes with equal labels become one.
   void merge(const Graph& other);
 
   std::size_t size() const noexcept { return triples_.size(); }
   bool empty() const noexcept { return triples_.empty(); }
   const std::vector<Triple>& triples() const noexcept { return triples_; }
 
-  /// The number of the term, which becomes known if it was not.
+  /// The number of a term. A new term is added.
   TermId intern(const TermView& term);
-  /// The number of a term that the graph knows.
+  /// The number of a term; nullopt: the graph does not have it.
   std::optional<TermId> find(const TermView& term) const noexcept;
-  /// The term of a number; its views are valid until the graph changes or dies.
+  /// The term of a number. Its views are valid until the graph is changed or destroyed.
   TermView term(TermId id) const noexcept;
   std::size_t term_count() const noexcept { return terms_.size(); }
-  /// A new blank node whose label no term of this graph has.
+  /// A new blank node with a label that is unique in this graph.
   TermId fresh_blank();
 
   bool contains(TermId subject, TermId predicate, TermId object) const noexcept;
   bool contains(const TermView& subject, const TermView& predicate, const TermView& object) const noexcept;
 
-  /// The triples that have the given terms, in the order they were added. Valid until the graph changes or dies.
+  /// The triples with the given terms, in the order they were added. Valid until the graph is changed or destroyed.
   Matches match(std::optional<TermId> subject, std::optional<TermId> predicate, std::optional<TermId> object) const noexcept;
-  /// The same with terms by value; a term the graph does not know matches nothing.
+  /// As above, with terms by value. A term that the graph does not have matches no triple.
   Matches match(const TermView* subject, const TermView* predicate, const TermView* object) const noexcept;
 
   /// The object of the first triple with this subject and predicate.
@@ -72,15 +71,15 @@ class Graph {
   /// All subjects of a predicate and object, in order.
   std::vector<TermView> subjects(const TermView& predicate, const TermView& object) const;
 
-  /// The members of the RDF list that starts at `head`; nullopt if it is no well-formed, finite list.
+  /// The members of the RDF list that starts at `head`; nullopt: it is not a well-formed, finite list.
   std::optional<std::vector<TermId>> list(TermId head) const;
-  /// Adds an RDF list of the members. Returns its head: rdf:nil, or the first of the cells, which are made before all triples.
-  /// @param cells  the first ones; the others are fresh blank nodes
+  /// Adds an RDF list of the members. Returns its head: rdf:nil or the first cell. All cells are made before the triples are added.
+  /// @param cells  nodes for the first cells; further cells are new blank nodes
   TermId add_list(const std::vector<TermId>& members, std::vector<TermId> cells = {});
 
  private:
   static constexpr std::uint32_t none = 0xFFFFFFFF;
-  struct Chain {  // the triples that have a term in one position, linked in order
+  struct Chain {  // the triples with a term in one position, linked in order
     std::uint32_t first = none, last = none, count = 0;
   };
   struct Entry {
@@ -100,7 +99,7 @@ class Graph {
   void grow_terms();
   void grow_triples();
 
-  std::string text_;                        // all lexical forms, one after the other
+  std::string text_;                        // all lexical forms, concatenated
   std::vector<Entry> terms_;
   std::vector<std::uint32_t> term_slots_;   // open addressing over terms_
   std::vector<Triple> triples_;
@@ -154,12 +153,12 @@ class Graph::Matches {
 
   const Graph* graph_;
   std::uint32_t wanted_[3] = {Graph::none, Graph::none, Graph::none};
-  int position_ = 3;  // which chain is walked; 3: all triples
+  int position_ = 3;  // the chain that is followed; 3: all triples
   std::uint32_t first_ = Graph::none;
 };
 
-/// True if the graphs differ at most in the labels of their blank nodes (RDF 1.1 Concepts 3.6).
-/// @par Time  Exponential in the worst case (graphs of many interchangeable blank nodes); meant for tests and small graphs.
+/// True if the graphs are equal except for the labels of their blank nodes (RDF 1.1 Concepts 3.6).
+/// @par Time  Exponential in the worst case (graphs with many interchangeable blank nodes); for tests and small graphs.
 bool isomorphic(const Graph& a, const Graph& b);
 
 }  // namespace lrt::rdf

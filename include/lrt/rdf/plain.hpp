@@ -16,68 +16,72 @@
 
 namespace lrt::rdf {
 
-/// How a value is written without RDF around it (SPEC 3.9).
+/// The formats of a value alone, without RDF (SPEC 3.9).
 ///
 ///   json             43.6   [0.1, 0.2]   {"x": 1, "mode": "fast"}
-///   json_with_units  {"value": 43.6, "unit": "deg"} in place of each number, list or record that has a unit; else as json
+///   json_with_units  as json, with {"value": 43.6, "unit": "deg"} for each number, list or record that has a unit
 ///   text             43.6   fast   true; lists and records as json
-///   cbor             RFC 8949, of the same shape as json
-///   octets           the numbers of a number, a list, or a list of lists one after the other (of a matrix row by row), least significant
-///                    byte first
+///   cbor             RFC 8949, structured as json
+///   octets           the numbers of a number, a list or a list of lists in order (a matrix row by row), least significant byte first
 ///
-/// In JSON and CBOR a record is an object of its fields by name, a duration the text of an xsd:dayTimeDuration, an instant that of an
-/// xsd:dateTime, what is absent is left out, in a list too, and as the whole null; in text it is the empty one, so that an optional text
-/// cannot be empty there. JSON has no NaN and no infinity: they are the texts "NaN", "INF", "-INF", as in XML Schema. Two fields of one
-/// name are told apart by prefixes, "maths:x", or by their IRIs. A record with a field called "value" has no place for its own unit.
+/// In JSON and CBOR:
+/// - A record is an object with its fields by name. Two fields with the same name get prefixes ("maths:x") or their IRIs as names.
+/// - A duration is the text of an xsd:dayTimeDuration, an instant the text of an xsd:dateTime.
+/// - An absent value is left out of its record or list; as the whole value it is null.
+/// - NaN and infinities are the texts "NaN", "INF", "-INF" in JSON, as in XML Schema.
+/// - A record with a field "value" cannot have a unit of its own.
+/// In text an absent value is the empty text, so an optional text cannot be empty.
 enum class Plain : unsigned char { json, json_with_units, text, cbor, octets };
 inline constexpr std::array<Plain, 4> all_plain = {Plain::json, Plain::json_with_units, Plain::text, Plain::cbor};  ///< without octets
 
 /// "application/json", `application/json;profile="https://w3id.org/lrt/ns#withUnits"`, "text/plain", "application/cbor",
 /// "application/octet-stream".
 std::string_view media_type(Plain format) noexcept;
-/// The format in which a body of that type is read; units may be said in JSON and CBOR always, so parameters do not matter.
+/// The format for reading a body of a media type. Parameters are ignored: JSON and CBOR bodies may always contain units.
 std::optional<Plain> plain_of(const MediaType& type) noexcept;
 
 /// The layout of Plain::octets.
 struct Octets {
   Iri datatype;                    ///< xsd:double: IEEE 754 binary64; xsd:float: binary32; xsd:long, unsignedByte ...: two's complement
   std::size_t bytes = 0;           ///< of one number: 1, 2, 4 or 8
-  std::vector<std::size_t> shape;  ///< lengths of the lists, outermost first; a number has none
+  std::vector<std::size_t> shape;  ///< lengths of the lists, outermost first; empty: a number
 
   std::size_t size() const noexcept;  ///< of all octets
 };
-/// Of the values of a type; a length is 0 where it is free. nullopt: they are no numbers.
+/// The layout of all values of a type; a free length is 0. nullopt: the type does not consist of numbers.
 std::optional<Octets> octets_of(const Type& type);
-/// Of this value, with its lengths; below an empty list, where nothing shows them, with those of the type.
+/// The layout of a value. The lengths below an empty list are those of the type.
 /// @pre `value` is of that type, or null
-/// @par Errors  unsupported_syntax: they are no numbers, or lists of unlike lengths side by side, or null
+/// @par Errors  unsupported_syntax: the value does not consist of numbers, has lists of different lengths side by side, or is null
 Result<Octets> octets_of(const Type& type, const Value& value);
-/// Whether octets are read as a value of the type. They do not say their shape, so no more than one length may be free.
+/// Whether a value of the type can be read from octets: at most one length may be free, because octets do not contain their shape.
 bool reads_octets(const Type& type);
 
-/// Writes a value. Deterministic. A text that is no UTF-8 is shown with U+FFFD.
+/// Writes a value. Deterministic. Invalid UTF-8 in a text is replaced by U+FFFD.
 ///
 /// @pre `value` is of that type, or null
-/// @par Errors  unsupported_syntax: octets where octets_of() has none
+/// @par Errors  unsupported_syntax: octets, and octets_of() fails
 /// @par Time    A number 0.1 us, an array of 7 in JSON 0.5, as octets 0.1. A million doubles as octets: 8 ms.
 Result<std::string> write_plain(const Type& type, const Facets& facets, const Value& value, Plain format);
 
-/// Reads a value and adds to `graph` at `focus` the triples that write_value() would have added, so that the same shape judges it: what
-/// does not fit the type is added as what it is (a text where a number is expected), what is missing or null is left out. A number is of
-/// the type's datatype, digit by digit; where the type asks for an integer, one with a fraction or an exponent is of xsd:double, one that it cannot hold of xsd:integer.
+/// Reads a value and adds to `graph` at `focus` the triples that write_value() would add, so the same shape validates it. A value of the
+/// wrong type is added as it is (a text where a number is expected). A missing or null value is left out. A number gets the type's
+/// datatype and keeps its digits. If the type is an integer, a number with a fraction or an exponent becomes an xsd:double, and a number
+/// out of range an xsd:integer.
 ///
-/// A number without a unit is in the declared one. {"value": ..., "unit": "deg"} says it by its UCUM code, or by the IRI where it has no
-/// code: in place of any number, of a list or record that has a unit, and of the whole; "unit" may be missing.
+/// A number without a unit has the declared unit. {"value": ..., "unit": "deg"} states the unit by its UCUM code, or by its IRI if it has no
+/// code. This form is accepted for any number, for a list or record with a unit, and for the whole value. "unit" is optional.
 ///
-/// Of a text the body is the value, byte for byte; of other scalars in text white space around it is dropped. Lists and records in text
-/// are JSON.
+/// Format text: a text is the body, byte for byte. White space around other scalars is ignored. Lists and records are JSON.
 ///
-/// @par Errors  expected_rdf: no JSON, no CBOR, invalid UTF-8, U+0000, two members of one name, octets of another length: with the place.
-///              In CBOR also tags, byte strings, undefined. expected_value: a member that the record does not have, an object or null where
-///              none can be, a unit that is not the declared one: with the JSON Pointer, what was found and what is there. limit_exceeded:
-///              nested more than 64 deep, or more than `max_values` values. unsupported_syntax: octets, and reads_octets() says no.
-///              After an error the graph is to be thrown away.
-/// @par Time    Linear in the body. A number with a unit 0.8 us in JSON, 0.5 in text; nearly all of it is the graph.
+/// @par Errors  After an error the graph must be discarded.
+///              expected_rdf, with the position: invalid JSON, CBOR or UTF-8; U+0000; two members with the same name; octets of a wrong
+///              length; in CBOR also tags, byte strings, undefined.
+///              expected_value, with the JSON Pointer, what was found and what was expected: an unknown member of a record, an object or null
+///              that the type does not allow, a unit other than the declared one.
+///              limit_exceeded: nested more than 64 deep, or more than `max_values` values.
+///              unsupported_syntax: octets, and reads_octets() is false.
+/// @par Time    Linear in the body. A number with a unit: 0.8 us in JSON, 0.5 us in text, mostly for the graph.
 Result<void> read_plain(std::string_view body, Plain format, const Type& type, const Facets& facets, std::string_view names_base,
                         std::size_t max_values, Graph& graph, TermId focus);
 

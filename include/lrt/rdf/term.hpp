@@ -10,8 +10,8 @@ namespace lrt::rdf {
 
 enum class TermKind : std::uint8_t { iri, blank, literal };
 
-/// An RDF term as a view (RDF 1.1 Concepts 3). Two terms are the same when all four parts are equal; a literal always has a
-/// datatype IRI, xsd:string when none was said and rdf:langString when it has a language.
+/// A view of an RDF term (RDF 1.1 Concepts 3). Two terms are equal if all four parts are equal. A literal always has a datatype IRI:
+/// xsd:string by default, rdf:langString if it has a language.
 struct TermView {
   TermKind kind = TermKind::iri;
   std::string_view text;      ///< the IRI, the blank node's label without "_:", or the lexical form
@@ -40,7 +40,7 @@ TermView literal(std::string_view lexical) noexcept;
 constexpr TermView literal(std::string_view lexical, Iri datatype) noexcept {
   return {TermKind::literal, lexical, datatype.text};
 }
-/// A language-tagged literal. `language` must be in lower case already.
+/// A language-tagged literal. @pre `language` is in lower case
 TermView tagged_literal(std::string_view lexical, std::string_view language) noexcept;
 
 /// A term that owns its text.
@@ -59,7 +59,7 @@ class Term {
   std::string text_, datatype_, language_;
 };
 
-/// The term in N-Triples, for messages: `<iri>`, `_:label`, `"lexical"^^<datatype>`; long text is not cut.
+/// The term in N-Triples, for messages: `<iri>`, `_:label`, `"lexical"^^<datatype>`. Long texts are not shortened.
 std::string to_string(const TermView& term);
 
 }  // namespace lrt::rdf

@@ -36,14 +36,14 @@ Unexpected not_a_value_of(const char* what);
 Unexpected does_not_fit(const char* what);
 }  // namespace detail
 
-/// Maps a C++ type to RDF and to every other representation. Provided for bool, integers, float, double, std::string, durations,
-/// system_clock time points, std::array, std::vector and std::optional of such; for your own structs and enums derive a
-/// specialisation from Record or Enumeration. The four members of any specialisation:
+/// Maps a C++ type to RDF and to every other representation. lrt provides it for bool, integers, float, double, std::string, durations,
+/// system_clock time points, and std::array, std::vector and std::optional of these. For your own structs and enums derive a
+/// specialisation from Record or Enumeration. Every specialisation has four members:
 ///
 ///   static const Type& type();                          // the same object at every call
 ///   static Value encode(const T& value);                // a Value of that type
-///   static Result<T> decode(const Value& value);        // may refuse what the type alone cannot exclude
-///   static bool same(const T& a, const T& b) noexcept;  // bit-identical where it matters; no allocation
+///   static Result<T> decode(const Value& value);        // may refuse values that the Type allows
+///   static bool same(const T& a, const T& b) noexcept;  // true: both have the same representations; no allocation
 template <class T, class Enable = void>
 struct traits {
   static_assert(detail::always_false<T>,
@@ -63,7 +63,7 @@ struct traits<bool> {
   static bool same(bool a, bool b) noexcept { return a == b; }
 };
 
-/// The integer types, as xsd:byte ... xsd:unsignedLong by their size. char, wchar_t and the like are no numbers here.
+/// The integer types, as xsd:byte ... xsd:unsignedLong by their size. Character types are not numbers.
 template <class T>
 struct traits<T, std::enable_if_t<std::is_integral_v<T> && !std::is_same_v<T, bool> && !std::is_same_v<T, char> &&
                                   !std::is_same_v<T, wchar_t> && !std::is_same_v<T, char16_t> && !std::is_same_v<T, char32_t>>> {
@@ -111,7 +111,7 @@ struct traits<T, std::enable_if_t<std::is_same_v<T, float> || std::is_same_v<T, 
   static bool same(T a, T b) noexcept { return std::memcmp(&a, &b, sizeof(T)) == 0; }
 };
 
-/// UTF-8. What is not well-formed is shown with U+FFFD.
+/// Text in UTF-8. Ill-formed bytes are replaced by U+FFFD in representations.
 template <>
 struct traits<std::string> {
   static const Type& type() noexcept { return detail::text_type(); }
@@ -217,7 +217,7 @@ struct traits<std::vector<T>> {
   }
 };
 
-/// A value that may be absent: no triple.
+/// A value that may be absent. An absent value has no triple.
 template <class T>
 struct traits<std::optional<T>> {
   static const Type& type() {
@@ -236,7 +236,7 @@ struct traits<std::optional<T>> {
   }
 };
 
-/// Base of `traits` for an enum whose enumerators have names: a string out of a closed set.
+/// Base of `traits` for an enum. Its values are strings from a closed set of names.
 template <class E>
 class Enumeration {
  public:
@@ -277,20 +277,20 @@ class Enumeration {
   std::vector<E> values_;
 };
 
-/// Base of `traits` for a struct whose fields the user lists. A field is optional exactly if its C++ type is std::optional.
+/// Base of `traits` for a struct. The user lists its fields. A field is optional if its C++ type is std::optional, and only then.
 template <class S>
 class Record {
  public:
   /// Adds an rdf:type.
   Record& is(Iri type) { return type_.classes.emplace_back(type.text), *this; }
-  /// A field under a term of a vocabulary. Returns its facets, to say unit and bounds.
+  /// Adds a field with a vocabulary term as its predicate. Returns the field's facets, for unit and bounds.
   template <class M>
   Facets& field(Iri predicate, M S::*member) {
     const std::size_t at = predicate.text.find_last_of("#/");
     return add(std::string(at == std::string_view::npos ? predicate.text : predicate.text.substr(at + 1)), std::string(predicate.text),
                member);
   }
-  /// A field under a name of your own; its predicate is `<blueprint#name>`, which the Thing's Blueprint documents.
+  /// Adds a field with a name of your own. Its predicate is `<blueprint#name>`, which the Thing's Blueprint documents.
   template <class M>
   Facets& field(std::string_view name, M S::*member) {
     return add(std::string(name), "#" + std::string(name), member);
@@ -360,7 +360,7 @@ class Record {
 };
 
 namespace detail {
-/// What a lambda's result is stored as: texts that do not own become std::string.
+/// The type in which a lambda's result is stored. Text views become std::string.
 template <class T>
 struct stored {
   using type = std::decay_t<T>;

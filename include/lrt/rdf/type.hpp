@@ -14,7 +14,7 @@
 
 namespace lrt::rdf {
 
-/// What a value may be beyond its type. Bounds are compared as numbers.
+/// The unit of a value and restrictions beyond its type. Bounds are compared as numbers.
 ///
 /// `Facets{unit::degree}.at_least(0).below(360)`
 class Facets {
@@ -29,8 +29,8 @@ class Facets {
   Facets& between(double low, double high) { return at_least(low).at_most(high); }
   /// Accepts NaN and infinities from clients. Values that the robot reads or publishes may always be non-finite.
   Facets& allow_non_finite() { return non_finite_ = true, *this; }
-  /// Bounds the length of a text in code points.
-  Facets& length(std::size_t shortest, std::size_t longest) { return min_length_ = shortest, max_length_ = longest, *this; }
+  /// Bounds the length of a text, in code points.
+  Facets& length(std::size_t min, std::size_t max) { return min_length_ = min, max_length_ = max, *this; }
 
   const Unit& unit() const noexcept { return unit_; }
   std::optional<double> min() const noexcept { return min_; }
@@ -58,7 +58,7 @@ struct FieldType {
   Facets facets;
 };
 
-/// How values of one C++ type look in every representation; made by rdf::traits<T>::type().
+/// Describes the values of a C++ type for every representation. Made by rdf::traits<T>::type().
 struct Type {
   enum class Kind : std::uint8_t { boolean, integer, real, text, enumeration, duration, instant, list, optional, record };
 
@@ -67,9 +67,9 @@ struct Type {
   std::int64_t lowest = 0;               ///< integer: range of the C++ type
   std::uint64_t highest = 0;
   bool single = false;                   ///< real: float, not double
-  std::vector<std::string> names;        ///< enumeration, in the order given
-  const Type* element = nullptr;         ///< list, optional
-  std::size_t shortest = 0;              ///< list: least number of members
+  std::vector<std::string> names;        ///< enumeration: names in the given order
+  const Type* element = nullptr;         ///< list, optional: type of the members or of the value
+  std::size_t shortest = 0;              ///< list: minimum number of members
   std::size_t longest = std::numeric_limits<std::size_t>::max();
   std::vector<std::string> classes;      ///< record: its rdf:types
   std::vector<FieldType> fields;         ///< record

@@ -6,10 +6,10 @@
 
 namespace lrt {
 
-/// A unit of measurement under the names that clients know it by. Numbers are never converted; a unit says what a number means.
+/// A unit of measurement with its names in three vocabularies. It documents the meaning of a number; numbers are never converted.
 struct Unit {
   Iri qudt;                ///< object of qudt:unit
-  Iri vom;                 ///< object of vom:unit, where the ARVIDA vocabulary has one
+  Iri vom;                 ///< object of vom:unit; empty: the ARVIDA vocabulary does not have it
   std::string_view ucum;   ///< code for JSON, "deg"
 
   constexpr bool empty() const noexcept { return qudt.empty() && vom.empty(); }

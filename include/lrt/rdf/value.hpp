@@ -8,11 +8,11 @@
 
 namespace lrt::rdf {
 
-/// A value between C++ and its representations: what rdf::traits<T> makes of a T, and what every codec reads and writes. Its shape
-/// is said by a Type; a Value alone does not know its datatype.
+/// The common form of values between C++ and all representations: rdf::traits<T> converts a T to it, every codec reads and writes it. A Type
+/// describes its structure; a Value does not contain its datatype.
 ///
-/// null: an absent optional. boolean. integer: int64, or uint64 above its range; durations and instants as nanoseconds.
-/// real: float and double alike. text: strings and names of enumerators. sequence: lists, and records in the order of their fields.
+/// null: an absent optional. boolean. integer: int64, or uint64 above its range; durations and instants in nanoseconds. real: float and
+/// double. text: strings and names of enumerators. sequence: lists, and records in the order of their fields.
 class Value {
  public:
   using Sequence = std::vector<Value>;
@@ -39,7 +39,7 @@ class Value {
   std::variant<std::monostate, bool, std::int64_t, std::uint64_t, double, std::string, Sequence> data_;
 };
 
-/// True if the two are the same to the bit: NaN is itself, 0.0 is not -0.0.
+/// True if both are bit-identical: NaN equals NaN, 0.0 does not equal -0.0.
 bool same(const Value& a, const Value& b) noexcept;
 
 }  // namespace lrt::rdf

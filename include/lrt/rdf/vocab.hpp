@@ -2,7 +2,7 @@
 
 #include <lrt/base/iri.hpp>
 
-/// The terms lrt uses, spelled as in their vocabularies (R1.5, SPEC section 4).
+/// The vocabulary terms that lrt uses, spelled as in their vocabularies (R1.5, SPEC section 4).
 namespace lrt::vocab {
 
 #define LRT_TERM(prefix, name) inline constexpr Iri name{LRT_VOCAB_##prefix #name}

@@ -14,22 +14,22 @@ namespace lrt::shacl {
 struct Plan;
 
 struct CompileOptions {
-  /// What SHACL Core does not have (sh:sparql, sh:js, sh:target, sh:expression, constraint components of the graph's own,
-  /// sh:entailment) is refused, because ignoring a constraint means to accept what it forbids. True: it is ignored.
+  /// Whether features beyond SHACL Core are ignored: sh:sparql, sh:js, sh:target, sh:expression, sh:entailment, custom constraint
+  /// components. False: they are refused, because an ignored constraint would accept invalid data.
   bool ignore_unsupported = false;
   std::size_t max_pattern_length = 1000;  ///< bytes of one sh:pattern
   std::size_t max_path_depth = 32;        ///< nesting of one property path
   std::size_t max_path_size = 1000;       ///< parts of one property path
 };
 
-/// Shapes, compiled once and then immutable (SHACL 2, 4).
+/// Compiled, immutable shapes (SHACL 2, 4).
 ///
-/// Compiling checks every syntax rule of SHACL Core for every shape of the graph, used or not, so that nothing ill-formed is
-/// met while data are judged. A shape may refer to itself, directly or through others: SHACL leaves the meaning open (3.4.3),
-/// here a node that is met again while it is being judged by the same shape is taken to conform, so that lists and trees can be
-/// described and nothing is endless. owl:imports is not followed.
+/// Compiling checks every syntax rule of SHACL Core for every shape of the graph, used or not, so a validation never finds an ill-formed
+/// shape. A shape may refer to itself, directly or through others. SHACL leaves the meaning open (3.4.3); here a node conforms to a shape
+/// while it is being validated against the same shape. So shapes can describe lists and trees, and validation terminates. owl:imports is
+/// not followed.
 ///
-/// @par Threads  Any: immutable; copies share.
+/// @par Threads  Any: immutable. Copies share their data.
 class Shapes {
  public:
   /// @par Errors  expected_value: an ill-formed shape, with the triple. unsupported_syntax: see CompileOptions. limit_exceeded.
@@ -44,7 +44,7 @@ class Shapes {
   /// The shapes graph.
   const rdf::Graph& graph() const noexcept;
 
-  /// For src/shacl: what the shapes were compiled to.
+  /// For src/shacl: the compiled form.
   const std::shared_ptr<const Plan>& plan() const noexcept { return plan_; }
 
  private:

@@ -14,36 +14,36 @@
 ///     auto report = lrt::shacl::validate(*shapes, data);                                                // often
 ///     if (report && !report->conforms()) std::cout << report->to_text();
 ///
-/// Beyond the letter of the Recommendation, where it leaves a choice:
-///  - Values are compared by XPath's rules: integers and decimals exactly, whatever their length; with a float or double after
-///    conversion to that type. xsd:date, time, gYear, gYearMonth and durations are compared too, each with its own kind. What
-///    cannot be compared (a dateTime with a zone and one without, less than 14 hours apart) violates the constraint.
-///  - Patterns are PCRE2 in the dialect of XPath (\i, \c, class subtraction; flags i m s x q). A pattern that cannot be decided
-///    within its limit of work violates the constraint and the message says so.
+/// Choices that the Recommendation leaves open:
+///  - Values are compared by the rules of XPath: integers and decimals exactly at any length, others after conversion to float or double.
+///    xsd:date, time, gYear, gYearMonth and durations are compared with values of the same kind. Two values that cannot be compared (a
+///    dateTime with a zone and one without, less than 14 hours apart) violate the constraint.
+///  - Patterns are evaluated by PCRE2 in the dialect of XPath (\i, \c, class subtraction; flags i m s x q). If a match exceeds its limit of
+///    work, the value violates the constraint, and the message says so.
 ///  - rdfs:subClassOf is read from the data graph, rdf:type and rdfs:subClassOf of shapes from the shapes graph.
 namespace lrt::shacl {
 
-/// Limits. A report that would need more is not given: Errc::limit_exceeded says which limit it was.
+/// Limits of a validation. Beyond them there is no report but Errc::limit_exceeded, with the limit.
 struct ValidateOptions {
-  std::size_t max_depth = 100;             ///< shapes within shapes (about 1 KiB of stack each)
+  std::size_t max_depth = 100;             ///< depth of nested shapes (about 1 KiB of stack each)
   std::size_t max_path_nodes = 1'000'000;  ///< nodes visited by one path from one node
-  std::size_t max_steps = 50'000'000;      ///< nodes visited and values checked in all; some seconds
-  std::size_t max_results = 1'000;         ///< reached: the report is cut and says so, see Report::complete()
+  std::size_t max_steps = 50'000'000;      ///< nodes visited and values checked; takes some seconds
+  std::size_t max_results = 1'000;         ///< then the report is incomplete, see Report::complete()
   bool details = true;                     ///< fill ValidationResult::details
 };
 
 /// Validates a data graph against all shapes that have targets (SHACL 2.1.3, 3.1).
 ///
-/// @par Errors   limit_exceeded: could not be judged.
-/// @par Threads  Any number at once on the same shapes and data.
-/// @par Time     Linear in the focus nodes. A constraint that holds allocates nothing; scratch memory grows with the largest
-///               set of value nodes.
+/// @par Errors   limit_exceeded
+/// @par Threads  Any number of threads may use the same shapes and data.
+/// @par Time     Linear in the number of focus nodes. A satisfied constraint does not allocate. Scratch memory grows with the largest set of
+///               value nodes.
 /// @par Implements  SHACL 3
 Result<Report> validate(const Shapes& shapes, const rdf::Graph& data, const ValidateOptions& options = {});
 
-/// Validates one focus node against one shape, whatever their targets (SHACL 3.4). The focus node need not occur in the data.
+/// Validates one focus node against one shape, without regard to targets (SHACL 3.4). The focus node need not occur in the data.
 ///
-/// @par Errors   expected_value: no such shape. limit_exceeded: could not be judged.
+/// @par Errors   expected_value: there is no such shape. limit_exceeded.
 /// @par Implements  SPEC 3.3
 Result<Report> validate(const Shapes& shapes, const rdf::Graph& data, const rdf::TermView& focus, const rdf::TermView& shape,
                         const ValidateOptions& options = {});

@@ -10,46 +10,46 @@ namespace lrt::shacl {
 namespace sh = vocab::sh;
 namespace {
 
-/// SHACL 4.2.1 sh:minCount: there are at least so many value nodes. One xsd:integer, in property shapes.
+/// SHACL 4.2.1 sh:minCount: the minimum number of value nodes. One xsd:integer, in property shapes.
 class MinCount final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
     if (const auto n = compiler.integer(shape, sh::minCount); n && *n > 0)
       compiler.add<MinCount>(shape, static_cast<std::uint64_t>(*n));
   }
-  explicit MinCount(std::uint64_t least) noexcept : Constraint(sh::MinCountConstraintComponent), least_(least) {}
+  explicit MinCount(std::uint64_t min) noexcept : Constraint(sh::MinCountConstraintComponent), min_(min) {}
 
   void check(Run& run, const Scene& scene) const override {
-    if (scene.size() >= least_) return;
+    if (scene.size() >= min_) return;
     run.violation(scene, *this, std::nullopt, [&] {
-      return "expected at least " + counted(least_, "value", "values") + ", found " +
+      return "expected at least " + counted(min_, "value", "values") + ", found " +
              (scene.size() == 0 ? "none" : std::to_string(scene.size()));
     });
   }
 
  private:
-  std::uint64_t least_;
+  std::uint64_t min_;
 };
 
-/// SHACL 4.2.2 sh:maxCount: there are at most so many value nodes. One xsd:integer, in property shapes.
+/// SHACL 4.2.2 sh:maxCount: the maximum number of value nodes. One xsd:integer, in property shapes.
 class MaxCount final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
     if (const auto n = compiler.integer(shape, sh::maxCount)) compiler.add<MaxCount>(shape, *n);
   }
-  explicit MaxCount(std::int64_t most) noexcept : Constraint(sh::MaxCountConstraintComponent), most_(most) {}
+  explicit MaxCount(std::int64_t max) noexcept : Constraint(sh::MaxCountConstraintComponent), max_(max) {}
 
   void check(Run& run, const Scene& scene) const override {
-    if (static_cast<std::int64_t>(scene.size()) <= most_) return;
+    if (static_cast<std::int64_t>(scene.size()) <= max_) return;
     run.violation(scene, *this, std::nullopt, [&] {
-      return (most_ <= 0 ? "expected no value"
-                         : "expected at most " + counted(static_cast<std::size_t>(most_), "value", "values")) +
+      return (max_ <= 0 ? "expected no value"
+                         : "expected at most " + counted(static_cast<std::size_t>(max_), "value", "values")) +
              ", found " + std::to_string(scene.size());
     });
   }
 
  private:
-  std::int64_t most_;
+  std::int64_t max_;
 };
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace lrt::shacl {
 namespace sh = vocab::sh;
 namespace {
 
-/// SHACL 4.6.1 sh:not: no value node conforms to the shape. Shapes, each a constraint.
+/// SHACL 4.6.1 sh:not: no value node conforms to the shape. Values: shapes; each is a constraint.
 class Not final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
@@ -23,7 +23,7 @@ class Not final : public Constraint {
       const Node node = run.node(i);
       if (!run.conforms(node, shape_)) continue;
       run.violation(scene, *this, node, [&] {
-        return "expected what does not conform to " + shown_shape(run.plan(), shape_) + ", found " + shown(run.term(node));
+        return "expected a value that does not conform to " + shown_shape(run.plan(), shape_) + ", found " + shown(run.term(node));
       });
     }
   }
@@ -33,7 +33,7 @@ class Not final : public Constraint {
   ShapeIndex shape_;
 };
 
-/// What the other three have in common: lists of shapes, each a constraint.
+/// The common part of the other three. Values: lists of shapes; each list is a constraint.
 class Several : public Constraint {
  public:
   void references(std::vector<ShapeIndex>& out) const final { out.insert(out.end(), shapes_.begin(), shapes_.end()); }
@@ -65,7 +65,7 @@ class And final : public Several {
       for (const ShapeIndex shape : shapes_) {
         if (run.conforms(node, shape)) continue;
         run.violation_within(scene, *this, node, shape, [&] {
-          return "expected what conforms to all of " + std::to_string(shapes_.size()) + " shapes, found " +
+          return "expected a value that conforms to all of " + std::to_string(shapes_.size()) + " shapes, found " +
                  shown(run.term(node));
         });
         break;
@@ -95,16 +95,16 @@ class Or final : public Several {
   }
 
  private:
-  /// The datatypes if that is what the shapes are about, else how many they are.
+  /// The datatypes, if each shape has only a datatype; else the number of shapes.
   std::string alternatives(const Plan& plan) const {
-    constexpr std::size_t most = 4;
+    constexpr std::size_t max_shown = 4;
     std::string words = "one of";
     for (std::size_t i = 0; i < shapes_.size(); ++i) {
       const auto datatype = plan.graph.object(plan.graph.term(plan.shapes[shapes_[i]].id), sh::datatype);
       if (!datatype) return "what conforms to one of " + std::to_string(shapes_.size()) + " shapes";
-      if (i < most) words += (i == 0 ? " " : ", ") + shown(*datatype);
+      if (i < max_shown) words += (i == 0 ? " " : ", ") + shown(*datatype);
     }
-    return words + (shapes_.size() > most ? ", ..." : "");
+    return words + (shapes_.size() > max_shown ? ", ..." : "");
   }
 };
 
@@ -124,7 +124,7 @@ class Xone final : public Several {
       }
       if (count == 1) continue;
       run.violation(scene, *this, node, [&] {
-        return "expected what conforms to exactly one of " + std::to_string(shapes_.size()) + " shapes, " +
+        return "expected a value that conforms to exactly one of " + std::to_string(shapes_.size()) + " shapes, " +
                shown(run.term(node)) + (count == 0 ? " conforms to none" : " conforms to several");
       });
     }

@@ -12,8 +12,8 @@ namespace lrt::shacl {
 namespace sh = vocab::sh;
 namespace {
 
-/// SHACL 4.8.1 sh:closed, sh:ignoredProperties: value nodes have no predicates but those that are paths of the shape's
-/// sh:property, and those of the list. One result for each other triple, with its predicate as path.
+/// SHACL 4.8.1 sh:closed, sh:ignoredProperties: value nodes have only predicates that are paths of the shape's sh:property or members of the
+/// list. One result for each other triple, with its predicate as path.
 class Closed final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
@@ -52,7 +52,7 @@ class Closed final : public Constraint {
   std::vector<Constant> allowed_;
 };
 
-/// SHACL 4.8.2 sh:hasValue: the term is among the value nodes. Terms, each a constraint.
+/// SHACL 4.8.2 sh:hasValue: the term is one of the value nodes. Values: terms; each is a constraint.
 class HasValue final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
@@ -65,7 +65,7 @@ class HasValue final : public Constraint {
     for (std::size_t i = scene.begin; i < scene.end; ++i)
       if (run.node(i) == wanted) return;
     run.violation(scene, *this, std::nullopt,
-                  [&] { return "expected the value " + shown(run.plan().graph.term(wanted_)) + ", did not find it"; });
+                  [&] { return "expected the value " + shown(run.plan().graph.term(wanted_)) + ", found no such value"; });
   }
 
  private:
@@ -87,11 +87,11 @@ class In final : public Constraint {
       run.step(members_.size() / 8);
       if (std::any_of(members_.begin(), members_.end(), [&](Constant c) { return run.node_of(c) == node; })) continue;
       run.violation(scene, *this, node, [&] {
-        constexpr std::size_t most = 8;
+        constexpr std::size_t max_shown = 8;
         std::string words = members_.size() == 1 ? "expected" : "expected one of";
-        for (std::size_t m = 0; m < members_.size() && m < most; ++m)
+        for (std::size_t m = 0; m < members_.size() && m < max_shown; ++m)
           words += (m == 0 ? " " : ", ") + shown(run.plan().graph.term(members_[m]));
-        if (members_.size() > most) words += ", ...";
+        if (members_.size() > max_shown) words += ", ...";
         return words + (members_.empty() ? " none" : "") + ", found " + shown(run.term(node));
       });
     }

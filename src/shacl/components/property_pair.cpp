@@ -11,8 +11,7 @@ namespace lrt::shacl {
 namespace sh = vocab::sh;
 namespace {
 
-/// What the four have in common: IRIs, each a constraint about the value nodes and the objects of that predicate at the focus
-/// node.
+/// The common part of the four. Values: IRIs; each is a constraint on the value nodes and the objects of that predicate at the focus node.
 class Pair : public Constraint {
  protected:
   Pair(Iri component_iri, Constant predicate) noexcept : Constraint(component_iri), predicate_(predicate) {}
@@ -24,7 +23,7 @@ class Pair : public Constraint {
   Constant predicate_;
 };
 
-/// SHACL 4.5.1 sh:equals: the two sets are the same; a result for each term that only one of them has.
+/// SHACL 4.5.1 sh:equals: the two sets are equal. One result for each term that only one set has.
 class Equals final : public Pair {
  public:
   static void build(Compiler& c, const Draft& shape) { build_as<Equals>(c, shape, sh::equals); }
@@ -36,14 +35,14 @@ class Equals final : public Pair {
       const Node node = run.node(i);
       if (run.has(scene.focus, predicate, node)) continue;
       run.violation(scene, *this, node,
-                    [&] { return "expected a value of " + name(run) + " too, found only here " + shown(run.term(node)); });
+                    [&] { return "expected a value of " + name(run) + " as well, found " + shown(run.term(node)); });
     }
     Run::Set values(run);
     for (std::size_t i = scene.begin; i < scene.end; ++i) values.insert(run.node(i));
     run.each_object(scene.focus, predicate, [&](Node object) {
       if (!values.contains(object))
         run.violation(scene, *this, object,
-                      [&] { return "expected the values of " + name(run) + ", did not find " + shown(run.term(object)); });
+                      [&] { return "expected the values of " + name(run) + ", found no " + shown(run.term(object)); });
       return run.step() && !run.done();
     });
   }
@@ -66,7 +65,8 @@ class Disjoint final : public Pair {
   }
 };
 
-/// What sh:lessThan and sh:lessThanOrEquals have in common: every pair compares so; a result for each that does not or cannot.
+/// The common part of sh:lessThan and sh:lessThanOrEquals: the order must hold for every pair. One result for each pair for which it does
+/// not, or which cannot be compared.
 class Less : public Pair {
  public:
   void check(Run& run, const Scene& scene) const final {

@@ -12,7 +12,7 @@ namespace lrt::shacl {
 namespace sh = vocab::sh;
 namespace {
 
-/// SHACL 4.7.1 sh:node: every value node conforms to the node shape. Node shapes, each a constraint.
+/// SHACL 4.7.1 sh:node: every value node conforms to the node shape. Values: node shapes; each is a constraint.
 class NodeConstraint final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
@@ -28,7 +28,7 @@ class NodeConstraint final : public Constraint {
       const Node node = run.node(i);
       if (run.conforms(node, shape_)) continue;
       run.violation_within(scene, *this, node, shape_, [&] {
-        return "expected what conforms to " + shown_shape(run.plan(), shape_) + ", found " + shown(run.term(node));
+        return "expected a value that conforms to " + shown_shape(run.plan(), shape_) + ", found " + shown(run.term(node));
       });
     }
   }
@@ -38,8 +38,8 @@ class NodeConstraint final : public Constraint {
   ShapeIndex shape_;
 };
 
-/// SHACL 4.7.2 sh:property: every value node is judged by the property shape, whose results are results. Property shapes, each
-/// a constraint.
+/// SHACL 4.7.2 sh:property: every value node is validated against the property shape, and its results are added. Values: property shapes;
+/// each is a constraint.
 class Property final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
@@ -59,16 +59,16 @@ class Property final : public Constraint {
   ShapeIndex shape_;
 };
 
-/// SHACL 4.7.3 sh:qualifiedValueShape: of the value nodes, those that conform to the shape, and with
-/// sh:qualifiedValueShapesDisjoint to none of its siblings, are at least sh:qualifiedMinCount (one constraint) and at most
-/// sh:qualifiedMaxCount (another). One of each, in property shapes.
+/// SHACL 4.7.3 sh:qualifiedValueShape: counts the value nodes that conform to the shape and, with sh:qualifiedValueShapesDisjoint, to none of
+/// its siblings. The count is at least sh:qualifiedMinCount (one constraint) and at most sh:qualifiedMaxCount (another one). One value of
+/// each, in property shapes.
 class Qualified final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
     const auto min = compiler.integer(shape, sh::qualifiedMinCount), max = compiler.integer(shape, sh::qualifiedMaxCount);
     const bool disjoint = compiler.flag(shape, sh::qualifiedValueShapesDisjoint);
     const auto value = compiler.value(shape, sh::qualifiedValueShape);
-    if (!value) return;  // the counts alone declare nothing
+    if (!value) return;  // the counts alone declare no constraint
     std::vector<ShapeIndex> siblings;
     if (disjoint) siblings = siblings_of(compiler, shape, *value);
     if (min)
@@ -76,8 +76,8 @@ class Qualified final : public Constraint {
     if (max)
       compiler.add<Qualified>(shape, sh::QualifiedMaxCountConstraintComponent, compiler.shape(*value), siblings, *max, false);
   }
-  Qualified(Iri component_iri, ShapeIndex shape, std::vector<ShapeIndex> siblings, std::int64_t count, bool least)
-      : Constraint(component_iri), shape_(shape), siblings_(std::move(siblings)), count_(count), least_(least) {}
+  Qualified(Iri component_iri, ShapeIndex shape, std::vector<ShapeIndex> siblings, std::int64_t count, bool is_minimum)
+      : Constraint(component_iri), shape_(shape), siblings_(std::move(siblings)), count_(count), is_minimum_(is_minimum) {}
 
   void check(Run& run, const Scene& scene) const override {
     std::int64_t found = 0;
@@ -85,11 +85,11 @@ class Qualified final : public Constraint {
       const Node node = run.node(i);
       if (!run.conforms(node, shape_)) continue;
       found += std::none_of(siblings_.begin(), siblings_.end(), [&](ShapeIndex s) { return run.conforms(node, s); });
-      if (least_ && found >= count_) return;
+      if (is_minimum_ && found >= count_) return;
     }
-    if (run.done() || (least_ ? found >= count_ : found <= count_)) return;
+    if (run.done() || (is_minimum_ ? found >= count_ : found <= count_)) return;
     run.violation(scene, *this, std::nullopt, [&] {
-      return "expected at " + std::string(least_ ? "least " : "most ") + std::to_string(count_) +
+      return "expected at " + std::string(is_minimum_ ? "least " : "most ") + std::to_string(count_) +
              (count_ == 1 ? " value that conforms to " : " values that conform to ") + shown_shape(run.plan(), shape_) +
              ", found " + (found == 0 ? "none" : std::to_string(found));
     });
@@ -119,7 +119,7 @@ class Qualified final : public Constraint {
   ShapeIndex shape_;
   std::vector<ShapeIndex> siblings_;
   std::int64_t count_;
-  bool least_;
+  bool is_minimum_;
 };
 
 }  // namespace

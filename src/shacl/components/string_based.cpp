@@ -19,63 +19,62 @@ std::uint64_t length_of(const rdf::TermView& term) noexcept {
       std::count_if(term.text.begin(), term.text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
-/// SHACL 4.4.1 sh:minLength: the text of every value node has at least so many characters; a blank node has no text and
-/// violates.
+/// SHACL 4.4.1 sh:minLength: the minimum number of characters in the text of every value node. A blank node has no text: a violation.
 class MinLength final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
     if (const auto n = compiler.integer(shape, sh::minLength))
       compiler.add<MinLength>(shape, static_cast<std::uint64_t>(std::max<std::int64_t>(*n, 0)));
   }
-  explicit MinLength(std::uint64_t least) noexcept : Constraint(sh::MinLengthConstraintComponent), least_(least) {}
+  explicit MinLength(std::uint64_t min) noexcept : Constraint(sh::MinLengthConstraintComponent), min_(min) {}
 
   void check(Run& run, const Scene& scene) const override {
     for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
       const Node node = run.node(i);
       const rdf::TermView term = run.term(node);
-      if (!term.is_blank() && (term.text.size() / 4 >= least_ || length_of(term) >= least_)) continue;
+      if (!term.is_blank() && (term.text.size() / 4 >= min_ || length_of(term) >= min_)) continue;
       run.violation(scene, *this, node, [&] {
-        return "expected at least " + counted(least_, "character", "characters") + ", found " + shown(term);
+        return "expected at least " + counted(min_, "character", "characters") + ", found " + shown(term);
       });
     }
   }
 
  private:
-  std::uint64_t least_;
+  std::uint64_t min_;
 };
 
-/// SHACL 4.4.2 sh:maxLength: the text of every value node has at most so many characters; a blank node violates.
+/// SHACL 4.4.2 sh:maxLength: the maximum number of characters in the text of every value node. A blank node is a violation.
 class MaxLength final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
     if (const auto n = compiler.integer(shape, sh::maxLength)) compiler.add<MaxLength>(shape, *n);
   }
-  explicit MaxLength(std::int64_t most) noexcept : Constraint(sh::MaxLengthConstraintComponent), most_(most) {}
+  explicit MaxLength(std::int64_t max) noexcept : Constraint(sh::MaxLengthConstraintComponent), max_(max) {}
 
   void check(Run& run, const Scene& scene) const override {
     for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
       const Node node = run.node(i);
       const rdf::TermView term = run.term(node);
-      if (!term.is_blank() && static_cast<std::int64_t>(length_of(term)) <= most_) continue;
+      if (!term.is_blank() && static_cast<std::int64_t>(length_of(term)) <= max_) continue;
       run.violation(scene, *this, node, [&] {
-        return "expected at most " + std::to_string(most_) + (most_ == 1 ? " character" : " characters") + ", found " +
+        return "expected at most " + std::to_string(max_) + (max_ == 1 ? " character" : " characters") + ", found " +
                shown(term);
       });
     }
   }
 
  private:
-  std::int64_t most_;
+  std::int64_t max_;
 };
 
-/// SHACL 4.4.3 sh:pattern, sh:flags: the text of every value node matches the regular expression, as SPARQL's REGEX; a blank
-/// node violates, and so does what cannot be decided within the matcher's limits.
+/// SHACL 4.4.3 sh:pattern, sh:flags: the text of every value node matches the regular expression, as SPARQL's REGEX. A blank node and a
+/// match that exceeds the matcher's limits are violations.
 class Pattern final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
     const auto flags = compiler.text(shape, sh::flags);
     const auto pattern = compiler.text(shape, sh::pattern);
-    if (!pattern) return;  // sh:flags alone declares nothing
+    if (!pattern) return;  // sh:flags alone declares no constraint
     Result<Regex> regex = Regex::compile(*pattern, flags.value_or(std::string_view()), compiler.options().max_pattern_length);
     if (!regex) {
       const bool about_flags = regex.error().message.rfind("unknown flag", 0) == 0;
@@ -101,7 +100,7 @@ class Pattern final : public Constraint {
       if (outcome == Regex::Outcome::match) continue;
       run.violation(scene, *this, node, [&] {
         return "expected a text that matches " + shown(rdf::literal(text_)) + ", found " + shown(term) +
-               (outcome == Regex::Outcome::undecided ? ", which could not be decided within the limits of the matcher" : "");
+               (outcome == Regex::Outcome::undecided ? ", which the matcher could not decide within its limits" : "");
       });
     }
   }
@@ -119,8 +118,7 @@ bool language_matches(std::string_view tag, std::string_view range) noexcept {
          (tag.size() == range.size() || (tag.size() > range.size() && tag[range.size()] == '-'));
 }
 
-/// SHACL 4.4.4 sh:languageIn: every value node is a text with a language that one of the listed ranges matches. One list of
-/// xsd:string.
+/// SHACL 4.4.4 sh:languageIn: every value node is a text with a language that matches one of the ranges. One list of xsd:string.
 class LanguageIn final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
@@ -160,8 +158,8 @@ class LanguageIn final : public Constraint {
   std::vector<std::string> ranges_;
 };
 
-/// SHACL 4.4.5 sh:uniqueLang: no two value nodes have the same language tag; one result for each tag that several have. Only
-/// "true" declares it. One xsd:boolean, in property shapes.
+/// SHACL 4.4.5 sh:uniqueLang: no two value nodes have the same language tag. One result for each repeated tag. Only "true" declares a
+/// constraint. One xsd:boolean, in property shapes.
 class UniqueLang final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {

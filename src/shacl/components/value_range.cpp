@@ -11,8 +11,7 @@ namespace lrt::shacl {
 namespace sh = vocab::sh;
 namespace {
 
-/// What the four have in common: one literal, and a value node violates unless SPARQL's comparison with it is true. What cannot
-/// be compared violates.
+/// The common part of the four. One literal. A value node is a violation if SPARQL's comparison with the literal is false or impossible.
 class Range : public Constraint {
  public:
   void check(Run& run, const Scene& scene) const final {
@@ -40,7 +39,7 @@ class Range : public Constraint {
   }
 
  private:
-  struct Bound {  // owns the text that the comparable looks at
+  struct Bound {  // owns the text that the comparable refers to
     explicit Bound(const rdf::TermView& view) : term(view), comparable(term.view()) {}
     rdf::Term term;
     Comparable comparable;

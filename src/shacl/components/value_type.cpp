@@ -11,8 +11,8 @@ namespace lrt::shacl {
 namespace sh = vocab::sh;
 namespace {
 
-/// SHACL 4.1.1 sh:class: every value node is an instance of the class, or of a subclass the data know. Values of sh:class:
-/// IRIs; each is a constraint.
+/// SHACL 4.1.1 sh:class: every value node is an instance of the class or of one of its subclasses in the data. Values: IRIs; each is a
+/// constraint.
 class Class final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
@@ -34,7 +34,7 @@ class Class final : public Constraint {
   Constant wanted_;
 };
 
-/// SHACL 4.1.2 sh:datatype: every value node is a literal of the datatype, and well-formed if the datatype is one of RDF 1.1's.
+/// SHACL 4.1.2 sh:datatype: every value node is a literal of the datatype; it must be well-formed if RDF 1.1 lists the datatype.
 class Datatype final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
@@ -62,7 +62,7 @@ class Datatype final : public Constraint {
   rdf::lexical::Datatype known_;
 };
 
-/// SHACL 4.1.3 sh:nodeKind: every value node is of one of the kinds that the value names.
+/// SHACL 4.1.3 sh:nodeKind: every value node has one of the given kinds.
 class NodeKind final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
