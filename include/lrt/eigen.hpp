@@ -22,37 +22,38 @@
 #include <lrt/rdf/value.hpp>
 #include <lrt/rdf/vocab.hpp>
 
-/// Eigen's types as values of properties, actions and collections, and as fields of records: include it where you use them.
+/// Traits of Eigen's types, as values of properties, actions and collections and as fields of records. Not part of lrt.hpp.
 ///
 /// | C++ | RDF | in JSON |
 /// |---|---|---|
 /// | vectors of 2, 3, 4; columns or rows | maths:Vector2D, 3D, 4D: maths:x, y, z, w | {"x": 1, "y": 2, "z": 3} |
-/// | vectors of another or of a dynamic size | list | [1, 2, 3, 4, 5, 6] |
-/// | matrices of any size | list of rows, whatever the storage order | [[1, 2], [3, 4]] |
+/// | vectors of any other size, fixed or dynamic | list | [1, 2, 3, 4, 5, 6] |
+/// | matrices of any size | list of rows, for every storage order | [[1, 2], [3, 4]] |
 /// | Quaternion | maths:Quaternion, spatial:Rotation3D: maths:x, y, z, w | {"x": 0, "y": 0, "z": 0, "w": 1} |
 /// | AngleAxis | spatial:AxisAngle, spatial:Rotation3D: spatial:rotationAngle [rad], spatial:rotationAxis | as in Figure 3 of the paper |
 /// | Translation3 | spatial:Translation3D, maths:Vector3D: maths:x, y, z | {"x": 1, "y": 2, "z": 3} |
 /// | Isometry3 | spatial:SpatialRelationship: spatial:translation, spatial:rotation (a quaternion), lrt:matrix | a pose |
 /// | Affine3, AffineCompact3 | spatial:SpatialRelationship: spatial:translation, lrt:matrix | |
 ///
-/// Scalars are float, double and the integer types; those of rotations and transforms float and double. The terms are ARVIDA's, but for
-/// maths:Vector2D, which was named after its siblings, and lrt:matrix. ARVIDA's services put a node (vom:quantityValue) between a
-/// translation and its coordinates; here they stand at the node itself, as in Figure 3.
+/// Scalars are float, double and the integer types; in rotations and transforms float and double. The terms are those of ARVIDA, except
+/// maths:Vector2D, which is formed like its siblings, and lrt:matrix. ARVIDA's services have a node (vom:quantityValue) between a
+/// translation and its coordinates; here the coordinates are properties of the translation itself, as in Figure 3.
 ///
-/// What is finite comes back bit by bit. NaN and infinity are refused as input, whatever the facets say; what the robot itself reads or
-/// publishes is shown as it is. What claims to be a rotation must be one: the norm of a quaternion and of an axis is 1 within 1e-9, a
-/// rotation matrix times its transpose the identity within 1e-8 and no reflection, and the quaternion and the matrix of one pose agree
-/// within 1e-7; for float a thousand times as much. What is outside is refused with a sentence (422), what is inside is taken as it is:
-/// nothing is normalised.
+/// - Finite values read back bit-identically. NaN and infinities from clients are always refused. Values that the robot reads or publishes
+///   may be non-finite.
+/// - A rotation is checked: the norm of a quaternion and of an axis is 1 within 1e-9; a rotation matrix times its transpose is the identity
+///   within 1e-8, and its determinant is positive; the quaternion and the matrix of a pose agree within 1e-7. For float the tolerances are
+///   1000 times as large. A value outside is refused with a message (422). A value inside is kept as it is and not normalised.
 ///
-/// The unit of coordinates is the property's, said once: `property<Eigen::Vector3d>("tip", unit::metre)`; of a pose it is that of the
-/// translation. In a list each member carries it, so large lists are better without. The frame is that which the property names by
-/// lrt:frame, else that of the owning thing.
+/// - The property's unit applies to all coordinates: `property<Eigen::Vector3d>("tip", unit::metre)`; for a pose it applies to the
+///   translation. Each member of a list repeats the unit in RDF, so large lists are better without a unit.
+/// - The frame is the property's lrt:frame, by default the frame of the owning thing.
 ///
-/// Lambdas return a type, not an expression: `[&]() -> Eigen::Vector3d { return r * v; }`. Fixed sizes, and dynamic ones with a fixed
-/// maximum, are published without a lock and without an allocation, as numbers are; VectorXd and MatrixXd allocate, as std::vector does.
-/// What is large and read by programs is best had as octets (Property::octets()): a matrix row by row, whatever its storage order, with its
-/// shape in the RDF. With fixed columns (Matrix<double, Dynamic, 3>, a point a row) or rows it can be written so, too.
+/// - A lambda must return a value type instead of an expression: `[&]() -> Eigen::Vector3d { return r * v; }`.
+/// - publish() of fixed sizes, and of dynamic sizes with a fixed maximum, takes no lock and does not allocate. VectorXd and MatrixXd
+///   allocate, like std::vector.
+/// - For large values and programs as readers use octets (Property::octets()): a matrix row by row in every storage order, with its shape in
+///   the RDF. If the number of columns or rows is fixed (Matrix<double, Dynamic, 3>, one point for each row), PUT accepts octets too.
 
 namespace lrt::rdf {
 
@@ -63,9 +64,9 @@ using Eigen::Index;
 template <class S>
 inline constexpr double unit_tolerance = std::is_same_v<S, float> ? 1e-6 : 1e-9;
 template <class S>
-inline constexpr double matrix_tolerance = std::is_same_v<S, float> ? 1e-5 : 1e-8;  // the matrix of a quaternion that is taken is taken
+inline constexpr double matrix_tolerance = std::is_same_v<S, float> ? 1e-5 : 1e-8;  // accepts the matrix of every accepted quaternion
 template <class S>
-inline constexpr double pose_tolerance = std::is_same_v<S, float> ? 1e-4 : 1e-7;  // and so is the quaternion of such a matrix
+inline constexpr double pose_tolerance = std::is_same_v<S, float> ? 1e-4 : 1e-7;  // accepts the quaternion of every accepted matrix
 
 inline constexpr Iri coordinate_terms[] = {vocab::maths::x, vocab::maths::y, vocab::maths::z, vocab::maths::w};
 
@@ -103,7 +104,7 @@ Result<S> decode_number(const Value& value) {
   return number;
 }
 
-/// Numbers that lie one after the other, as the fields of a record.
+/// Consecutive numbers as the fields of a record.
 template <class S>
 Value encode_coordinates(const S* first, Index size) {
   Value::Sequence out;
@@ -123,7 +124,7 @@ Result<void> decode_coordinates(const Value& value, S* first, Index size) {
   return {};
 }
 
-/// How many members a list may have that is a dimension of a matrix.
+/// The maximum number of members of a list for one dimension of a matrix.
 constexpr std::size_t fewest(Index size) { return size == Eigen::Dynamic ? 0 : static_cast<std::size_t>(size); }
 constexpr std::size_t most(Index largest) {
   return largest == Eigen::Dynamic ? std::numeric_limits<std::size_t>::max() : static_cast<std::size_t>(largest);
@@ -163,7 +164,7 @@ struct Coordinates {
   static bool same(const V& a, const V& b) noexcept { return same_bits(a, b); }
 };
 
-/// Vectors of another size.
+/// Vectors of other sizes.
 template <class V>
 struct List {
   using S = typename V::Scalar;
@@ -213,7 +214,7 @@ struct Rows {
     const Value::Sequence* rows = value.sequence();
     if (!fits(rows, type())) return does_not_fit(rows, type());
     std::size_t columns = row_type().shortest;
-    for (std::size_t r = 0; r < rows->size(); ++r) {  // before there is a matrix: its size is not what one row says
+    for (std::size_t r = 0; r < rows->size(); ++r) {  // checked before a matrix is made with the size of the first row
       const Value::Sequence* row = (*rows)[r].sequence();
       if (!fits(row, row_type())) return at("[" + std::to_string(r) + "]", does_not_fit(row, row_type()).error);
       if (r == 0) columns = row->size();
@@ -239,7 +240,7 @@ using MatrixTraits = std::conditional_t<!M::IsVectorAtCompileTime, Rows<M>,
                                         std::conditional_t<(M::SizeAtCompileTime >= 2 && M::SizeAtCompileTime <= 4), Coordinates<M>,
                                                            List<M>>>;
 
-/// nullopt, or why it is no rotation.
+/// The reason why it is not a rotation; nullopt: it is one.
 template <class S>
 std::optional<Error> no_rotation(const Eigen::Matrix<S, 3, 3>& m) {
   const Eigen::Matrix3d r = m.template cast<double>();
@@ -260,12 +261,12 @@ bool same_transform(const T& a, const T& b) noexcept {
 
 }  // namespace detail::eigen
 
-/// Vectors and matrices, fixed and dynamic. A matrix without rows comes back without columns where their number is dynamic.
+/// Vectors and matrices, fixed and dynamic. A matrix without rows reads back without columns if their number is dynamic.
 template <class S, int Rows, int Columns, int Options, int MostRows, int MostColumns>
 struct traits<Eigen::Matrix<S, Rows, Columns, Options, MostRows, MostColumns>>
     : detail::eigen::MatrixTraits<Eigen::Matrix<S, Rows, Columns, Options, MostRows, MostColumns>> {};
 
-/// 4 numbers by name, of norm 1; q and -q are told apart. A GET shows the signs that the robot gave.
+/// 4 numbers by name, norm 1. q and -q are different values; a GET shows the signs that the robot published.
 template <class S, int Options>
 struct traits<Eigen::Quaternion<S, Options>> {
   using T = Eigen::Quaternion<S, Options>;
@@ -333,15 +334,15 @@ struct traits<Eigen::Translation<S, 3>> {
   static bool same(const T& a, const T& b) noexcept { return detail::eigen::same_bits(a.vector(), b.vector()); }
 };
 
-/// A pose: its rotation as a quaternion, which is what readers want, and as lrt:matrix, whose digits come back. Who writes gives the
-/// quaternion, and the matrix or not: without it the matrix is made of the quaternion, with it the matrix is taken, and must agree. A GET
-/// shows the quaternion of the matrix, normalised: the rotation that was written, maybe with the other sign and another last digit. Who
-/// needs the very quaternion makes a Record of a Translation3 and a Quaternion.
+/// A pose. Its rotation is represented twice: as a quaternion, for readers, and as lrt:matrix, which reads back bit-identically. A body must
+/// have the quaternion. If it has no matrix, the matrix is computed from the quaternion; otherwise the matrix is stored and must agree with
+/// the quaternion. A GET shows the normalised quaternion of the matrix: the same rotation, possibly with the other sign and a different last
+/// digit. To keep the exact quaternion, use a Record of a Translation3 and a Quaternion.
 template <class S, int Options>
 struct traits<Eigen::Transform<S, 3, Eigen::Isometry, Options>> {
   using T = Eigen::Transform<S, 3, Eigen::Isometry, Options>;
   using Shift = Eigen::Translation<S, 3>;
-  using Turn = Eigen::Quaternion<S, Options & int(Eigen::DontAlign)>;  // nothing in here is aligned to more than the transform itself
+  using Turn = Eigen::Quaternion<S, Options & int(Eigen::DontAlign)>;  // not aligned to more than the transform itself
   using Linear = Eigen::Matrix<S, 3, 3>;
   static const Type& type() {
     static const Type t = detail::eigen::record({vocab::spatial::SpatialRelationship},
@@ -381,7 +382,7 @@ struct traits<Eigen::Transform<S, 3, Eigen::Isometry, Options>> {
   static bool same(const T& a, const T& b) noexcept { return detail::eigen::same_transform(a, b); }
 };
 
-/// A translation and any linear part: rotation, scale, shear.
+/// A translation and an arbitrary linear part: rotation, scale, shear.
 template <class S, int Mode, int Options>
 struct traits<Eigen::Transform<S, 3, Mode, Options>,
               std::enable_if_t<Mode == int(Eigen::Affine) || Mode == int(Eigen::AffineCompact)>> {

@@ -10,7 +10,7 @@
 namespace lrt::rdf {
 namespace {
 
-constexpr std::size_t first_term_slots = 64;  // at most half full: room for the terms of a usual property graph
+constexpr std::size_t first_term_slots = 64;  // at most half full; enough for the graph of a typical property
 constexpr std::size_t first_triple_slots = 32;
 
 std::uint32_t number(TermId id) noexcept { return static_cast<std::uint32_t>(id); }
@@ -25,7 +25,7 @@ bool equals_lower(std::string_view lowered, std::string_view text) noexcept {
   return true;
 }
 
-/// The datatype of a literal also when the caller left it out.
+/// Sets the datatype of a literal if the caller left it empty.
 std::string_view datatype_of(const TermView& term) noexcept {
   if (!term.language.empty()) return vocab::rdf::langString.text;
   return term.datatype.empty() ? vocab::xsd::string.text : term.datatype;
@@ -95,14 +95,14 @@ void Graph::grow_triples() {
 }
 
 TermId Graph::intern(const TermView& term) {
-  if ((terms_.size() + 2) * 2 > term_slots_.size()) grow_terms();  // two: the datatype too
+  if ((terms_.size() + 2) * 2 > term_slots_.size()) grow_terms();  // 2: the term and its datatype
   const std::uint32_t hash = hash_of(term);
   const std::size_t mask = term_slots_.size() - 1;
   for (std::size_t slot = hash & mask; term_slots_[slot] != none; slot = (slot + 1) & mask) {
     const Entry& entry = terms_[term_slots_[slot]];
     if (entry.hash == hash && equals(entry, term)) return TermId{term_slots_[slot]};
   }
-  if (points_into(term, text_)) {  // a new literal made of views into this graph, which the pool may move
+  if (points_into(term, text_)) {  // its views point into text_, which may be reallocated
     const Term copy(term);
     return intern(copy.view());
   }
@@ -159,7 +159,7 @@ TermId Graph::fresh_blank() {
 
 bool Graph::add(const TermView& subject, const TermView& predicate, const TermView& object) {
   if (points_into(predicate, text_) || points_into(object, text_)) {
-    // Interning the first term may move the text that the others look at.
+    // Interning the first term may reallocate the text that the other views point to.
     const Term p(predicate), o(object);
     const TermId s = intern(subject);
     const TermId p_id = intern(p);

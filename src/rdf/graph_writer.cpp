@@ -83,12 +83,12 @@ void GraphWriter::find_nested() {
     if (nodes_[i].uses == 1 && graph_.term(TermId{i}).is_blank()) nodes_[i].nested = blanks = true;
   }
   if (!blanks) return;
-  // Each nested node has one parent: walk up from every node not seen; a walk that meets itself has found a cycle.
+  // Each nested node has one parent. Follow the parents from every node; a walk that meets itself has found a cycle.
   for (std::uint32_t i = 0; i < nodes_.size(); ++i) {
     std::uint32_t at = i;
     while (nodes_[at].nested && !nodes_[at].seen) {
       nodes_[at].seen = true;
-      nodes_[at].label = i + 1;  // the walk's mark, cleared below
+      nodes_[at].label = i + 1;  // marks the walk; cleared below
       at = nodes_[at].parent;
     }
     if (!nodes_[at].nested || nodes_[at].label != i + 1) continue;

@@ -12,10 +12,10 @@
 
 namespace lrt::rdf {
 
-/// The part of Turtle's PN_LOCAL that needs no escapes and that every reader agrees on.
+/// Whether a local name is in the part of Turtle's PN_LOCAL that needs no escapes and that all readers accept.
 bool is_local_name(std::string_view name) noexcept;
 
-/// A caller's prefixes that can be used, to shorten IRIs with.
+/// The usable prefixes of a caller, for shortening IRIs.
 class PrefixTable {
  public:
   struct Prefix {
@@ -24,7 +24,7 @@ class PrefixTable {
     bool used = false;
   };
 
-  /// @param prefixes  outlives the table. Of two lines with one name the first counts.
+  /// @param prefixes  must outlive the table. If a name is repeated, the first entry is used.
   explicit PrefixTable(const Prefixes& prefixes);
 
   /// The prefix with the longest namespace that leaves a local name of the IRI, or nullptr.
@@ -40,11 +40,11 @@ class PrefixTable {
   std::vector<Prefix> table_;
 };
 
-/// What the writers of Turtle and JSON-LD know of a graph: which blank nodes can stand inside the only triple that mentions them,
-/// which of those are lists, and in which order a subject's triples are written.
+/// The common analysis for the writers of Turtle and JSON-LD: which blank nodes can be nested in the only triple that refers to them, which
+/// of these are lists, and in which order a subject's triples are written.
 class GraphWriter {
  protected:
-  static constexpr int max_nesting = 24;  // deeper blank nodes and lists get a label and a block of their own
+  static constexpr int max_nesting = 24;  // deeper blank nodes and lists get a label and are written separately
 
   explicit GraphWriter(const Graph& graph);
 
@@ -55,7 +55,7 @@ class GraphWriter {
   struct Node {
     std::uint32_t uses = 0;                 // as object
     std::uint32_t parent = 0;               // subject of the last use
-    Text iri, name;                         // where out_ has the term already, as an IRI, and as a name where the two differ
+    Text iri, name;                         // positions of the term in out_, as an IRI and as a name if they differ
     std::uint32_t rank = 0, ranked_by = 0;  // of a predicate among those of a subject
     std::uint32_t label = 0;                // of a renamed blank node, from 1
     bool subject = false, nested = false, done = false, seen = false;
@@ -65,19 +65,19 @@ class GraphWriter {
   static std::uint32_t number(TermId id) noexcept { return static_cast<std::uint32_t>(id); }
   Node& node(TermId id) noexcept { return nodes_[number(id)]; }
 
-  /// Marks the blank nodes that can stand inside the only triple that mentions them: those that are not on a cycle.
+  /// Marks the blank nodes that can be nested in the only triple that refers to them: those that are not on a cycle.
   void find_nested();
-  /// True if the cell heads a list that nothing else refers to and that says nothing else. Judges all its cells at once.
+  /// True if a cell starts a well-formed list without other triples and without other references to its cells. Checks all its cells at once.
   bool is_list(TermId head);
-  /// Puts the subject's triples on keys_, those of one predicate together, rdf:type first with rank 0; the caller takes them off.
+  /// Pushes the subject's triples on keys_, grouped by predicate, rdf:type first with rank 0. The caller removes them.
   void push_triples(TermId subject);
   static std::uint64_t rank_of(std::uint64_t key) noexcept { return key >> 32; }
   const Triple& triple_of(std::uint64_t key) const noexcept { return graph_.triples()[key & 0xFFFFFFFF]; }
 
-  /// Appends a text that out_ has already; false if it has not.
+  /// Appends a text that occurs in out_ already. False: it does not.
   bool repeat(Text text);
   Text since(std::size_t at) const noexcept { return {static_cast<std::uint32_t>(at), static_cast<std::uint32_t>(out_.size() - at)}; }
-  /// Appends `_:` and the node's label, or another one where Turtle could not carry it.
+  /// Appends `_:` and the node's label, or a new label if Turtle does not allow the old one.
   void label(TermId id, std::string_view text);
 
   const Graph& graph_;

@@ -7,7 +7,7 @@
 
 namespace lrt::rdf {
 
-/// Multiplies to 128 bits and folds: every bit of the result depends on every bit of both.
+/// Multiplies to 128 bits and folds: every bit of the result depends on every bit of both factors.
 inline std::uint64_t fold_multiply(std::uint64_t a, std::uint64_t b) noexcept {
 #ifdef __SIZEOF_INT128__
   __extension__ using Wide = unsigned __int128;
@@ -21,7 +21,7 @@ inline std::uint64_t fold_multiply(std::uint64_t a, std::uint64_t b) noexcept {
 #endif
 }
 
-/// Random for each process: a client that chooses the IRIs of a body cannot choose which of them collide.
+/// Random for each process, so that a client cannot choose IRIs that collide.
 inline std::uint64_t hash_seed() noexcept {
   static const std::uint64_t seed = []() noexcept -> std::uint64_t {
     try {

@@ -13,7 +13,7 @@ constexpr std::uint32_t none = 0xFFFFFFFF;
 using Colour = std::uint64_t;
 using Colours = std::vector<Colour>;
 
-/// A triple whose ground terms have the same code in both graphs and whose blank nodes are numbered from 0 in each.
+/// A triple. Ground terms have the same code in both graphs; blank nodes are numbered from 0 in each graph.
 struct Edge {
   std::uint32_t code[3];   // of a ground term, or none
   std::uint32_t blank[3];  // of a blank node, or none
@@ -22,12 +22,12 @@ struct Edge {
 struct Side {
   std::vector<Edge> edges;     // those with a blank node
   std::vector<TermId> blanks;  // number to term
-  std::size_t ground = 0;      // triples without one
+  std::size_t ground = 0;      // number of triples without a blank node
 };
 
 Colour mix(Colour a, Colour b) noexcept { return fold_multiply(a ^ 0xA0761D6478BD642Fu, b ^ 0xE7037ED1A0B428DBu); }
 
-/// Colour refinement, then a search over the nodes that it cannot tell apart.
+/// Colour refinement, followed by a search over the nodes that it does not distinguish.
 class Matcher {
  public:
   Matcher(const Graph& a, const Graph& b) : a_(a), b_(b) {}
@@ -48,7 +48,7 @@ class Matcher {
   }
 
  private:
-  /// Splits a graph. With `other`, the ground triples must all be there, and every ground term known.
+  /// Splits a graph into ground triples and triples with blank nodes. With `other`: that graph must have all the ground triples and terms.
   static bool take(const Graph& graph, const std::vector<std::uint32_t>& codes, Side& side, const Graph* other) {
     std::vector<std::uint32_t> numbers(graph.term_count(), none);
     for (const Triple& t : graph.triples()) {
@@ -79,7 +79,7 @@ class Matcher {
     return true;
   }
 
-  /// One round: a node's colour takes in the colours of all it is connected with, regardless of order.
+  /// One round: the colours of all neighbours are combined into a node's colour, independent of their order.
   static Colours refined(const Side& side, const Colours& colours) {
     Colours next = colours;
     for (const Edge& edge : side.edges) {
@@ -116,7 +116,7 @@ class Matcher {
     }
     if (order != sorted(b)) return false;
 
-    // The smallest class of nodes that look alike.
+    // The smallest class of nodes with the same colour.
     Colour choice = 0;
     std::size_t smallest = none;
     for (std::size_t i = 0; i < order.size();) {
@@ -142,7 +142,7 @@ class Matcher {
     return false;
   }
 
-  /// Every colour is one node of each graph: are the triples the same?
+  /// Compares the triples. @pre every colour belongs to one node of each graph
   bool same(const Colours& a, const Colours& b) const {
     std::vector<std::pair<Colour, std::uint32_t>> nodes;
     for (std::uint32_t i = 0; i < b.size(); ++i) nodes.emplace_back(b[i], i);

@@ -21,11 +21,10 @@ constexpr Term link(std::string_view name, Iri iri) { return {name, iri, Coercio
 constexpr Term one_of(std::string_view name, Iri iri) { return {name, iri, Coercion::vocab}; }
 constexpr Term typed(std::string_view name, Iri iri, Iri datatype) { return {name, iri, Coercion::datatype, datatype}; }
 
-// What a robot says of itself has its local name, as a web developer would call it: hybrit, lrt, vom, and of the general vocabularies
-// what is used with robots. Where two vocabularies have one name, the one of the robot has it (hybrit:property, vom:unit, rdf:value),
-// and the other keeps its prefix; the prefix `unit` is left out, and QUDT's units are whole IRIs. Links are strings because their
-// terms are typed; so are times. vom:numericalValue has no datatype of its own: it is of the type the value has in C++, and what the
-// term does not say is said with the value.
+// Terms of hybrit, lrt and vom, and terms of general vocabularies that robots use, have their local names. If two vocabularies have the same
+// local name, the robot's term gets it (hybrit:property, vom:unit, rdf:value), and the other term keeps its prefix. The prefix `unit` is
+// left out, so QUDT's units are whole IRIs. Links and times are strings, because their terms are typed. vom:numericalValue is not typed: its
+// datatype depends on the C++ type and is written with the value where necessary.
 constexpr Term terms[] = {
     plain("RoboticThing", v::hybrit::RoboticThing), plain("Property", v::hybrit::Property), plain("Action", v::hybrit::Action),
     plain("AsynchronousAction", v::hybrit::AsynchronousAction), plain("Subscription", v::hybrit::Subscription),

@@ -10,20 +10,19 @@
 
 #include "src/rdf/graph_writer.hpp"
 
-/// The one list of names by which lrt speaks JSON-LD: what the writer shortens with, what the served document says, and what the
-/// reader takes a reference to it for.
+/// The list of terms of lrt's JSON-LD context. The writer, the served document and the reader, for references to that document, use it.
 namespace lrt::rdf::json_ld {
 
-/// What a string means as a value of a term.
+/// How a string is read as a value of a term.
 enum class Coercion : std::uint8_t {
   none,     ///< a string
   id,       ///< an IRI, absolute or with a prefix
-  vocab,    ///< the same or a term: "running"
+  vocab,    ///< as id, or a term: "running"
   datatype  ///< a literal of Term::datatype
 };
 
 struct Term {
-  std::string_view name;  ///< "state", or with the prefix "sh:path" where the local name would not be unique
+  std::string_view name;  ///< "state"; with a prefix, "sh:path", if the local name is not unique
   Iri iri;
   Coercion coercion = Coercion::none;
   Iri datatype{};
@@ -31,25 +30,25 @@ struct Term {
 
 /// The term of an IRI, or nullptr.
 const Term* term_of(std::string_view iri) noexcept;
-/// Its place in the list, from 0.
+/// The index of a term in the list.
 std::size_t index_of(const Term& term) noexcept;
 std::size_t term_count() noexcept;
 const Term& term_at(std::size_t index) noexcept;
 
-/// True for what a prefix cannot be called, because the context has it as a term.
+/// True if the context has a term with this name, so that no prefix can have it.
 bool is_term_name(std::string_view name) noexcept;
 
-/// A table of the caller's prefixes without those that have the name of a term.
+/// The caller's prefixes without those with the name of a term.
 PrefixTable usable_prefixes(const Prefixes& prefixes);
 
-/// True if a name of the list with a prefix, "sh:path", is one under these prefixes too.
+/// True if a prefixed name of the list, "sh:path", has the same meaning with these prefixes.
 bool is_usable(const Term& term, PrefixTable& prefixes) noexcept;
 
-/// The members of a context object, without braces, one a line: the keywords, then prefixes, then terms.
-/// @param used  by index_of(); nullptr: all terms. Prefixes as marked, or all.
+/// The members of a context object, without braces, one on each line: keywords, prefixes, terms.
+/// @param used  terms to write, by index_of(); nullptr: all. Prefixes as marked, or all.
 std::string members(PrefixTable& prefixes, const std::vector<bool>* used, int indent);
 
-/// The canonical form of xsd:double that JSON-LD makes of a number: "%1.15E" without trailing zeros (JSON-LD-API 1.1, 8.6).
+/// The canonical xsd:double of a JSON number: "%1.15E" without trailing zeros (JSON-LD-API 1.1, 8.6).
 std::string canonical_double(double value);
 
 }  // namespace lrt::rdf::json_ld

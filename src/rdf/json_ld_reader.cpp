@@ -19,8 +19,8 @@
 #include "src/rdf/n_triples.hpp"
 #include "src/rdf/turtle_scan.hpp"
 
-// JSON-LD 1.1 to triples: what its API calls context processing (4.1, 4.2), expansion (5.1-5.3) and deserialisation to RDF (8.1), in one
-// walk over the document and without the documents between.
+// JSON-LD 1.1 to triples: context processing (4.1, 4.2), expansion (5.1-5.3) and deserialisation to RDF (8.1) of its API, in one pass over
+// the document and without intermediate documents.
 
 namespace lrt::rdf {
 namespace {
@@ -32,11 +32,11 @@ using Id = Document::Id;
 using Kind = Document::Kind;
 
 constexpr std::size_t max_depth = 256;     // of objects and arrays
-constexpr std::size_t max_terms = 4000;    // that a document's own contexts define
-constexpr std::size_t max_contexts = 32;   // in one array, or each in the other
+constexpr std::size_t max_terms = 4000;    // defined by the contexts of a document
+constexpr std::size_t max_contexts = 32;   // in one array, or nested
 constexpr std::size_t max_dependency = 64; // of a term on the prefix of its prefix ...
 
-/// How reading ends early. Thrown inside this file only: a walk has nothing to give back that an error could stand for.
+/// Thrown to end the reading early, inside this file only.
 struct Refused {
   Error error;
 };
@@ -48,21 +48,21 @@ constexpr std::string_view keywords[] = {"@base",  "@container", "@context",  "@
 bool is_keyword(std::string_view text) noexcept {
   return !text.empty() && text.front() == '@' && std::find(std::begin(keywords), std::end(keywords), text) != std::end(keywords);
 }
-/// "@" and letters: kept free for keywords to come, ignored until then (JSON-LD-API 1.1, 4.2.2).
+/// "@" and letters: reserved for future keywords and ignored (JSON-LD-API 1.1, 4.2.2).
 bool looks_like_keyword(std::string_view text) noexcept {
   return text.size() > 1 && text.front() == '@' && std::all_of(text.begin() + 1, text.end(), [](char c) { return lrt::detail::is_alpha(c); });
 }
 bool is_blank_node(std::string_view text) noexcept { return text.substr(0, 2) == "_:"; }
 
 struct Definition {
-  std::optional<std::string> iri;                 // or a keyword; nullopt: the term means nothing
+  std::optional<std::string> iri;                 // or a keyword; nullopt: the term is ignored
   enum class Type : std::uint8_t { absent, none, id, vocab, datatype } type = Type::absent;
   std::string datatype;
-  std::optional<std::string> language;            // "": none, whatever the default is
+  std::optional<std::string> language;            // "": none, also if there is a default
   bool list = false, language_map = false, index_map = false, reverse = false, prefix = false;
 };
 
-/// An active context: what a local one changes, and that below it.
+/// An active context: the changes of a local context and the context that it is based on.
 struct Layer {
   std::shared_ptr<const Layer> below;
   std::map<std::string, Definition, std::less<>> terms;
@@ -89,7 +89,7 @@ std::string exact_double(double value) {
   const std::size_t e = text.find('e');
   int exponent = 0;
   std::from_chars(text.data() + e + (text[e + 1] == '+' ? 2 : 1), text.data() + text.size(), exponent);
-  return std::string(text.substr(0, e)) + "E" + std::to_string(exponent);  // of 17 digits, so there is a point
+  return std::string(text.substr(0, e)) + "E" + std::to_string(exponent);  // it has 17 digits, so there is a point
 }
 
 class Reader {
@@ -107,7 +107,7 @@ class Reader {
     return std::move(graph_);
   }
 
-  /// The active context that our own document makes.
+  /// The active context of lrt's own document.
   static Context own_context(const Prefixes& prefixes) {
     const std::string text = json_ld_context(prefixes);
     const Result<Document> parsed = Document::parse(text, {100'000, max_depth});
@@ -118,7 +118,7 @@ class Reader {
   }
 
  private:
-  /// The members of a context that is being made: terms depend on terms that may come later.
+  /// The members of a context during its processing. A term may depend on terms that come later.
   struct Local {
     struct Term {
       Id member;
@@ -263,7 +263,7 @@ class Reader {
     const Id member = one.member;
     const std::string_view term = document_.key(member);
     if (one.state == Local::Term::State::done) return;
-    if (one.state == Local::Term::State::begun) refuse(member, "the term \"" + shortened(term) + "\" is defined by itself");
+    if (one.state == Local::Term::State::begun) refuse(member, "the term \"" + shortened(term) + "\" depends on itself");
     one.state = Local::Term::State::begun;
     if (depth > max_dependency) refuse(member, "terms that depend on each other, more than " + std::to_string(max_dependency), Errc::limit_exceeded);
     if (term.empty()) refuse(member, "expected a term, found nothing");
@@ -296,7 +296,7 @@ class Reader {
         static constexpr std::string_view known[] = {"@id",     "@reverse", "@container", "@language", "@nest",
                                                      "@prefix", "@type",    "@protected", "@direction"};
         if (std::find(std::begin(known), std::end(known), name) == std::end(known))
-          refuse(p, "\"" + shortened(name) + "\" is no part of a term's definition");
+          refuse(p, "\"" + shortened(name) + "\" is not part of a term definition");
       }
     }
 
@@ -324,7 +324,7 @@ class Reader {
       made.iri = expand(given, text);
       if (!made.iri || !(is_keyword(*made.iri) || is_blank_node(*made.iri) || iri::is_absolute(*made.iri)))
         refuse(given, "expected an IRI or a keyword for the term \"" + shortened(term) + "\", found \"" + shortened(text) + "\"");
-      if (*made.iri == "@context") refuse(given, "@context has no other name");
+      if (*made.iri == "@context") refuse(given, "@context must not have an alias");
       const bool is_compact = term.substr(1).find(':') != std::string_view::npos && term.back() != ':';
       if (is_compact || term.find('/') != std::string_view::npos) {
         one.state = Local::Term::State::done;
@@ -335,7 +335,7 @@ class Reader {
     } else if (given != Document::none && document_.kind(given) != Kind::string) {
       refuse(given, "expected an IRI as @id of a term");
     } else if (const std::size_t colon = term.find(':', 1); colon != std::string_view::npos) {
-      // Itself an IRI, with or without a prefix.
+      // The term itself is an IRI, with or without a prefix.
       made.iri = expand_prefixed(layer, term, colon, &local, depth, true);
       if (!made.iri) made.iri = std::string(term);
       if (!is_blank_node(*made.iri) && !iri::is_absolute(*made.iri)) refuse(member, "expected a term, found \"" + shortened(term) + "\"");
@@ -398,7 +398,7 @@ class Reader {
     return *std::move(made);
   }
 
-  /// The IRI of "prefix:name", or nullopt if that is no prefix.
+  /// The IRI of "prefix:name"; nullopt: it is not a prefix.
   std::optional<std::string> expand_prefixed(const Layer& layer, std::string_view text, std::size_t colon, Local* local, std::size_t depth,
                                              bool by_any_term = false) {
     const std::string_view prefix = text.substr(0, colon), name = text.substr(colon + 1);
@@ -415,7 +415,7 @@ class Reader {
     if (found != local.terms.end()) define(const_cast<Layer&>(layer), local, found->second, depth + 1);
   }
 
-  /// JSON-LD-API 1.1, 5.2. nullopt: null. With `local`, while a context is made: terms that come later are defined first.
+  /// JSON-LD-API 1.1, 5.2. nullopt: null. With `local`, during context processing: terms that come later are defined first.
   std::optional<std::string> expand_iri(const Layer& layer, std::string_view text, bool vocab, bool document_relative, Id at,
                                         Local* local = nullptr, std::size_t depth = 0) {
     if (is_keyword(text)) return std::string(text);
@@ -439,7 +439,7 @@ class Reader {
            std::all_of(text.begin(), text.end(), [](char c) { return lrt::detail::is(c, lrt::detail::scheme); });
   }
 
-  /// An IRI or blank node of a text that has been expanded.
+  /// An IRI or blank node from an expanded text.
   TermId node_of(Id at, const std::string& expanded) {
     if (is_blank_node(expanded)) return blank_node(expanded);
     if (expanded.size() > max_iri) refuse(at, "IRI of more than " + std::to_string(max_iri) + " bytes", Errc::limit_exceeded);
@@ -476,7 +476,7 @@ class Reader {
     const Definition* term;
   };
 
-  /// The members that mean something: keywords, and keys that are IRIs.
+  /// The members that are not ignored: keywords, and keys that are IRIs.
   std::vector<Entry> entries(const Context& context, Id object) {
     std::vector<Entry> all;
     for (const Id member : Children(document_, object)) {
@@ -496,7 +496,7 @@ class Reader {
     return found == entries.end() ? nullptr : &*found;
   }
 
-  /// An object at the top: a node, or the default graph.
+  /// A top-level object: a node or the default graph.
   void document(const Context& outer, Id object) {
     const Context context = with_context(outer, object);
     const std::vector<Entry> members = entries(context, object);
@@ -512,7 +512,7 @@ class Reader {
     } else if (document_.kind(value) == Kind::object) {
       const Context inner = with_context(context, value);
       top_object(inner, entries(inner, value));
-    }  // a value that belongs to nothing says nothing
+    }  // a value without a subject and property is ignored
   }
 
   void top_object(const Context& context, const std::vector<Entry>& members) {
@@ -595,7 +595,7 @@ class Reader {
 
   void property(const Context& context, TermId self, const Entry& e) { relate(context, self, e, e.term != nullptr && e.term->reverse); }
 
-  /// Says a property of a node, or of its values that they have the node.
+  /// Adds a property of a node; for a reverse property, of its values.
   void relate(const Context& context, TermId self, const Entry& e, bool reversed) {
     if (document_.kind(e.value) == Kind::null) return;
     if (is_blank_node(e.name)) unsupported(e.value, "a blank node as predicate");
@@ -648,7 +648,7 @@ class Reader {
     }
   }
 
-  /// Hands over the objects that a value stands for. `key` is the property's, whose definition says how strings are meant.
+  /// Passes on the objects of a value. The definition of the property's `key` says how strings are read.
   template <class F>
   void values(const Context& context, std::string_view key, Id value, F& one) {
     switch (document_.kind(value)) {
@@ -728,7 +728,7 @@ class Reader {
       return graph_.intern(literal(text, datatype.empty() ? otherwise : Iri(datatype)));
     };
     if (kind != Kind::number) return typed(kind == Kind::true_ ? "true" : "false", vocab::xsd::boolean);
-    const std::string_view digits = document_.text(value) == "-0" ? "0" : document_.text(value);  // JSON-LD has one zero
+    const std::string_view digits = document_.text(value) == "-0" ? "0" : document_.text(value);  // JSON-LD has no negative zero
     const bool wants_double = datatype == vocab::xsd::double_.text;
     const bool is_integer = digits.find_first_not_of("-0123456789") == std::string_view::npos;
     const std::size_t length = digits.size() - (digits.front() == '-' ? 1 : 0);

@@ -9,7 +9,7 @@
 #include "src/rdf/json_ld_context.hpp"
 #include "src/rdf/n_triples.hpp"
 
-// JSON-LD 1.1, compacted. Written like Turtle, from the graph to the text: it is on the same way from the control loop to the wire.
+// Compacted JSON-LD 1.1, written directly from the graph, as Turtle is: this code is on the path from the control loop to the wire.
 
 namespace lrt::rdf {
 namespace {
@@ -17,9 +17,8 @@ namespace {
 using json_ld::Coercion;
 using json_ld::Term;
 
-/// True if a JSON number of exactly this text is read as a literal of exactly this text and datatype by who keeps numbers as
-/// doubles (JSON-LD-API 1.1, 8.2.2): integers up to 2^53, and doubles from 10^-6 that are no integers, in canonical form, which has at
-/// most 16 digits.
+/// True if a reader that stores numbers as doubles (JSON-LD-API 1.1, 8.2.2) gets a literal of exactly this text and datatype from a JSON
+/// number of this text: integers up to 2^53, and non-integer doubles from 10^-6 in canonical form with at most 16 digits.
 bool is_number(std::string_view text, std::string_view datatype) {
   if (text.empty()) return false;
   const std::size_t sign = text.front() == '-' ? 1 : 0;
@@ -36,7 +35,7 @@ bool is_number(std::string_view text, std::string_view datatype) {
   if (!value || json_ld::canonical_double(*value) != text) return false;
   const std::size_t decimals = e - sign - 2;
   const auto exponent = lexical::parse_int64(text.substr(e + 1));
-  if (!exponent || *exponent < -6) return false;  // "1e-7": jsonld.js takes for an integer what JavaScript writes without a point
+  if (!exponent || *exponent < -6) return false;  // "1e-7": jsonld.js reads a number that JavaScript writes without a point as an integer
   return *exponent < static_cast<std::int64_t>(decimals) && !(decimals == 1 && text[e - 1] == '0' && *exponent >= 0);
 }
 
@@ -45,10 +44,10 @@ class JsonLdWriter : GraphWriter {
   JsonLdWriter(const Graph& graph, const Prefixes& prefixes, std::string_view context)
       : GraphWriter(graph), prefixes_(json_ld::usable_prefixes(prefixes)), context_(context), used_(json_ld::term_count(), false) {}
 
-  /// Writes a graph whose parts need other conditions, and so another writer: see the members that it asks for.
+  /// The conditions under which the graph must be written once more, by another writer.
   struct Conditions {
-    bool several = false;                   // more than one node at the top
-    std::vector<std::string> not_prefixes;  // names that are schemes of IRIs of the graph
+    bool several = false;                   // more than one top-level node
+    std::vector<std::string> not_prefixes;  // prefixes with the name of a scheme of an IRI in the graph
   };
   Result<std::string> write(Conditions& conditions, bool& again) {
     for (const std::string& name : conditions.not_prefixes) {
@@ -84,7 +83,7 @@ class JsonLdWriter : GraphWriter {
       if (only && *only != t.subject) return true;
       only = t.subject;
     }
-    return !only;  // nothing: an empty @graph
+    return !only;  // no node: an empty @graph
   }
 
   void indent(int depth) {
@@ -109,7 +108,7 @@ class JsonLdWriter : GraphWriter {
     }
     const int depth = several ? depth_ + 1 : depth_;
     bool first = true;
-    if (view.is_literal()) fault(subject, "expected a subject that is no literal");
+    if (view.is_literal()) fault(subject, "expected a subject that is not a literal");
     if (!view.is_blank() || node(subject).uses != 0) {
       member(depth, first, "id");
       quoted_name(subject, view);
@@ -130,7 +129,7 @@ class JsonLdWriter : GraphWriter {
     out_.append("\": ");
   }
 
-  /// All that is said of a subject, as members of its object.
+  /// All triples of a subject, as members of its object.
   void predicates(TermId subject, int depth, bool first) {
     const std::size_t base = keys_.size();
     push_triples(subject);
@@ -148,7 +147,7 @@ class JsonLdWriter : GraphWriter {
     keys_.resize(base);
   }
 
-  /// @type for IRIs; what else has been said to be a type is a value like others.
+  /// @type, for types that are IRIs. Other types are written as ordinary values.
   void types(std::size_t from, std::size_t to, int depth, bool& first) {
     std::size_t iris = 0;
     for (std::size_t i = from; i < to; ++i) iris += graph_.term(triple_of(keys_[i]).object).is_iri();
@@ -267,7 +266,7 @@ class JsonLdWriter : GraphWriter {
     out_.push_back('}');
   }
 
-  /// An IRI where terms count, as a key, a type or a datatype.
+  /// An IRI in a position where terms are allowed: a key, a type or a datatype.
   void quoted_word(TermId id, std::string_view text) {
     if (repeat(node(id).name)) return;
     const std::size_t at = out_.size();
@@ -283,7 +282,7 @@ class JsonLdWriter : GraphWriter {
     node(id).name = since(at);
   }
 
-  /// The name of a node, as @id has it.
+  /// The value of @id for a node.
   void quoted_name(TermId id, const TermView& view) {
     if (repeat(node(id).iri)) return;
     const std::size_t at = out_.size();
@@ -308,7 +307,7 @@ class JsonLdWriter : GraphWriter {
       out_.push_back('"');
       return;
     }
-    // "ros:thing" as an IRI, of a scheme that is called like a prefix, would be read with that prefix.
+    // An IRI "ros:thing" whose scheme is the name of a prefix would be read with that prefix.
     const std::size_t colon = text.find(':');
     if (text.substr(colon + 1, 2) != "//" && prefixes_.find(text.substr(0, colon)) != nullptr) schemes_.push_back(text.substr(0, colon));
     append_quoted(out_, text);
@@ -334,7 +333,7 @@ class JsonLdWriter : GraphWriter {
   PrefixTable prefixes_;
   std::string_view context_;
   std::vector<bool> used_;                  // terms, by index
-  std::vector<std::string_view> schemes_;   // of IRIs, that are called like prefixes
+  std::vector<std::string_view> schemes_;   // schemes of IRIs with the name of a prefix
   std::string_view fault_sentence_;
   int depth_ = 1;                           // of the members of the only node, or of the nodes in @graph
 };

@@ -13,8 +13,8 @@
 
 #include "src/rdf/turtle_scan.hpp"
 
-// JSON is read by nlohmann-json as events: its tree would lose the digits of numbers and the second of two members of one name. CBOR is
-// not: its reader calls itself for each chunk of a text, which nobody is told of, and 1 MiB of 0x7F overflows the stack.
+// JSON is read by nlohmann-json as events, because its tree loses the digits of numbers and repeated members. CBOR is read by our own code:
+// the reader of nlohmann-json recurses for each chunk of a text without an event, and 1 MiB of 0x7F overflows the stack.
 
 namespace lrt::rdf::json {
 
@@ -29,10 +29,10 @@ class Builder {
   bool null() { return add(Kind::null) != Document::none; }
   bool boolean(bool value) { return add(value ? Kind::true_ : Kind::false_) != Document::none; }
   bool number(std::string_view digits) { return with_text(Kind::number, digits); }
-  bool number_integer(json::number_integer_t value) { return number(value == 0 ? "-0" : std::to_string(value)); }  // those with a sign
+  bool number_integer(json::number_integer_t value) { return number(value == 0 ? "-0" : std::to_string(value)); }  // negative numbers
   bool number_unsigned(json::number_unsigned_t value) { return number(std::to_string(value)); }
   bool number_float(json::number_float_t, const std::string& digits) {
-    std::string text = digits;  // with the decimal point of the C locale, whatever the host has set
+    std::string text = digits;  // with a decimal point in every locale
     for (char& c : text)
       if (std::string_view("0123456789+-eE").find(c) == std::string_view::npos) c = '.';
     return number(text);
@@ -61,12 +61,12 @@ class Builder {
     sentence = sentence.substr(0, std::min<std::size_t>(sentence.find("; last read"), 120));
     if (e.id == 406) sentence = "a number beyond xsd:double";
     const std::size_t offset = std::min(position > 0 ? position - 1 : 0, text_.size());
-    error_ = misread(text_, offset, "no JSON: " + std::string(sentence)).error;
+    error_ = misread(text_, offset, "invalid JSON: " + std::string(sentence)).error;
     return false;
   }
 
-  /// Why parsing ended, if it did not succeed.
-  Error error() const { return error_ ? *error_ : Error{Errc::expected_rdf, "no JSON"}; }
+  /// The error, if parsing failed.
+  Error error() const { return error_ ? *error_ : Error{Errc::expected_rdf, "invalid JSON"}; }
 
  private:
   bool fail(Errc code, std::string sentence) {
@@ -148,12 +148,12 @@ class Builder {
 
 namespace {
 
-/// CBOR as the same events (RFC 8949). The builder ends it where it is too deep; nothing is allocated for a length that is only declared.
+/// Reads CBOR (RFC 8949) as the same events. The builder limits the depth. A declared length does not allocate memory.
 class CborReader {
  public:
   CborReader(std::string_view bytes, Builder& builder) : bytes_(bytes), builder_(builder) {}
 
-  /// Why reading ended, where it was not the builder that ended it.
+  /// The error of this reader. The builder has its own.
   const std::optional<Error>& error() const noexcept { return error_; }
 
   bool read() { return item() && (at_ == bytes_.size() || fail(at_, "more after the value")); }
@@ -162,11 +162,11 @@ class CborReader {
   struct Head {
     unsigned major = 0, info = 0;
     std::uint64_t argument = 0;
-    bool open = false;  // of indefinite length, or the break that ends one
+    bool open = false;  // an indefinite length, or the break that ends it
   };
 
   bool fail(std::size_t offset, const std::string& sentence) {
-    error_ = Error{Errc::expected_rdf, "byte " + std::to_string(offset) + ": no CBOR: " + sentence, offset};
+    error_ = Error{Errc::expected_rdf, "byte " + std::to_string(offset) + ": expected CBOR, found " + sentence, offset};
     return false;
   }
 
@@ -203,7 +203,7 @@ class CborReader {
       case 5: {
         const auto member = [this](const Head& name) {
           std::string text;
-          if (name.major != 3) return fail(begin_, "a name that is no text");
+          if (name.major != 3) return fail(begin_, "a member name that is not a text");
           return string(name, text) && builder_.key(text) && item();
         };
         return builder_.start_object(0) && each(h, member) && builder_.end_object();
@@ -227,7 +227,7 @@ class CborReader {
   bool string(const Head& h, std::string& out) {
     if (!h.open) return chunk(h, out);
     return each(h, [&](const Head& part) {
-      if (part.major != 3 || part.open) return fail(begin_, "a text in parts, of which one is no text of known length");
+      if (part.major != 3 || part.open) return fail(begin_, "a chunk of a text that is not a text of definite length");
       return chunk(part, out);
     });
   }
@@ -277,10 +277,10 @@ class CborReader {
   std::string_view bytes_;
   Builder& builder_;
   std::optional<Error> error_;
-  std::size_t at_ = 0, begin_ = 0;  // of what is read next, and of the last head
+  std::size_t at_ = 0, begin_ = 0;  // offsets of the next byte and of the last item
 };
 
-/// The beginning of a text, of whole characters.
+/// The beginning of a text, not cut inside a character.
 std::string_view cut(std::string_view text) noexcept {
   constexpr std::size_t longest = 100;
   if (text.size() <= longest) return text;
@@ -293,7 +293,8 @@ std::string_view cut(std::string_view text) noexcept {
 
 Result<Document> Document::parse(std::string_view text, const Limits& limits) {
   if (const auto at = utf8::find_invalid(text)) return misread(text, *at, "invalid UTF-8");
-  if (const auto at = text.find('\0'); at != std::string_view::npos) return misread(text, at, "no JSON: a NUL");  // nlohmann-json takes it for the end
+  // nlohmann-json reads U+0000 as the end.
+  if (const auto at = text.find('\0'); at != std::string_view::npos) return misread(text, at, "invalid JSON: U+0000");
   if (text.size() > std::numeric_limits<std::uint32_t>::max() / 2) return unexpected(Errc::limit_exceeded, "more than 2 GiB of JSON");
   Document document;
   Builder builder(document, text, limits);

@@ -9,37 +9,37 @@
 
 namespace lrt::rdf::json {
 
-/// What a document may be at most; more is limit_exceeded.
+/// Limits of a document; beyond: limit_exceeded.
 struct Limits {
   std::size_t values = 0;
-  std::size_t depth = 0;  ///< of objects and arrays in each other
+  std::size_t depth = 0;  ///< of nested objects and arrays
 };
 
-/// A JSON text, or CBOR of the same shape, as a tree in one piece: what a hostile document makes of memory is a small multiple of its size.
+/// A document in JSON, or in CBOR with the same structure, as a compact tree. Its memory is a small multiple of the document's size.
 class Document {
  public:
   enum class Kind : std::uint8_t { null, false_, true_, number, string, array, object };
   using Id = std::uint32_t;
   static constexpr Id none = 0xFFFFFFFF;
 
-  /// @par Errors  expected_rdf with the place; also for members of one name, U+0000, invalid UTF-8, numbers beyond double.
+  /// @par Errors  expected_rdf with the position; also for repeated members, U+0000, invalid UTF-8, numbers out of the range of double
   static Result<Document> parse(std::string_view text, const Limits& limits);
-  /// RFC 8949: what JSON has, and NaN and infinities. A floating-point number is never written like an integer: "1.0", "NaN", "-INF".
-  /// @par Errors  the same, and expected_rdf for byte strings, tags, undefined, and names that are no texts.
+  /// RFC 8949: the types of JSON, and NaN and infinities. The text of a floating-point number never looks like an integer: "1.0", "NaN", "-INF".
+  /// @par Errors  as for JSON; also expected_rdf for byte strings, tags, undefined, and member names that are not texts
   static Result<Document> parse_cbor(std::string_view bytes, const Limits& limits);
 
   Id root() const noexcept { return 0; }
   Kind kind(Id id) const noexcept { return values_[id].kind; }
-  /// Of a string its characters, of a number its digits: of integers within 64 bits "-5" and "-0", else as they were written.
+  /// The characters of a string or the digits of a number. Digits are as written, except that integers within 64 bits are normalised ("-5").
   std::string_view text(Id id) const noexcept { return view(values_[id].text, values_[id].length); }
   /// The name of a member of an object.
   std::string_view key(Id id) const noexcept { return view(values_[id].key, values_[id].key_length); }
   Id parent(Id id) const noexcept { return values_[id].parent; }
   Id first(Id id) const noexcept { return values_[id].first; }
   Id next(Id id) const noexcept { return values_[id].next; }
-  /// The member of that name, or none.
+  /// The member with that name, or none.
   Id member(Id object, std::string_view name) const noexcept;
-  /// The place of a value as a JSON Pointer (RFC 6901), cut where it is long: "/@graph/0/unit"; "" of none.
+  /// The JSON Pointer of a value (RFC 6901), shortened if it is long: "/@graph/0/unit"; "" for none.
   std::string pointer(Id id) const;
 
  private:
@@ -81,7 +81,7 @@ class Children {
   Document::Id first_;
 };
 
-/// A text for a message, cut where it is long.
+/// A text for a message, shortened if it is long.
 std::string shortened(std::string_view text);
 
 }  // namespace lrt::rdf::json

@@ -132,7 +132,7 @@ std::optional<double> parse_double(std::string_view text) noexcept {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error == std::errc::result_out_of_range) {
-    // Too large or too small to tell from the result: the mantissa's first digit that is not 0 against the exponent decides.
+    // Overflow and underflow have the same result: the position of the mantissa's first non-zero digit and the exponent decide.
     const std::size_t e = text.find_first_of("eE");
     const bool negative = text.front() == '-';
     const std::string_view mantissa = text.substr(negative ? 1 : 0, (e == std::string_view::npos ? text.size() : e) - (negative ? 1 : 0));
@@ -252,7 +252,7 @@ std::string format(float value) { return format_real(value); }
 std::string format(std::chrono::nanoseconds duration) {
   const std::int64_t count = duration.count();
   const bool negative = count < 0;
-  // As unsigned, so that the lowest value has a magnitude.
+  // Unsigned, so that the magnitude of the lowest value is representable.
   std::uint64_t rest = negative ? 0 - static_cast<std::uint64_t>(count) : static_cast<std::uint64_t>(count);
   const auto take = [&](std::int64_t unit_ns) {
     const std::uint64_t n = rest / static_cast<std::uint64_t>(unit_ns);
@@ -365,7 +365,7 @@ bool in_integer_range(std::string_view text, std::string_view lowest, std::strin
          (highest.empty() || compare_decimal(text, highest) <= 0);
 }
 
-/// The parts of a date or time, as far as its datatype has them.
+/// The parts of a date or time. A datatype may have only some of them.
 struct Civil {
   bool negative_year = false;
   std::string_view year;  ///< digits
@@ -375,7 +375,7 @@ struct Civil {
   std::int64_t zone_minutes = 0;
 };
 
-/// Takes `text` apart from the left; every step is false when the text does not go on as it should.
+/// Parses `text` from the left. Each step returns false if the text does not match.
 struct Cutter {
   std::string_view text;
   bool character(char c) noexcept {
@@ -407,7 +407,7 @@ struct Cutter {
     }
     return c.hour < 24 || (c.minute == 0 && c.second == 0 && c.fraction.empty());
   }
-  /// The optional zone, and then the end.
+  /// The optional zone and the end.
   bool zone(Civil& c) noexcept {
     if (text.empty()) return true;
     c.zoned = true;
@@ -421,7 +421,7 @@ struct Cutter {
   }
 };
 
-/// The year's remainder by 400, on which the length of February depends: a year may have any number of digits.
+/// The year modulo 400, which determines the length of February. A year may have any number of digits.
 unsigned year_mod_400(std::string_view year) noexcept {
   unsigned rest = 0;
   for (const char c : year) rest = (rest * 10 + static_cast<unsigned>(c - '0')) % 400;
@@ -460,7 +460,7 @@ std::optional<Civil> parse_civil(std::string_view text, Datatype datatype) noexc
   return good ? std::optional<Civil>(c) : std::nullopt;
 }
 
-/// The parts of `-?P(nY)?(nM)?(nD)?(T(nH)?(nM)?(n(.n)?S)?)?`, at least one of them.
+/// The parts of `-?P(nY)?(nM)?(nD)?(T(nH)?(nM)?(n(.n)?S)?)?`; at least one is present.
 struct DurationParts {
   bool negative = false;
   std::string_view count[6];  ///< Y M D H M S
@@ -507,7 +507,7 @@ std::optional<DurationParts> split_duration(std::string_view text, Datatype data
 bool is_base64(std::string_view text) noexcept {
   std::size_t count = 0, padding = 0;
   char last = 0;
-  bool blank = true;  // one space may stand between two characters, none at the ends
+  bool blank = true;  // single spaces between characters are allowed, spaces at the ends are not
   for (const char c : text) {
     if (c == ' ') {
       if (blank) return false;
@@ -645,7 +645,7 @@ int compare_decimal(std::string_view a, std::string_view b) noexcept {
   int magnitude = 0;
   if (x.whole.size() != y.whole.size()) magnitude = x.whole.size() < y.whole.size() ? -1 : 1;
   if (magnitude == 0) magnitude = x.whole.compare(y.whole);
-  if (magnitude == 0) magnitude = x.fraction.compare(y.fraction);  // without trailing zeros, so a prefix is the smaller
+  if (magnitude == 0) magnitude = x.fraction.compare(y.fraction);  // no trailing zeros, so a prefix is less
   return x.negative ? -magnitude : magnitude;
 }
 
@@ -657,7 +657,7 @@ std::optional<float> parse_float(std::string_view text) noexcept {
   float value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error == std::errc() && end == text.data() + text.size()) return value;
-  return static_cast<float>(*wide);  // out of float's range: infinity or 0, or a subnormal
+  return static_cast<float>(*wide);  // out of the range of normal floats: infinity, 0 or a subnormal
 }
 
 std::optional<Moment> parse_moment(std::string_view text, Datatype datatype) noexcept {

@@ -7,19 +7,19 @@
 
 namespace lrt::rdf {
 
-/// Appends `"text"` with what Turtle, N-Triples and JSON need escaped: quote, backslash, controls. Bytes beyond ASCII stay.
+/// Appends `"text"`. Escapes the characters that Turtle, N-Triples and JSON require: quote, backslash, controls. Other bytes are copied.
 void append_quoted(std::string& out, std::string_view text);
 
-/// Appends the term as N-Triples writes it (RDF 1.1 N-Triples 2). Judges nothing: see fault_of().
+/// Appends the term in the syntax of N-Triples (RDF 1.1 N-Triples 2). Does not validate it: see fault_of().
 void append_n_triples(std::string& out, const TermView& term);
 
-/// True for the tags of Turtle's LANGTAG: letters, then groups of letters and digits after '-'; of at most max_language_tag.
+/// True for a tag of Turtle's LANGTAG, at most max_language_tag bytes: letters, then groups of letters and digits after '-'.
 bool is_language_tag(std::string_view tag) noexcept;
 
-/// True for the labels of Turtle's BLANK_NODE_LABEL that are ASCII.
+/// True for an ASCII label of Turtle's BLANK_NODE_LABEL.
 bool is_plain_label(std::string_view label) noexcept;
 
-/// Why no RDF syntax can carry the term, as a sentence, or an empty view.
+/// The reason why no RDF syntax can represent the term, as a sentence; empty: all can.
 std::string_view fault_of(const TermView& term) noexcept;
 
 }  // namespace lrt::rdf

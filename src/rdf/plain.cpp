@@ -20,17 +20,17 @@ namespace {
 
 using Kind = Type::Kind;
 
-constexpr std::size_t max_depth = 64;  // as deep as read_value() goes
+constexpr std::size_t max_depth = 64;  // as in read_value()
 
 const Type& without_optional(const Type& type) noexcept { return type.kind == Kind::optional ? without_optional(*type.element) : type; }
 
-/// The names of a record's members: those of the fields, or where two have the same "maths:x", or where that does not help the IRI.
+/// The names of a record's members: the names of the fields; for repeated names "maths:x"; if these are repeated too, the IRIs.
 std::vector<std::string> member_names(const Type& record) {
   std::vector<std::string> names;
   names.reserve(record.fields.size());
   for (const FieldType& f : record.fields) names.push_back(f.name);
   const auto tell_apart = [&](auto name_of) {
-    std::vector<std::size_t> order(names.size());  // by name: a robot's state may have a thousand members
+    std::vector<std::size_t> order(names.size());  // sorted by name, because a robot's state may have a thousand members
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return names[a] < names[b]; });
     std::vector<std::size_t> repeated;
@@ -56,7 +56,7 @@ bool carries_unit(const Type& type, const Facets& facets) noexcept {
   return type.is_number() || type.kind == Kind::record;
 }
 
-/// {"value": ..., "unit": ...} would be taken for the record itself.
+/// Whether {"value": ..., "unit": ...} would be read as the record itself.
 bool has_value_member(const Type& type) {
   if (type.kind != Kind::record) return false;
   const std::vector<std::string> names = member_names(type);
@@ -72,7 +72,7 @@ class JsonWriter {
  public:
   explicit JsonWriter(bool with_units) : with_units_(with_units) {}
 
-  /// @param unit_said  for all members of a list at once
+  /// @param unit_said  the unit is written once for all members of a list
   void write(const Type& type, const Facets& facets, const Value& value, bool unit_said = false) {
     if (value.is_null()) {
       out_ += "null";
@@ -156,7 +156,7 @@ To same_bits(From from) noexcept {
   return to;
 }
 
-/// The bits of a number as its datatype has them, in the lowest `bytes`.
+/// The bits of a number in its datatype, in the lowest `bytes`.
 std::uint64_t bits_of(const Type& type, const Value& value) noexcept {
   if (type.kind == Kind::real) {
     const double number = value.real() ? *value.real() : 0;
@@ -166,7 +166,7 @@ std::uint64_t bits_of(const Type& type, const Value& value) noexcept {
   return value.integer() ? static_cast<std::uint64_t>(*value.integer()) : 0;
 }
 
-/// RFC 8949: lengths are known, integers are short, floats keep their size.
+/// Writes RFC 8949 with definite lengths, the shortest integers, and floats of their own size.
 class CborWriter {
  public:
   void write(const Type& type, const Value& value) {
@@ -268,7 +268,7 @@ class OctetsReader {
  public:
   OctetsReader(std::string_view body, std::size_t bytes) : body_(body), bytes_(bytes) {}
 
-  /// @param length  of this list, if it is one; those of the lists in it follow
+  /// @param length  of this list, if it is a list; followed by the lengths of nested lists
   Value read(const Type& type, const std::size_t* length) {
     if (type.kind != Kind::list) return number(type);
     Value::Sequence members;
@@ -294,10 +294,10 @@ class OctetsReader {
 };
 
 Unexpected without_octets(const std::string& expected) {
-  return unexpected(Errc::unsupported_syntax, "expected " + expected + ": else there are no octets");
+  return unexpected(Errc::unsupported_syntax, "expected " + expected + " for octets");
 }
 
-/// Whether all lists of a level have its length.
+/// Whether all lists of a level have the same length.
 Result<void> check_lengths(const Value& value, const std::size_t* length, const std::size_t* end) {
   if (length == end) return {};
   const Value::Sequence* members = value.sequence();
@@ -331,19 +331,19 @@ Result<Value> read_octets(std::string_view body, const Type& type, std::size_t m
   return OctetsReader(body, layout->bytes).read(without_optional(type), layout->shape.data());
 }
 
-/// Whether an integer type can hold what these digits say; else they are an xsd:integer, of which a report says what was expected.
+/// Whether an integer type can hold the number. If not, it becomes an xsd:integer, and the report says what was expected.
 bool fits(const Type& type, std::string_view digits) noexcept {
   if (const auto number = lexical::parse_int64(digits)) return *number >= type.lowest && (*number < 0 || static_cast<std::uint64_t>(*number) <= type.highest);
   const auto number = lexical::parse_uint64(digits);
   return number && *number <= type.highest;
 }
 
-/// How reading ends early. Thrown inside this file only.
+/// Thrown to end the reading early, inside this file only.
 struct Refused {
   Error error;
 };
 
-/// From JSON or CBOR to the triples. What does not fit the type becomes what it is, so that the shape finds it.
+/// Reads JSON or CBOR into triples. A value of a wrong type is added as it is, so that the shape finds it.
 class DocumentReader {
  public:
   using Document = json::Document;
@@ -400,7 +400,7 @@ class DocumentReader {
     }
   }
 
-  /// What {"value": ..., "unit": ...} holds, if it is one, with the unit that is declared; else the value itself.
+  /// The content of {"value": ..., "unit": ...}, after a check of the unit; for other values the value itself.
   Id unwrapped(Id id, const Type& type, const Facets& facets, bool is_whole) const {
     if (kind(id) != Json::object) return id;
     const Id value = document_.member(id, "value");
@@ -413,7 +413,7 @@ class DocumentReader {
       else if (member != value) refuse(member, "expected nothing beside \"value\" and \"unit\"");
     }
     if (unit == Document::none) return value;
-    if (!carries_unit(type, facets)) refuse(unit, "expected no unit, for none is declared");
+    if (!carries_unit(type, facets)) refuse(unit, "expected no unit, because none is declared");
     const std::string_view code = code_of(facets.unit());
     if (kind(unit) != Json::string || document_.text(unit) != code) refuse(unit, "expected \"" + std::string(code) + "\"");
     return value;
@@ -469,7 +469,7 @@ class DocumentReader {
     return type.is_number() ? triples_.number(term, facets.unit()) : term;
   }
 
-  /// A literal, of the type's datatype if it fits; an array becomes a list.
+  /// A literal, with the type's datatype if it fits. An array becomes a list.
   TermId scalar(const Type& type, Id id) {
     const std::string_view text = document_.text(id);
     const auto typed = [&](Iri datatype) { return graph_.intern(literal(text, datatype)); };
@@ -497,7 +497,7 @@ class DocumentReader {
     }
   }
 
-  /// CBOR has bits, not digits: they are written as write_value() would.
+  /// A number of CBOR has no digits: it is formatted as in write_value().
   TermId real(const Type& type, std::string_view digits) {
     if (!is_binary_) return graph_.intern(literal(digits, type.datatype));
     const double number = lexical::parse_double(digits).value_or(0);
@@ -512,7 +512,7 @@ class DocumentReader {
   ValueWriter triples_;
 };
 
-/// A scalar as text/plain has it.
+/// Reads a scalar from text/plain.
 TermId text_literal(std::string_view text, const Type& type, Graph& graph) {
   const auto typed = [&](bool fits) { return graph.intern(literal(text, fits ? type.datatype : vocab::xsd::string)); };
   switch (type.kind) {
@@ -536,7 +536,7 @@ Result<void> read_text(std::string_view body, const Type& outer, const Facets& f
     body.remove_prefix(std::min(body.find_first_not_of(blanks), body.size()));
     body = body.substr(0, body.find_last_not_of(blanks) + 1);
   }
-  if (outer.kind == Kind::optional && body.empty()) return {};  // only blanks
+  if (outer.kind == Kind::optional && body.empty()) return {};  // only white space
   const TermId term = text_literal(body, type, graph);
   ValueWriter triples(graph, names_base);
   if (type.is_number()) triples.number(focus, term, facets.unit());

@@ -7,8 +7,8 @@
 #include "src/rdf/graph_writer.hpp"
 #include "src/rdf/n_triples.hpp"
 
-// Turtle and N-Triples are written here and not by Raptor: this is the way from the control loop to the wire, its bytes are
-// what ETags are made of, and Raptor 2.0.15 writes invalid Turtle at the edges (tests/rdf/turtle_writer_test.cpp).
+// Turtle and N-Triples are written by our own code: it is on the path from the control loop to the wire, ETags are hashes of its output, and
+// Raptor 2.0.15 writes invalid Turtle in some cases (tests/rdf/turtle_writer_test.cpp).
 
 namespace lrt::rdf {
 namespace {
@@ -52,7 +52,7 @@ class TurtleWriter : GraphWriter {
     find_nested();
     for (const Triple& t : graph_.triples()) {
       if (!node(t.subject).nested) block(t.subject);
-      while (!postponed_.empty()) {  // what was too deep; each block may postpone more
+      while (!postponed_.empty()) {  // nodes that were too deep; each block may postpone more
         const TermId next = postponed_.back();
         postponed_.pop_back();
         block(next);
@@ -86,7 +86,7 @@ class TurtleWriter : GraphWriter {
     out_.append(" .\n");
   }
 
-  /// All that is said of a subject. `own_line`: the first predicate begins a line, as inside brackets.
+  /// All triples of a subject. `own_line`: the first predicate starts a new line, as inside brackets.
   void predicates(TermId subject, int depth, bool own_line) {
     const std::size_t base = keys_.size();
     push_triples(subject);
@@ -233,7 +233,7 @@ Result<std::string> write_turtle(const Graph& graph, const Prefixes& prefixes) {
 Result<std::string> write_n_triples(const Graph& graph) {
   std::string out;
   out.reserve(160 * graph.size());
-  std::vector<std::uint32_t> names(graph.term_count(), 0);  // of blank nodes whose label N-Triples cannot carry
+  std::vector<std::uint32_t> names(graph.term_count(), 0);  // new labels of blank nodes with labels that N-Triples does not allow
   std::uint32_t labels = 0;
   const auto append = [&](TermId id) {
     const TermView term = graph.term(id);

@@ -27,7 +27,7 @@ std::string well_formed(const std::string& text) {
   return out.append(rest);
 }
 
-/// From a Value to the triples.
+/// Writes a Value as triples.
 class Writer {
  public:
   Writer(Graph& graph, std::string_view names_base) : graph_(graph), triples_(graph, names_base) {}
@@ -117,7 +117,7 @@ constexpr DerivedInteger integer_types[] = {
 
 enum class IntegerForm : std::uint8_t { no, yes, ill_typed };
 
-/// Whether a literal is of xsd:integer or a type derived from it, and of its range.
+/// Whether a literal is an xsd:integer or of a derived type, and within its range.
 IntegerForm integer_form(const TermView& term) noexcept {
   const std::string_view name = xsd_name(term);
   for (const DerivedInteger& t : integer_types) {
@@ -157,7 +157,7 @@ std::string expected_range(const Facets& f) {
   return text;
 }
 
-/// @param single  the value is a float, and so is each bound then: 0.1F is at most 0.1
+/// @param single  the value is a float; bounds are rounded to float too, so that 0.1F is at most 0.1
 template <class Number>
 bool in_range(const Facets& f, Number v, bool single = false) noexcept {
   const auto x = static_cast<long double>(v);
@@ -220,7 +220,7 @@ class Reader {
     return Value();
   }
 
-  struct Step {  // extends the path while it lives
+  struct Step {  // extends the path during its lifetime
     Step(Reader& reader, const std::string& segment) : owner(reader), length(reader.path_.size()) {
       if (!owner.path_.empty()) owner.path_ += '/';
       owner.path_ += segment;
@@ -241,7 +241,7 @@ class Reader {
     return out;
   }
 
-  /// The one value of a predicate, as a field's object.
+  /// The only value of a predicate, as a field's object.
   Value only(TermId focus, std::string_view predicate, const Type& type, const Facets& facets) {
     const Step step(*this, abbreviate(predicate));
     const std::vector<TermId> found = values(focus, predicate);
@@ -261,7 +261,7 @@ class Reader {
 
   static Facets without_unit(Facets facets) { return facets.unit(unit::none); }
 
-  /// SPEC 3.3, Units: at least one of the two predicates, and what is said must be the declared unit.
+  /// SPEC 3.3, Units: at least one of the two predicates is present, and each must have the declared unit.
   void check_unit(TermId node, const Unit& unit) {
     if (unit.empty()) return;
     std::size_t said = 0;

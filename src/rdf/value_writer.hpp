@@ -10,7 +10,7 @@
 
 namespace lrt::rdf {
 
-/// The triples that values are made of, whatever they were before (lrt/rdf/value_codec.hpp).
+/// Writes the triples of values for all formats (lrt/rdf/value_codec.hpp).
 class ValueWriter {
  public:
   ValueWriter(Graph& graph, std::string_view names_base) : graph_(graph), names_base_(names_base) {}
@@ -18,7 +18,7 @@ class ValueWriter {
   void number(TermId node, TermId literal, const Unit& unit);
   /// The object of a number in a field or list: the literal, or a node if there is a unit.
   TermId number(TermId literal, const Unit& unit);
-  /// What else a focus node carries: rdf:value.
+  /// The triple of other values at a focus node: rdf:value.
   void value(TermId focus, TermId object);
   void classes(TermId node, const Type& record);
   void field(TermId node, const FieldType& field, TermId object);
@@ -31,7 +31,7 @@ class ValueWriter {
   std::string_view names_base_;
 };
 
-/// Of a scalar. A text that is no UTF-8 is shown with U+FFFD.
+/// The lexical form of a scalar. Invalid UTF-8 is replaced by U+FFFD.
 std::string lexical_form(const Type& type, const Value& value);
 
 }  // namespace lrt::rdf

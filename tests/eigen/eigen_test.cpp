@@ -176,7 +176,7 @@ struct lrt::rdf::traits<Grasp> : lrt::rdf::Record<Grasp> {
   }
 };
 
-TEST_CASE("any finite vector and matrix comes back bit by bit", "[eigen][R0.5]") {
+TEST_CASE("every finite vector and matrix reads back bit-identically", "[eigen][R0.5]") {
   Random random;
   const auto check = [&](auto make, int through_graph = 200, int through_text = 5) {
     for (int i = 0; i < through_graph; ++i)
@@ -209,7 +209,7 @@ TEST_CASE("any finite vector and matrix comes back bit by bit", "[eigen][R0.5]")
   check([&] { return random.affine<Eigen::AffineCompact3f>(); }, 50);
 }
 
-TEST_CASE("a rotation and a pose come back bit by bit", "[eigen][R0.5]") {
+TEST_CASE("a rotation and a pose read back bit-identically", "[eigen][R0.5]") {
   Random random;
   const auto check = [&](auto make) {
     for (int i = 0; i < 100; ++i)
@@ -260,7 +260,7 @@ TEST_CASE("a matrix is a list of its rows in any storage order", "[eigen]") {
   CHECK(value_of<Eigen::MatrixXi>(test::turtle("<x> rdf:value ( ( 1 2 3 ) ( 4 5 6 ) ) .")).value() == columns);
 }
 
-TEST_CASE("what has no members keeps as much of its size as can be seen", "[eigen]") {
+TEST_CASE("an empty matrix keeps the size that its representation shows", "[eigen]") {
   CHECK(survives_text(Eigen::VectorXd()));
   CHECK(survives_text(Eigen::MatrixXd()));
   CHECK(survives_text(Points(0, 3)));
@@ -303,7 +303,7 @@ TEST_CASE("the shape and the reader refuse the same input", "[eigen][R0.6][R1.11
   CHECK(value_of<Eigen::Isometry3d>(test::turtle("<x> " + shift + turn + " .")));
 }
 
-TEST_CASE("NaN and infinity never get into an Eigen type", "[eigen][R0.6]") {
+TEST_CASE("NaN and infinity are refused for Eigen types", "[eigen][R0.6]") {
   const double infinity = std::numeric_limits<double>::infinity();
   CHECK(refusal(traits<Eigen::Vector3d>::decode(numbers({1, not_a_number, 3}))) == "y: expected a finite number, found NaN");
   CHECK(refusal(traits<Eigen::Vector3f>::decode(numbers({1, 2, 1e39}))) == "z: expected a finite number, found INF");
@@ -319,7 +319,7 @@ TEST_CASE("NaN and infinity never get into an Eigen type", "[eigen][R0.6]") {
   CHECK(test::missing(graph_of(Eigen::Vector2d(not_a_number, infinity)), "<x> maths:x \"NaN\"^^xsd:double ; maths:y \"INF\"^^xsd:double .") == "");
 }
 
-TEST_CASE("a length that is not the type's is refused with what was found", "[eigen][R0.6]") {
+TEST_CASE("a wrong length is refused with the length that was found", "[eigen][R0.6]") {
   CHECK(refusal(traits<Eigen::Vector3d>::decode(numbers({1, 2}))) != "it was taken");
   CHECK(refusal(traits<Vector6d>::decode(numbers({1, 2, 3, 4, 5}))) == "expected a list of 6 members, found 5");
   CHECK(refusal(traits<Bounded6d>::decode(numbers({1, 2, 3, 4, 5, 6, 7}))) == "expected a list of at most 6 members, found 7");
@@ -337,7 +337,7 @@ TEST_CASE("a length that is not the type's is refused with what was found", "[ei
   CHECK(refusal(traits<Eigen::MatrixXd>::decode(sequence({Value(1.0)}))) != "it was taken");
 }
 
-TEST_CASE("what is no rotation is refused, and nothing is normalised", "[eigen][R0.6]") {
+TEST_CASE("an invalid rotation is refused, and a valid one is not normalised", "[eigen][R0.6]") {
   CHECK(refusal(traits<Eigen::Quaterniond>::decode(numbers({0, 0, 0, 2}))) == "expected a quaternion of norm 1 within 1e-09, found a norm of 2");
   CHECK(refusal(traits<Eigen::Quaterniond>::decode(numbers({0, 0, 0, 0}))) == "expected a quaternion of norm 1 within 1e-09, found a norm of 0");
   CHECK(says(refusal(traits<Eigen::Quaterniond>::decode(numbers({1e308, 1e308, 1e308, 1e308}))), "found a norm of INF"));
@@ -389,7 +389,7 @@ TEST_CASE("a pose is given by its quaternion; a matrix beside it must be the sam
   }
 }
 
-TEST_CASE("a pose that is none is shown as it is", "[eigen]") {
+TEST_CASE("an invalid pose that the robot publishes is shown unchanged", "[eigen]") {
   Eigen::Isometry3d broken = Eigen::Isometry3d::Identity();
   broken.linear() *= 2;
   CHECK(test::missing(graph_of(broken), "<x> spatial:rotation [ maths:w \"1\"^^xsd:double ] .") == "");
@@ -464,7 +464,7 @@ TEST_CASE("GET shows a pose with its unit, and the state conforms to the Bluepri
   CHECK(says(json.body, "\"matrix\": {\"@list\": [{\"@list\": ["));
 }
 
-TEST_CASE("PUT may echo what GET gave of Eigen's types, in every syntax", "[eigen][R0.5]") {
+TEST_CASE("PUT accepts the response of GET for Eigen's types in every syntax", "[eigen][R0.5]") {
   Robot r;
   r.tool = Eigen::Translation3d(1, 2, 1.0 / 3) * Eigen::Quaterniond(0.5, -0.5, 0.5, 0.5);
   for (const char* path : {"/arm/target", "/arm/tool", "/arm/gains", "/arm/axis"})
@@ -521,7 +521,7 @@ TEST_CASE("GET gives a matrix as octets row by row, with its shape in the RDF", 
   check(Eigen::Matrix<double, 3, Eigen::Dynamic>(3, 0), "double", count(3) + count(0));
 }
 
-TEST_CASE("a matrix is written as octets where one of its lengths is fixed", "[eigen][R0.5]") {
+TEST_CASE("a matrix is written as octets if one of its lengths is fixed", "[eigen][R0.5]") {
   Bench bench;
   Eigen::MatrixXd any(2, 2);
   Eigen::Matrix<float, 2, Eigen::Dynamic> wide(2, 0);
@@ -547,7 +547,7 @@ TEST_CASE("a matrix is written as octets where one of its lengths is fixed", "[e
   CHECK(put("any", four) == 415);
 }
 
-TEST_CASE("what is no rotation is 422 with a sentence, and changes nothing", "[eigen][R0.6]") {
+TEST_CASE("an invalid rotation is answered 422 with a message, and changes nothing", "[eigen][R0.6]") {
   Robot r;
   CHECK(r.put("target", "maths:x 0 ; maths:y 0.6 ; maths:z 0.8 ; maths:w 0").status == 204);
   CHECK(r.target.z() == 0.8);
@@ -573,7 +573,7 @@ TEST_CASE("what is no rotation is 422 with a sentence, and changes nothing", "[e
   CHECK(r.gains.cols() == 3);
 }
 
-TEST_CASE("actions and collections take Eigen's types", "[eigen][R0.5][R1.10]") {
+TEST_CASE("actions and collections accept Eigen's types", "[eigen][R0.5][R1.10]") {
   Robot r;
   CHECK(r.post("reach", "a maths:Vector3D ; maths:x 0.5 ; maths:y 1 ; maths:z 1e-3 ; vom:unit <http://vocab.arvida.de/x>").status == 422);
   CHECK(r.post("reach", "a maths:Vector3D ; maths:x 0.5 ; maths:y 1 ; maths:z 1e-3 ; qudt:unit unit:M").status == 204);

@@ -66,7 +66,7 @@ struct lrt::rdf::traits<Grasp> : lrt::rdf::Record<Grasp> {
   }
 };
 
-TEST_CASE("same is about bits and allocates nothing", "[eigen][R0.11]") {
+TEST_CASE("same compares bits and does not allocate", "[eigen][R0.11]") {
   const double not_a_number = std::numeric_limits<double>::quiet_NaN();
   CHECK(differ(Eigen::Vector2d(0.0, 1), Eigen::Vector2d(-0.0, 1)));
   CHECK(differ(Eigen::Vector2d(not_a_number, 1), Eigen::Vector2d(not_a_number, 2)));
@@ -124,7 +124,7 @@ TEST_CASE("a dynamic size is published too, in memory of its own", "[eigen][mode
   CHECK(rdf::same(value, traits<Eigen::VectorXd>::encode(vector)));
 }
 
-TEST_CASE("a transform that one thread publishes another takes whole and in order", "[eigen][model]") {
+TEST_CASE("another thread takes published transforms intact and in order", "[eigen][model]") {
   model::Slot<Eigen::Affine3d> slot;
   std::atomic<bool> stop{false};
   std::thread writer([&] {

@@ -174,7 +174,7 @@ TEST_CASE("what is no JSON, not of the type or in another unit is refused with i
   };
   refused("angle", "", 400, "JSON");
   refused("angle", "43.6 x", 400, "line 1");
-  refused("angle", std::string("43.6\0x", 6), 400, "NUL");
+  refused("angle", std::string("43.6\0x", 6), 400, "U+0000");
   refused("angle", R"({"value":1,"unit":"rad"})", 422, "deg");
   refused("count", R"({"value":1,"unit":"rad"})", 422, "unit");
   refused("pose", R"({"x":1,"y":2,"frame":"a","speed":3})", 422, "speed");

@@ -33,7 +33,7 @@ struct lrt::rdf::traits<Copied> : lrt::rdf::Record<Copied> {
   static void describe(Record<Copied>& r) { r.field("value", &Copied::value); }
 };
 
-TEST_CASE("a slot gives the newest value once, with the time since when it holds", "[model][R0.11]") {
+TEST_CASE("a slot gives the newest value once, with the time of its publication", "[model][R0.11]") {
   test::FakeClock clock;
   Slot<double> slot;
   slot.set_clock(clock);
@@ -60,7 +60,7 @@ TEST_CASE("a slot gives the newest value once, with the time since when it holds
   CHECK(slot.take(value, since));
 }
 
-TEST_CASE("after forget a repeated value is news once; every sample is with every_sample", "[model][R0.11]") {
+TEST_CASE("after forget a repeated value counts as a change once; with every_sample each value does", "[model][R0.11]") {
   Slot<double> slot;
   Slot<std::string> text;
   rdf::Value value;
@@ -83,7 +83,7 @@ TEST_CASE("after forget a repeated value is news once; every sample is with ever
   check(text, std::string("x"));
 }
 
-TEST_CASE("publish of a value that owns nothing does not allocate", "[model]") {
+TEST_CASE("publish of a value that owns no memory does not allocate", "[model]") {
   static_assert(!std::is_trivially_copyable_v<Copied>);
   Slot<double> number;
   Slot<Vector> vector;
@@ -110,7 +110,7 @@ TEST_CASE("publishing an unchanged text does not allocate either", "[model]") {
   CHECK(allocations == before);
 }
 
-TEST_CASE("what one thread publishes another takes whole and in order", "[model]") {
+TEST_CASE("another thread takes published values intact and in order", "[model]") {
   Slot<Vector> slot;
   std::atomic<bool> stop{false};
   std::thread writer([&] {
@@ -137,7 +137,7 @@ TEST_CASE("what one thread publishes another takes whole and in order", "[model]
   writer.join();
 }
 
-TEST_CASE("the last value published is the one that is taken in the end", "[model]") {
+TEST_CASE("the last published value is taken last", "[model]") {
   for (int round = 0; round < 200; ++round) {
     Slot<double> number;
     Slot<std::string> text;

@@ -12,7 +12,7 @@ struct Callable {
 int free_function(double) { return 0; }
 }  // namespace
 
-TEST_CASE("the shape of an action is read off its callable", "[model]") {
+TEST_CASE("the signature of an action is derived from its callable", "[model]") {
   const auto plain = [] {};
   const auto in = [](double) {};
   const auto by_reference = [](const std::string&) { return 1; };
@@ -38,7 +38,7 @@ TEST_CASE("the shape of an action is read off its callable", "[model]") {
   STATIC_REQUIRE(std::is_nothrow_move_constructible_v<Responder>);
 }
 
-TEST_CASE("a thing remembers what it was told", "[model]") {
+TEST_CASE("a thing stores its description", "[model]") {
   Thing thing{"caf\u00e9/arm 1"};
   CHECK(thing.path() == "caf%C3%A9/arm%201");
   thing.property("deep/p", [] { return 1; }, unit::metre).between(-1, 1);
@@ -70,7 +70,7 @@ TEST_CASE("a thing remembers what it was told", "[model]") {
   CHECK(spec->collections[0]->max_members == 5);
 }
 
-TEST_CASE("the first error of a thing is kept with the path it is about", "[model]") {
+TEST_CASE("the first error of a thing is kept with its path", "[model]") {
   Thing thing{"a//b"};
   thing.property<int>("x//y");
   const auto spec = std::move(thing).release();

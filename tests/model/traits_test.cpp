@@ -87,7 +87,7 @@ struct lrt::rdf::traits<Car> : lrt::rdf::Record<Car> {
   }
 };
 
-TEST_CASE("the same type object is given at every call", "[model]") {
+TEST_CASE("type() returns the same object at every call", "[model]") {
   CHECK(&traits<double>::type() == &traits<double>::type());
   CHECK(&traits<std::vector<double>>::type() == &traits<std::vector<double>>::type());
   CHECK(&traits<Car>::type() == &traits<Car>::type());
@@ -114,7 +114,7 @@ TEST_CASE("C++ types have their XML Schema datatypes", "[model][R1.5]") {
   CHECK(traits<Gear>::type().datatype == vocab::xsd::string);
 }
 
-TEST_CASE("integers survive at their limits, and what T cannot hold is refused", "[model][R0.5]") {
+TEST_CASE("integers read back at their limits, and values out of range are refused", "[model][R0.5]") {
   CHECK(survives(std::numeric_limits<std::int8_t>::min()));
   CHECK(survives(std::numeric_limits<std::uint8_t>::max()));
   CHECK(survives(std::numeric_limits<std::int16_t>::min()));
@@ -134,7 +134,7 @@ TEST_CASE("integers survive at their limits, and what T cannot hold is refused",
   CHECK_FALSE(traits<double>::decode(Value(std::string("1"))));
 }
 
-TEST_CASE("any finite double and float comes back bit by bit", "[model][R0.5]") {
+TEST_CASE("every finite double and float reads back bit-identically", "[model][R0.5]") {
   std::mt19937_64 random(20261121);
   for (int i = 0; i < 20'000; ++i) {
     const std::uint64_t bits = random();
@@ -158,7 +158,7 @@ TEST_CASE("any finite double and float comes back bit by bit", "[model][R0.5]") 
   for (const float f : {0.0F, -0.0F, 0.1F, 1e-45F, std::numeric_limits<float>::max(), 16777217.0F}) CHECK(survives(f));
 }
 
-TEST_CASE("NaN and infinity come back only where they may", "[model][R0.5]") {
+TEST_CASE("NaN and infinity are accepted only if the facets allow them", "[model][R0.5]") {
   const double infinity = std::numeric_limits<double>::infinity();
   CHECK_FALSE(round_trip(std::nan("")));
   CHECK_FALSE(round_trip(infinity));
@@ -169,7 +169,7 @@ TEST_CASE("NaN and infinity come back only where they may", "[model][R0.5]") {
   CHECK(std::isnan(round_trip(std::nan(""), any).value()));
 }
 
-TEST_CASE("same is about bits", "[model][R0.11]") {
+TEST_CASE("same compares bits", "[model][R0.11]") {
   CHECK_FALSE(traits<double>::same(0.0, -0.0));
   CHECK(traits<double>::same(std::nan(""), std::nan("")));
   CHECK(rdf::same(Value(std::nan("")), Value(std::nan(""))));
@@ -188,7 +188,7 @@ TEST_CASE("same is about bits", "[model][R0.11]") {
   CHECK_FALSE(traits<Car>::same(a, b));
 }
 
-TEST_CASE("texts, enumerations, durations and instants survive", "[model][R0.5]") {
+TEST_CASE("texts, enumerations, durations and instants read back", "[model][R0.5]") {
   using namespace std::chrono;
   for (const char* text : {"", " ", "a\"b\\c\n\r\t", "\u00e9\U0001F916", "<x> ]] > &amp;", "'''\"\"\""}) CHECK(survives(std::string(text)));
   CHECK(survives(true));
@@ -208,7 +208,7 @@ TEST_CASE("texts, enumerations, durations and instants survive", "[model][R0.5]"
   CHECK(traits<Gear>::encode(static_cast<Gear>(7)).is_null());
 }
 
-TEST_CASE("lists, arrays, optionals and nested records survive", "[model][R0.5]") {
+TEST_CASE("lists, arrays, optionals and nested records read back", "[model][R0.5]") {
   CHECK(survives(std::vector<double>{}));
   CHECK(survives(std::vector<double>{1, 1, 2}));
   CHECK(survives(std::array<int, 3>{1, 2, 3}));
@@ -232,7 +232,7 @@ TEST_CASE("lists, arrays, optionals and nested records survive", "[model][R0.5]"
   CHECK_FALSE(rdf::read_value(graph, *graph.find(rdf::iri("http://localhost/x")), traits<std::array<int, 3>>::type(), {}, {}, mismatches));
 }
 
-TEST_CASE("facets of fields hold", "[model][R0.6]") {
+TEST_CASE("facets of fields are checked", "[model][R0.6]") {
   Car car;
   car.name = "Herbie";
   car.wheels[0] = car.wheels[1] = {0.3F, 5};
@@ -253,7 +253,7 @@ TEST_CASE("facets of fields hold", "[model][R0.6]") {
   CHECK(fails(bad));
 }
 
-TEST_CASE("mismatches say where and what", "[model][R0.6]") {
+TEST_CASE("mismatches have the path and what was expected and found", "[model][R0.6]") {
   const rdf::Graph graph = test::turtle(
       "<x> a <http://example.org/Car> ; <http://localhost/b#name> 7 ; <http://localhost/b#gear> \"up\" ; <http://localhost/b#age> \"P1Y\"^^xsd:duration ;"
       " <http://localhost/b#matrix> () ; <http://localhost/b#wheels> ( 1 2 ) .");
@@ -268,7 +268,7 @@ TEST_CASE("mismatches say where and what", "[model][R0.6]") {
   CHECK(mismatches[0].path == "<http://localhost/b#name>");
 }
 
-TEST_CASE("no record makes reading endless", "[model][R0.6]") {
+TEST_CASE("reading any record ends", "[model][R0.6]") {
   const rdf::Graph graph = test::turtle("<x> rdf:value _:l . _:l rdf:first _:l ; rdf:rest rdf:nil .");
   std::vector<rdf::Mismatch> mismatches;
   using Nested = std::vector<std::vector<std::vector<double>>>;

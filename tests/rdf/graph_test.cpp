@@ -51,7 +51,7 @@ TEST_CASE("terms that differ in one part only are different", "[rdf]") {
   }
 }
 
-TEST_CASE("language tags become lower case, whatever case is asked for", "[rdf]") {
+TEST_CASE("language tags become lower case", "[rdf]") {
   Graph g;
   const TermId id = g.intern(tagged_literal("colour", "en-GB"));
   CHECK(g.term(id).language == "en-gb");
@@ -92,7 +92,7 @@ TEST_CASE("match finds the same triples by every combination of bound terms", "[
   CHECK(g.match(&unknown, nullptr, nullptr).empty());
 }
 
-TEST_CASE("object, objects and subjects answer in the order of addition", "[rdf]") {
+TEST_CASE("object, objects and subjects keep the order of addition", "[rdf]") {
   Graph g;
   CHECK_FALSE(g.object(s, p));
   g.add(s, p, literal("2"));
@@ -121,7 +121,7 @@ TEST_CASE("terms of a graph can be added to the same graph while it grows", "[rd
   CHECK(g.contains(lrt::rdf::iri("http://e/fresh0"), q, tagged_literal("http://e/s", "en")));
 }
 
-TEST_CASE("merging identifies blank nodes of equal label and leaves out what is there", "[rdf]") {
+TEST_CASE("merging identifies blank nodes with equal labels and skips existing triples", "[rdf]") {
   Graph a, b;
   a.add(s, p, blank("x"));
   b.add(s, p, blank("x"));
@@ -136,7 +136,7 @@ TEST_CASE("merging identifies blank nodes of equal label and leaves out what is 
   CHECK(copy.contains(blank("x"), q, literal("1", vocab::xsd::integer)));
 }
 
-TEST_CASE("a fresh blank node has a label that no other has", "[rdf]") {
+TEST_CASE("a new blank node has a unique label", "[rdf]") {
   Graph g;
   g.intern(blank("b0"));
   g.intern(blank("b2"));
@@ -145,7 +145,7 @@ TEST_CASE("a fresh blank node has a label that no other has", "[rdf]") {
   CHECK(g.term(second).text == "b3");
 }
 
-TEST_CASE("a list is read only when it is well-formed and ends", "[rdf]") {
+TEST_CASE("a list is read only if it is well-formed and finite", "[rdf]") {
   Graph g;
   const TermId nil = g.intern(vocab::rdf::nil);
   REQUIRE(g.list(nil));

@@ -245,7 +245,7 @@ std::vector<Row> rows() {
 
 }  // namespace
 
-TEST_CASE("every kind of value is written in every format, and read as the triples that write_value adds", "[rdf][R1.2]") {
+TEST_CASE("every kind of value is written in every format, and read into the triples of write_value", "[rdf][R1.2]") {
   for (const Row& r : rows()) {
     INFO(r.json);
     const auto check = [&](Plain format, const std::string& expected, bool binary) {
@@ -275,7 +275,7 @@ TEST_CASE("every kind of value is written in every format, and read as the tripl
   }
 }
 
-TEST_CASE("a record with a field called value is not taken for a value with its unit", "[rdf]") {
+TEST_CASE("a record with a field \"value\" is not read as a value with its unit", "[rdf]") {
   const auto& type = traits<plain_test::Reading>::type();
   const Facets degrees{unit::degree};
   const Value value = traits<plain_test::Reading>::encode({5});
@@ -287,7 +287,7 @@ TEST_CASE("a record with a field called value is not taken for a value with its 
         "at \"/unit\": expected one of \"value\", found \"unit\"");
 }
 
-TEST_CASE("text that is no UTF-8 is shown with U+FFFD in every format", "[rdf]") {
+TEST_CASE("invalid UTF-8 is replaced by U+FFFD in every format", "[rdf]") {
   const auto& type = traits<std::string>::type();
   const Value value(std::string("a\xFF" "b"));
   CHECK(write_plain(type, {}, value, Plain::json).value() == "\"a\xEF\xBF\xBD" "b\"");
@@ -295,7 +295,7 @@ TEST_CASE("text that is no UTF-8 is shown with U+FFFD in every format", "[rdf]")
   CHECK(write_plain(type, {}, value, Plain::cbor).value() == "\x65" "a\xEF\xBF\xBD" "b");
 }
 
-TEST_CASE("members of a list that are absent are left out, as in a graph", "[rdf]") {
+TEST_CASE("absent members of a list are left out, as in a graph", "[rdf]") {
   const auto& type = traits<std::vector<std::optional<int>>>::type();
   const Value value = traits<std::vector<std::optional<int>>>::encode({std::nullopt, 1, std::nullopt, 2});
   CHECK(write_plain(type, {}, value, Plain::json).value() == "[1,2]");
@@ -304,7 +304,7 @@ TEST_CASE("members of a list that are absent are left out, as in a graph", "[rdf
   CHECK(write_plain(type, {}, value, Plain::octets).error().code == Errc::unsupported_syntax);
 }
 
-TEST_CASE("media types and formats correspond, whatever the parameters", "[rdf][R1.2]") {
+TEST_CASE("media types and formats correspond, independent of parameters", "[rdf][R1.2]") {
   for (const Plain format : all_plain) {
     const auto back = plain_of(lrt::MediaType::parse(media_type(format)).value());
     CHECK(back == (format == Plain::json_with_units ? Plain::json : format));
@@ -314,7 +314,7 @@ TEST_CASE("media types and formats correspond, whatever the parameters", "[rdf][
   for (const char* other : {"text/turtle", "application/ld+json", "text/json", "audio/cbor"}) CHECK_FALSE(plain_of(lrt::MediaType::parse(other).value()));
 }
 
-TEST_CASE("numbers keep their digits, and say what they are where they do not fit", "[rdf]") {
+TEST_CASE("numbers keep their digits, and get another datatype if they do not fit", "[rdf]") {
   CHECK(literal_in<double>("43.60") == "43.60^^xsd:double");
   CHECK(literal_in<double>("0.1000000000000000055511151231257827") == "0.1000000000000000055511151231257827^^xsd:double");
   CHECK(literal_in<double>("12345678901234567890123") == "12345678901234567890123^^xsd:double");
@@ -346,7 +346,7 @@ TEST_CASE("numbers keep their digits, and say what they are where they do not fi
   CHECK(literal_in<Move>("{\"step\": \"here\"}") == "here^^xsd:string");
 }
 
-TEST_CASE("numbers in CBOR are of the type's datatype as they are written", "[rdf]") {
+TEST_CASE("numbers in CBOR get the type's datatype", "[rdf]") {
   CHECK(literal_in<float>(unhex("fa3dcccccd"), Plain::cbor) == "0.1^^xsd:float");
   CHECK(literal_in<double>(unhex("fa3dcccccd"), Plain::cbor) == "0.10000000149011612^^xsd:double");  // what the client has
   CHECK(literal_in<float>(unhex("fb3fb999999999999a"), Plain::cbor) == "0.1^^xsd:float");
@@ -389,7 +389,7 @@ TEST_CASE("text is read by lexical form, without the white space around it", "[r
   CHECK(literal_in<std::optional<std::string>>(" ", Plain::text) == " ^^xsd:string");
 }
 
-TEST_CASE("null is nothing", "[rdf]") {
+TEST_CASE("null adds no triple", "[rdf]") {
   for (const Plain format : {Plain::json, Plain::cbor}) {
     const std::string_view body = format == Plain::json ? "null" : "\xF6";
     CHECK(said<double>(body, format).value().empty());
@@ -400,7 +400,7 @@ TEST_CASE("null is nothing", "[rdf]") {
   CHECK(said<Step>("{\"x\": null}").value().size() == 1);  // its class
 }
 
-TEST_CASE("a value may be said with the unit that is declared, and with no other", "[rdf][R1.5]") {
+TEST_CASE("a value may have the declared unit and no other", "[rdf][R1.5]") {
   const Facets degrees{unit::degree}, code_less{lrt::Unit{vocab::unit::DEG, {}, {}}}, only_vom{lrt::Unit{{}, vocab::maths::Degree, {}}};
   const auto same_graph = [](const auto& a, const auto& b) { return a && b && isomorphic(*a, *b); };
   CHECK(same_graph(said<double>("{\"value\": 43.6, \"unit\": \"deg\"}", Plain::json, degrees), said<double>("43.6", Plain::json, degrees)));
@@ -418,7 +418,7 @@ TEST_CASE("a value may be said with the unit that is declared, and with no other
   CHECK(refusal<double>("{\"value\": 1, \"unit\": \"rad\"}", Plain::json, degrees).message == "at \"/unit\": expected \"deg\", found \"rad\"");
   CHECK(refusal<double>("{\"value\": 1, \"unit\": \"http://qudt.org/vocab/unit/DEG\"}", Plain::json, degrees).code == Errc::expected_value);
   CHECK(refusal<double>("{\"value\": 1, \"unit\": 5}", Plain::json, degrees).message == "at \"/unit\": expected \"deg\", found 5");
-  CHECK(refusal<double>("{\"value\": 1, \"unit\": \"deg\"}").message == "at \"/unit\": expected no unit, for none is declared, found \"deg\"");
+  CHECK(refusal<double>("{\"value\": 1, \"unit\": \"deg\"}").message == "at \"/unit\": expected no unit, because none is declared, found \"deg\"");
   CHECK(refusal<std::string>("{\"value\": \"a\", \"unit\": \"deg\"}", Plain::json, degrees).message.find("expected no unit") != std::string::npos);
   CHECK(refusal<double>("{\"value\": 1, \"units\": \"deg\"}", Plain::json, degrees).message ==
         "at \"/units\": expected nothing beside \"value\" and \"unit\", found \"deg\"");
@@ -432,7 +432,7 @@ TEST_CASE("a value may be said with the unit that is declared, and with no other
   CHECK(refusal<Move>("{\"way\": {\"value\": []}}").message == "at \"/way\": expected an array, found an object");
 }
 
-TEST_CASE("what no graph can say is refused with its place", "[rdf]") {
+TEST_CASE("a value that RDF cannot express is refused with its position", "[rdf]") {
   const auto wrong = [](const lrt::Error& error) {
     CHECK(error.code == Errc::expected_value);
     return error.message;
@@ -455,7 +455,7 @@ TEST_CASE("what no graph can say is refused with its place", "[rdf]") {
     CHECK(error.code == Errc::expected_rdf);
     return error.message;
   };
-  CHECK(none(refusal<double>("")).substr(0, 26) == "line 1, column 1: no JSON:");
+  CHECK(none(refusal<double>("")).substr(0, 31) == "line 1, column 1: invalid JSON:");
   CHECK(none(refusal<double>("43.6 x")).substr(0, 17) == "line 1, column 6:");
   CHECK(none(refusal<double>("NaN")).substr(0, 17) == "line 1, column 1:");
   CHECK(none(refusal<double>("1e400")).find("beyond xsd:double") != std::string::npos);
@@ -466,7 +466,7 @@ TEST_CASE("what no graph can say is refused with its place", "[rdf]") {
   CHECK(none(refusal<Step>("{\"x\": 1, \"x\": 2}")) == "at \"/x\": a second member of this name");
 }
 
-TEST_CASE("what is no CBOR, or more than JSON has, is refused with its place", "[rdf]") {
+TEST_CASE("invalid CBOR, and CBOR that JSON cannot express, are refused with the position", "[rdf]") {
   const auto none = [](std::string_view digits) {
     INFO(digits);
     const lrt::Error error = refusal<std::string>(unhex(digits), Plain::cbor);
@@ -474,32 +474,32 @@ TEST_CASE("what is no CBOR, or more than JSON has, is refused with its place", "
     CHECK(error.offset.has_value());
     return error.message;
   };
-  CHECK(none("") == "byte 0: no CBOR: the end of the body");
-  CHECK(none("6261") == "byte 2: no CBOR: the end of the body");
-  CHECK(none("820161") == "byte 3: no CBOR: the end of the body");
-  CHECK(none("1b00") == "byte 2: no CBOR: the end of the body");
-  CHECK(none("0505") == "byte 1: no CBOR: more after the value");
-  CHECK(none("4101") == "byte 0: no CBOR: a byte string, which JSON does not have");
-  CHECK(none("815f4101ff") == "byte 1: no CBOR: a byte string, which JSON does not have");
-  CHECK(none("c074") == "byte 0: no CBOR: a tag, which JSON does not have");
-  CHECK(none("d9d9f700") == "byte 0: no CBOR: a tag, which JSON does not have");
-  CHECK(none("f7") == "byte 0: no CBOR: simple value 23, which JSON does not have");
-  CHECK(none("f8ff") == "byte 0: no CBOR: simple value 255, which JSON does not have");
-  CHECK(none("1c") == "byte 0: no CBOR: an initial byte that has no meaning");
-  CHECK(none("1f") == "byte 0: no CBOR: an initial byte that has no meaning");
-  CHECK(none("ff") == "byte 0: no CBOR: a break with nothing to end");
-  CHECK(none("81ff") == "byte 1: no CBOR: a break with nothing to end");
-  CHECK(none("bf6161ff") == "byte 3: no CBOR: a break with nothing to end");
-  CHECK(none("9f01") == "byte 2: no CBOR: the end of the body");
-  CHECK(none("a10101") == "byte 1: no CBOR: a name that is no text");
-  CHECK(none("6261ff") == "byte 2: no CBOR: invalid UTF-8");
-  CHECK(none("7f61c361bcff") == "byte 2: no CBOR: invalid UTF-8");  // each part is to be UTF-8
-  CHECK(none("7f4161ff") == "byte 1: no CBOR: a text in parts, of which one is no text of known length");
-  CHECK(none("7f7f6161ffff") == "byte 1: no CBOR: a text in parts, of which one is no text of known length");
-  CHECK(none("9bffffffffffffffff") == "byte 9: no CBOR: the end of the body");
-  CHECK(none("9bffffffffffffffffff") == "byte 9: no CBOR: a break with nothing to end");
-  CHECK(none("bbffffffffffffffff") == "byte 9: no CBOR: the end of the body");
-  CHECK(none("7bffffffffffffffff") == "byte 9: no CBOR: the end of the body");
+  CHECK(none("") == "byte 0: expected CBOR, found the end of the body");
+  CHECK(none("6261") == "byte 2: expected CBOR, found the end of the body");
+  CHECK(none("820161") == "byte 3: expected CBOR, found the end of the body");
+  CHECK(none("1b00") == "byte 2: expected CBOR, found the end of the body");
+  CHECK(none("0505") == "byte 1: expected CBOR, found more after the value");
+  CHECK(none("4101") == "byte 0: expected CBOR, found a byte string, which JSON does not have");
+  CHECK(none("815f4101ff") == "byte 1: expected CBOR, found a byte string, which JSON does not have");
+  CHECK(none("c074") == "byte 0: expected CBOR, found a tag, which JSON does not have");
+  CHECK(none("d9d9f700") == "byte 0: expected CBOR, found a tag, which JSON does not have");
+  CHECK(none("f7") == "byte 0: expected CBOR, found simple value 23, which JSON does not have");
+  CHECK(none("f8ff") == "byte 0: expected CBOR, found simple value 255, which JSON does not have");
+  CHECK(none("1c") == "byte 0: expected CBOR, found an initial byte that has no meaning");
+  CHECK(none("1f") == "byte 0: expected CBOR, found an initial byte that has no meaning");
+  CHECK(none("ff") == "byte 0: expected CBOR, found a break with nothing to end");
+  CHECK(none("81ff") == "byte 1: expected CBOR, found a break with nothing to end");
+  CHECK(none("bf6161ff") == "byte 3: expected CBOR, found a break with nothing to end");
+  CHECK(none("9f01") == "byte 2: expected CBOR, found the end of the body");
+  CHECK(none("a10101") == "byte 1: expected CBOR, found a member name that is not a text");
+  CHECK(none("6261ff") == "byte 2: expected CBOR, found invalid UTF-8");
+  CHECK(none("7f61c361bcff") == "byte 2: expected CBOR, found invalid UTF-8");  // each part is to be UTF-8
+  CHECK(none("7f4161ff") == "byte 1: expected CBOR, found a chunk of a text that is not a text of definite length");
+  CHECK(none("7f7f6161ffff") == "byte 1: expected CBOR, found a chunk of a text that is not a text of definite length");
+  CHECK(none("9bffffffffffffffff") == "byte 9: expected CBOR, found the end of the body");
+  CHECK(none("9bffffffffffffffffff") == "byte 9: expected CBOR, found a break with nothing to end");
+  CHECK(none("bbffffffffffffffff") == "byte 9: expected CBOR, found the end of the body");
+  CHECK(none("7bffffffffffffffff") == "byte 9: expected CBOR, found the end of the body");
   CHECK(none("5bffffffffffffffff").substr(0, 7) == "byte 0:");
   const auto at = [](std::string_view digits) { return refusal<Step>(unhex(digits), Plain::cbor).message; };
   CHECK(at("a2617801617802") == "at \"/x\": a second member of this name");
@@ -608,9 +608,9 @@ TEST_CASE("octets of lists of any length have the shape of the value, and there 
   CHECK(shape(std::vector<std::vector<std::array<float, 2>>>{{}, {}}) == Shape{2, 0, 2});
   CHECK(hex(write_plain(traits<Matrix>::type(), {}, traits<Matrix>::encode({{1, -1}, {2, 256}}), Plain::octets).value()) == "0100ffff02000001");
 
-  CHECK(none(Matrix{{1, 2, 3}, {4, 5}}) == "expected lists of one length, found members 3 and 2: else there are no octets");
-  CHECK(none(Matrix{{}, {1}}) == "expected lists of one length, found members 0 and 1: else there are no octets");
-  CHECK(none(Matrix{{1}, {}}) == "expected lists of one length, found members 1 and 0: else there are no octets");
+  CHECK(none(Matrix{{1, 2, 3}, {4, 5}}) == "expected lists of one length, found members 3 and 2 for octets");
+  CHECK(none(Matrix{{}, {1}}) == "expected lists of one length, found members 0 and 1 for octets");
+  CHECK(none(Matrix{{1}, {}}) == "expected lists of one length, found members 1 and 0 for octets");
   none(std::vector<Matrix>{{{1, 2}}, {{3, 4}, {5, 6}}});     // as many numbers as
   none(std::vector<Matrix>{{{1, 2}, {3, 4}}, {{5}, {6}}});
   none(std::array<std::vector<double>, 2>{{{1}, {1, 2}}});
@@ -625,7 +625,7 @@ TEST_CASE("octets of lists of any length have the shape of the value, and there 
   CHECK(refusal<Matrix>("", Plain::octets).code == Errc::unsupported_syntax);
 }
 
-TEST_CASE("the shape refuses what does not fit, and says where", "[rdf][shacl]") {
+TEST_CASE("the shape refuses values that do not fit, with their path", "[rdf][shacl]") {
   const auto report = [](const auto& graph, const Type& type, const Facets& facets = {}) {
     if (!graph) FAIL(graph.error().message);
     std::vector<Mismatch> mismatches;

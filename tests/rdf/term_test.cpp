@@ -15,7 +15,7 @@ TEST_CASE("a plain literal has the datatype xsd:string and a tagged one rdf:lang
   CHECK(literal("1", vocab::xsd::integer) != literal("1", vocab::xsd::decimal));
 }
 
-TEST_CASE("a Term owns what a view only looks at", "[rdf]") {
+TEST_CASE("a Term owns the text of a view", "[rdf]") {
   std::string text = "http://example.org/";
   const Term term(TermView(TermKind::iri, text));
   text = "changed";

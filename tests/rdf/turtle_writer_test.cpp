@@ -37,7 +37,7 @@ std::string object(const TermView& term) {
 
 }  // namespace
 
-TEST_CASE("Turtle looks like the paper's figures", "[rdf][R1.2]") {
+TEST_CASE("Turtle has the form of the paper's figures", "[rdf][R1.2]") {
   Graph g;
   const TermView rotation = lrt::rdf::iri("http://localhost/baxter/right_s1/rotation");
   g.add(rotation, vocab::spatial::rotationAngle, blank("angle"));
@@ -108,7 +108,7 @@ TEST_CASE("strings are escaped, a raw CR too", "[rdf]") {
   CHECK(write(g, Syntax::n_triples)->find("\"a\\u0000b\"") != std::string::npos);
 }
 
-TEST_CASE("a local name that Turtle's readers may see differently is written as an IRI", "[rdf]") {
+TEST_CASE("a local name that readers of Turtle interpret differently is written as an IRI", "[rdf]") {
   CHECK(object(lrt::rdf::iri("http://e/")) == "e:");
   CHECK(object(lrt::rdf::iri("http://e/M-PER-SEC")) == "e:M-PER-SEC");
   CHECK(object(lrt::rdf::iri("http://e/1a.b")) == "e:1a.b");
@@ -118,7 +118,7 @@ TEST_CASE("a local name that Turtle's readers may see differently is written as 
   CHECK(object(vocab::rdf::type) == "<http://www.w3.org/1999/02/22-rdf-syntax-ns#type>");
 }
 
-TEST_CASE("the longest namespace wins and unusable prefixes are passed over", "[rdf]") {
+TEST_CASE("the longest namespace is used, and unusable prefixes are ignored", "[rdf]") {
   Graph g;
   g.add(lrt::rdf::iri("http://long.example/ns/x"), lrt::rdf::iri("http://long.example/y"), s);
   CHECK(turtle(g, {{"l", "http://long.example/"},
@@ -129,7 +129,7 @@ TEST_CASE("the longest namespace wins and unusable prefixes are passed over", "[
         "@prefix l: <http://long.example/> .\n@prefix n: <http://long.example/ns/> .\n\nn:x l:y <http://e/s> .\n");
 }
 
-TEST_CASE("blank nodes nest where one triple mentions them, and are labelled otherwise", "[rdf]") {
+TEST_CASE("a blank node in only one triple is nested, others get labels", "[rdf]") {
   Graph g;
   SECTION("nowhere mentioned") {
     g.add(blank("a"), p, literal("1"));
@@ -219,7 +219,7 @@ TEST_CASE("a nest a hundred thousand deep is written without recursion", "[rdf]"
   CHECK(back->size() == lists.size());
 }
 
-TEST_CASE("what no syntax carries is refused, with the term", "[rdf]") {
+TEST_CASE("a term that no syntax can express is refused and named", "[rdf]") {
   for (const TermView& term : {lrt::rdf::iri("relative"), lrt::rdf::iri("http://e/a b"), lrt::rdf::iri("http://e/<>"),
                                literal("\xFF"), tagged_literal("a", "not_a_tag"), literal("a", lrt::Iri("no datatype"))}) {
     Graph g;

@@ -103,7 +103,7 @@ TEST_CASE("decimals of any length compare exactly", "[rdf][shacl]") {
   CHECK(compare_decimal("5.", "5") == 0);
 }
 
-TEST_CASE("a float is read in one rounding", "[rdf][shacl]") {
+TEST_CASE("a float is rounded once", "[rdf][shacl]") {
   using lrt::rdf::lexical::parse_float;
   CHECK(parse_float("43.6") == 43.6f);
   CHECK(parse_float("+1.00000017881393432617187499") == 1.00000011920928955078125f);  // through double it would be the next one

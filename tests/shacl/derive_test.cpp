@@ -252,7 +252,7 @@ TEST_CASE("a value that is not required may be missing but not wrong", "[shacl][
   CHECK(findings(shapes, shacl_test::parse("<focus> vom:numericalValue \"x\" ; vom:unit maths:Radian .")) != "");
 }
 
-TEST_CASE("bounds read as people write them, and numbers share their datatypes", "[shacl][R1.11]") {
+TEST_CASE("bounds are written in their short form, and numbers share the list of datatypes", "[shacl][R1.11]") {
   Graph graph;
   const auto shape = graph.intern(lrt::rdf::iri(shape_iri));
   lrt::shacl::derive(graph, shape, traits<float>::type(), Facets().at_least(-0.5).below(360), names);

@@ -69,7 +69,7 @@ TEST_CASE("the joint of Figure 2b conforms to the Blueprint of Figure 2a", "[sha
   CHECK(shacl_test::lines(figure_2a, figure_2b).empty());
 }
 
-TEST_CASE("a joint that lacks what Figure 2a asks for does not", "[shacl][R1.11]") {
+TEST_CASE("a joint without the properties that Figure 2a requires does not conform", "[shacl][R1.11]") {
   std::string data = figure_2b;
   const auto without = [&](const std::string& text) {
     std::string changed = data;
@@ -86,7 +86,7 @@ TEST_CASE("a joint that lacks what Figure 2a asks for does not", "[shacl][R1.11]
               joint + "ros:preceedingLink http://example.org/baxter/right_upper_shoulder Class"});
 }
 
-TEST_CASE("Figure 5b is what Figure 5a consumes, and what is not is refused for the right reason", "[shacl][R1.11]") {
+TEST_CASE("Figure 5b conforms to the input shape of Figure 5a, and other inputs are refused for the right reason", "[shacl][R1.11]") {
   CHECK(rotate("<> a maths:Scalar ; vom:numericalValue \"43.6\"^^xsd:float ; vom:unit maths:Degree .").empty());
   CHECK(rotate("<> vom:numericalValue \"0\"^^xsd:float ; vom:unit maths:Degree ; ros:friction 1 .").empty());
   CHECK(rotate("<> vom:numericalValue \"360\"^^xsd:float ; vom:unit maths:Degree .") ==

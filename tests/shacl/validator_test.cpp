@@ -34,7 +34,7 @@ std::string chain(int n, const char* predicate) {
 
 }  // namespace
 
-TEST_CASE("one focus node is validated against one shape whatever their targets", "[shacl]") {
+TEST_CASE("one focus node is validated against one shape without regard to targets", "[shacl]") {
   const Shapes shapes = compile(
       "ex:S sh:targetNode ex:other ; sh:property [ sh:path ex:p ; sh:minCount 1 ] . ex:P sh:path ex:p ; sh:minCount 2 .");
   const Graph data = parse("ex:a ex:p 1 . ex:b ex:q 1 .");
@@ -52,7 +52,7 @@ TEST_CASE("one focus node is validated against one shape whatever their targets"
   CHECK(unknown.error().code == Errc::expected_value);
 }
 
-TEST_CASE("a focus node that neither graph knows is equal to itself", "[shacl]") {
+TEST_CASE("a focus node that is in neither graph equals itself", "[shacl]") {
   const Shapes shapes = compile(
       "ex:S sh:property [ sh:path [ sh:zeroOrMorePath ex:p ] ; sh:maxCount 1 ; sh:equals ex:q ] ; sh:nodeKind sh:Literal .");
   const auto report = lrt::shacl::validate(shapes, Graph(), iri("http://example.org/new"), iri(ex + "S"));
@@ -61,7 +61,7 @@ TEST_CASE("a focus node that neither graph knows is equal to itself", "[shacl]")
                                 "http://example.org/new ex:p* http://example.org/new Equals"});
 }
 
-TEST_CASE("recursive shapes end, and a node met again is taken to conform", "[shacl]") {
+TEST_CASE("validation against recursive shapes ends, and a node in progress conforms", "[shacl]") {
   const Shapes tree = compile(
       "ex:Tree sh:targetNode ex:n0 ; sh:property [ sh:path ex:child ; sh:node ex:Tree ] ; sh:property [ sh:path ex:name ; "
       "sh:maxCount 1 ] .");
@@ -75,7 +75,7 @@ TEST_CASE("recursive shapes end, and a node met again is taken to conform", "[sh
           .empty());
 }
 
-TEST_CASE("what takes more than the limits is not judged", "[shacl]") {
+TEST_CASE("a validation beyond the limits gives no report", "[shacl]") {
   const Shapes tree = compile("ex:Tree sh:targetNode ex:n0 ; sh:property [ sh:path ex:child ; sh:node ex:Tree ] .");
   ValidateOptions options;
   options.max_depth = 20;
@@ -113,7 +113,7 @@ TEST_CASE("shapes that double the work at each level are stopped", "[shacl]") {
   CHECK(report.error().code == Errc::limit_exceeded);
 }
 
-TEST_CASE("a cut report says so", "[shacl]") {
+TEST_CASE("an incomplete report says so", "[shacl]") {
   const Shapes shapes = compile("ex:S sh:targetSubjectsOf ex:p ; sh:class ex:C .");
   ValidateOptions options;
   options.max_results = 5;
@@ -128,7 +128,7 @@ TEST_CASE("a cut report says so", "[shacl]") {
   CHECK_FALSE(judged(shapes, parse(chain(1, "ex:p")), options).complete());
 }
 
-TEST_CASE("a hostile pattern is undecided soon, which is a violation and says so", "[shacl]") {
+TEST_CASE("a hostile pattern is given up soon, which is a violation with a message", "[shacl]") {
   const Shapes shapes = compile("ex:S sh:targetObjectsOf ex:p ; sh:pattern \"^(a+)+$\" .");
   const Report report = judged(shapes, parse("ex:a ex:p \"" + std::string(5000, 'a') + "!\" ."));
   REQUIRE(report.results().size() == 1);
@@ -147,7 +147,7 @@ TEST_CASE("a hostile pattern is undecided soon, which is a violation and says so
   CHECK(stopped.error().code == Errc::limit_exceeded);
 }
 
-TEST_CASE("messages say what was expected and what was found, or what the shape says", "[shacl]") {
+TEST_CASE("messages contain what was expected and what was found, or the shape's own message", "[shacl]") {
   const auto message = [](const char* shapes, const char* data) {
     const Report report = judged(compile(shapes), parse(data));
     REQUIRE(report.results().size() == 1);
@@ -178,7 +178,7 @@ TEST_CASE("messages say what was expected and what was found, or what the shape 
   CHECK(lrt::rdf::write(report.to_graph(), lrt::rdf::Syntax::turtle));
 }
 
-TEST_CASE("the report is the graph that SHACL describes", "[shacl]") {
+TEST_CASE("the report is a graph as in SHACL 3.6", "[shacl]") {
   const Shapes shapes = compile(
       "ex:S sh:targetNode ex:a ; sh:property [ sh:path ( ex:p [ sh:zeroOrMorePath [ sh:inversePath ex:q ] ] ) ; sh:class ex:C "
       "; sh:severity sh:Warning ; sh:message \"m\" ] .");
@@ -218,7 +218,7 @@ TEST_CASE("blank nodes of data and of shapes stay apart in a report", "[shacl]")
   CHECK(graph.subjects(sh::value, blank("b2")).size() == 1);
 }
 
-TEST_CASE("sh:node and sh:and say in detail what the value lacks", "[shacl]") {
+TEST_CASE("sh:node and sh:and report the nested results as details", "[shacl]") {
   const Shapes shapes = compile(
       "ex:S sh:targetNode ex:a ; sh:property [ sh:path ex:pose ; sh:node [ sh:property [ sh:path ex:x ; sh:minCount 1 ] ; "
       "sh:node [ sh:class ex:Pose ] ] ] .");
