@@ -1,14 +1,14 @@
 #pragma once
 
-// What the lessons share, so that a lesson shows lrt and nothing else. Your program needs none of this.
+// Common code of the lessons, so that a lesson shows only lrt. Your program does not need it.
 //
-// A lesson serves and is visited by a small client on a thread of its own, over the real port, which prints what it asks and what it is
-// answered; when the client goes, the lesson ends. With --serve there is no client: the lesson serves on port 8080 until Ctrl-C, for curl,
-// or with --serve N on port N.
+// A lesson runs a server and a small client, which uses the real port on a thread of its own and prints each request and response. When the
+// client has finished, the lesson ends. With --serve there is no client: the lesson serves on port 8080 until Ctrl-C, for use with curl; with
+// --serve N on port N.
 //
-// So that the same is printed at every run, the client shows any port as 8080, ids as id-1, id-2 ..., times as <time>, tags as <tag>,
-// of the header only Content-Type, Allow and Location (and what the lesson asks for), and of Turtle not the @prefix lines. It adds
-// those when it sends.
+// The output is the same at every run: the client shows any port as 8080, ids as id-1, id-2 ..., times as <time> and entity tags as <tag>. Of
+// the header fields it shows only Content-Type, Allow, Location and the field of show(). It removes the @prefix lines of received Turtle and
+// adds them to the Turtle that it sends.
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -36,7 +36,7 @@
 
 namespace lesson {
 
-/// The port that was asked for with --serve; nothing if the lesson is to end by itself.
+/// The port of --serve; nullopt: the lesson has a client and ends by itself.
 inline std::optional<std::uint16_t> served_port() {
   std::ifstream line("/proc/self/cmdline");
   std::string word;
@@ -47,7 +47,7 @@ inline std::optional<std::uint16_t> served_port() {
 
 inline bool serves() { return served_port().has_value(); }
 
-/// The port to listen on: any free one for the lesson's own client.
+/// The port to listen on; 0 with the lesson's own client: any free port.
 inline std::uint16_t port() { return served_port().value_or(0); }
 
 /// lrt::Options with that port.
@@ -57,19 +57,19 @@ inline lrt::Options options() {
   return o;
 }
 
-struct Answer {
+struct Response {
   int status = 0;
-  std::string head, body;
+  std::string header, body;  // the header section with the status line
 
   std::string field(std::string_view name) const {
-    const std::size_t at = head.find("\r\n" + std::string(name) + ": ");
+    const std::size_t at = header.find("\r\n" + std::string(name) + ": ");
     if (at == std::string::npos) return {};
     const std::size_t from = at + name.size() + 4;
-    return head.substr(from, head.find("\r\n", from) - from);
+    return header.substr(from, header.find("\r\n", from) - from);
   }
 };
 
-/// Somebody's web server, which takes what is posted to it and answers 204.
+/// A web server that accepts POST and responds 204.
 class Receiver {
  public:
   Receiver() : listener_(::socket(AF_INET, SOCK_STREAM, 0)) {
@@ -88,7 +88,7 @@ class Receiver {
 
   std::uint16_t port() const noexcept { return port_; }
   std::string url() const { return "http://127.0.0.1:" + std::to_string(port_) + "/receiver"; }
-  /// Waits for a POST: its head, an empty line, its body.
+  /// Waits for a POST request and returns it with its header section and body.
   std::string next() {
     const int fd = ::accept(listener_, nullptr, nullptr);
     std::string request;
@@ -100,8 +100,8 @@ class Receiver {
       const std::size_t end = request.find("\r\n\r\n"), length = request.find("Content-Length: ");
       if (end != std::string::npos && length < end) all = end + 4 + std::stoul(request.substr(length + 16));
     }
-    const std::string answer = "HTTP/1.1 204 No Content\r\nConnection: close\r\n\r\n";
-    (void)::send(fd, answer.data(), answer.size(), MSG_NOSIGNAL);
+    const std::string response = "HTTP/1.1 204 No Content\r\nConnection: close\r\n\r\n";
+    (void)::send(fd, response.data(), response.size(), MSG_NOSIGNAL);
     ::close(fd);
     return request;
   }
@@ -115,38 +115,38 @@ class Client {
  public:
   explicit Client(std::uint16_t port) : port_(port) {}
 
-  /// Each sends one request and prints it and its answer. `fields` are further header lines, "Prefer: wait=1\r\n". A path may be a URI
-  /// of the server, as Location gives it.
-  Answer get(const std::string& path, const std::string& fields = {}) { return shown("GET", path, {}, fields); }
-  Answer put(const std::string& path, const std::string& turtle, const std::string& fields = {}) {
+  /// Each sends one request and prints it and the response. `fields` are further header fields, "Prefer: wait=1\r\n". The path may be a URI of
+  /// the server, for example from Location.
+  Response get(const std::string& path, const std::string& fields = {}) { return shown("GET", path, {}, fields); }
+  Response put(const std::string& path, const std::string& turtle, const std::string& fields = {}) {
     return shown("PUT", path, turtle, fields);
   }
-  Answer post(const std::string& path, const std::string& turtle = {}, const std::string& fields = {}) {
+  Response post(const std::string& path, const std::string& turtle = {}, const std::string& fields = {}) {
     return shown("POST", path, turtle, fields);
   }
-  Answer remove(const std::string& path) { return shown("DELETE", path, {}, {}); }
-  Answer options(const std::string& path) { return shown("OPTIONS", path, {}, {}); }
-  /// A body that is no Turtle.
-  Answer put_as(const std::string& type, const std::string& path, const std::string& body) {
+  Response remove(const std::string& path) { return shown("DELETE", path, {}, {}); }
+  Response options(const std::string& path) { return shown("OPTIONS", path, {}, {}); }
+  /// PUT with a body that is not Turtle.
+  Response put_as(const std::string& type, const std::string& path, const std::string& body) {
     const std::string fields = "Content-Type: " + type + "\r\n";
-    const Answer answer = exchanged("PUT", path, body, fields);
-    print("PUT", path, body, fields, answer);
-    return answer;
+    const Response response = exchanged("PUT", path, body, fields);
+    print("PUT", path, body, fields, response);
+    return response;
   }
 
-  /// Asks until the answer has `text`, then prints that answer.
-  Answer get_until(const std::string& path, std::string_view text) {
+  /// Repeats a GET until the response contains `text`, then prints that response.
+  Response get_until(const std::string& path, std::string_view text) {
     for (;;) {
-      Answer answer = ask("GET", path, {}, {});
-      if (answer.body.find(text) != std::string::npos) return print("GET", path, {}, {}, answer), answer;
+      Response response = ask("GET", path, {}, {});
+      if (response.body.find(text) != std::string::npos) return print("GET", path, {}, {}, response), response;
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
   }
 
-  /// From now on the port of this receiver is shown as 9000.
+  /// Shows the port of this receiver as 9000 from now on.
   void receiver(const Receiver& r) { receiver_ = r.port(); }
 
-  /// Opens a WebSocket on a resource (RFC 6455) and prints its first message, the present representation.
+  /// Opens a WebSocket on a resource (RFC 6455) and prints the first message, the present representation.
   void watch(const std::string& path) {
     socket_ = connect();
     send(socket_, "GET " + path + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port_) +
@@ -156,14 +156,14 @@ class Client {
     std::size_t end = 0;
     while ((end = arrived_.find("\r\n\r\n")) == std::string::npos && receive(socket_, arrived_)) {
     }
-    const Answer answer = parse(arrived_);
-    std::printf("%s", steady("WebSocket " + path + "\n" + answer.head.substr(9, answer.head.find("\r\n") - 9) +
-                             "\nLocation: " + answer.field("Location") + "\n\n").c_str());
+    const Response response = parse(arrived_);
+    std::printf("%s", steady("WebSocket " + path + "\n" + response.header.substr(9, response.header.find("\r\n") - 9) +
+                             "\nLocation: " + response.field("Location") + "\n\n").c_str());
     arrived_.erase(0, end == std::string::npos ? arrived_.size() : end + 4);
     watched();
   }
 
-  /// Waits for the next message of the WebSocket and prints it, or the code by which the server closes it.
+  /// Waits for the next message of the WebSocket and prints it, or the close code.
   void watched() {
     const auto byte = [this](std::size_t at) { return static_cast<std::size_t>(static_cast<unsigned char>(arrived_[at])); };
     const auto have = [this](std::size_t bytes) {
@@ -173,7 +173,7 @@ class Client {
     };
     if (!have(2)) return;
     std::size_t size = byte(1), at = 2;
-    if (size == 126 && have(4)) size = byte(2) << 8 | byte(3), at = 4;  // a lesson's messages are shorter than 64 KiB
+    if (size == 126 && have(4)) size = byte(2) << 8 | byte(3), at = 4;  // messages of lessons are shorter than 64 KiB
     if (!have(at + size)) return;
     std::string text = arrived_.substr(at, size);
     if ((byte(0) & 15) == 8) text = "closed with " + std::to_string((byte(at) << 8) + byte(at + 1)) + "\n", ::close(socket_);
@@ -181,25 +181,25 @@ class Client {
     std::printf("message:\n%s\n", steady(readable(std::move(text))).c_str());
   }
 
-  /// Waits for the next notification that is posted to a receiver, and prints it.
+  /// Waits for the next notification at a receiver and prints it.
   void notified(Receiver& receiver) {
     const std::string request = receiver.next();
-    const Answer notice{0, request.substr(0, request.find("\r\n\r\n") + 2), request.substr(request.find("\r\n\r\n") + 4)};
+    const Response notification{0, request.substr(0, request.find("\r\n\r\n") + 2), request.substr(request.find("\r\n\r\n") + 4)};
     std::string text = "posted to the receiver: " + request.substr(0, request.find(" HTTP/")) + "\n";
     for (const std::string name : {"Content-Type", "Link", "X-Hub-Signature"})
-      if (const std::string value = notice.field(name); !value.empty())
+      if (const std::string value = notification.field(name); !value.empty())
         text += name + ": " + (name[0] == 'X' ? value.substr(0, value.find('=')) + "=<hmac of the body>" : value) + "\n";
-    std::printf("%s\n", steady(text + readable(notice.body)).c_str());
+    std::printf("%s\n", steady(text + readable(notification.body)).c_str());
     std::fflush(stdout);
   }
 
-  /// From now on this field is printed too, one line for each member of its list.
+  /// Also prints this field from now on, one line for each member of its list.
   void show(std::string name) { more_ = std::move(name); }
 
-  /// From now on only those lines of a representation are printed that have one of these words.
+  /// From now on prints only the lines of a representation that contain one of these words.
   void only(std::vector<std::string> words) { only_ = std::move(words); }
 
-  /// Every thing's state must conform to its Blueprint: says so where it does not, and nothing where it does.
+  /// Validates the state of every thing against its Blueprint. Prints a report if it does not conform.
   void check_blueprints() const {
     const auto graph_of = [this](const std::string& iri) {
       const std::string body = ask("GET", iri, {}, {}).body;
@@ -220,13 +220,13 @@ class Client {
     }
   }
 
-  Answer ask(const std::string& method, const std::string& path, const std::string& turtle, const std::string& fields) const {
+  Response ask(const std::string& method, const std::string& path, const std::string& turtle, const std::string& fields) const {
     if (turtle.empty()) return exchanged(method, path, turtle, fields);
     return exchanged(method, path, prefixes() + turtle + "\n", fields + "Content-Type: text/turtle\r\n");
   }
 
  private:
-  Answer exchanged(const std::string& method, const std::string& path, const std::string& body, const std::string& fields) const {
+  Response exchanged(const std::string& method, const std::string& path, const std::string& body, const std::string& fields) const {
     const std::string host = "127.0.0.1:" + std::to_string(port_);
     std::string request =
         method + " " + without_base(path) + " HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n" + fields;
@@ -234,34 +234,34 @@ class Client {
     return parse(exchange(request + "\r\n" + body));
   }
 
-  Answer shown(const std::string& method, const std::string& path, const std::string& turtle, const std::string& fields) {
-    Answer answer = ask(method, path, turtle, fields);
-    print(method, path, turtle, fields, answer);
-    return answer;
+  Response shown(const std::string& method, const std::string& path, const std::string& turtle, const std::string& fields) {
+    Response response = ask(method, path, turtle, fields);
+    print(method, path, turtle, fields, response);
+    return response;
   }
 
   void print(const std::string& method, const std::string& path, const std::string& turtle, const std::string& fields,
-             const Answer& answer) {
+             const Response& response) {
     std::string text = method + " " + without_base(path) + "\n" + fields;
     if (const std::size_t tag = text.find('"'); tag != std::string::npos)
       text.replace(tag, text.find('"', tag + 1) - tag + 1, "<tag>");
     if (!turtle.empty()) text += "  " + turtle + "\n";
-    text += answer.head.substr(9, answer.head.find("\r\n") - 9) + "\n";  // without "HTTP/1.1 "
+    text += response.header.substr(9, response.header.find("\r\n") - 9) + "\n";  // without "HTTP/1.1 "
     for (const std::string name : {"Content-Type", "Allow", "Location"})
-      if (const std::string value = answer.field(name);
-          !value.empty() && (name != "Allow" || method == "OPTIONS" || answer.status == 405))
+      if (const std::string value = response.field(name);
+          !value.empty() && (name != "Allow" || method == "OPTIONS" || response.status == 405))
         text += name + ": " + value + "\n";
-    if (std::string value = answer.field(more_); !more_.empty() && !value.empty()) {
+    if (std::string value = response.field(more_); !more_.empty() && !value.empty()) {
       for (std::size_t at = 0; (at = value.find(", ", at)) != std::string::npos;) value.replace(at, 2, "\n    ");
       text += more_ + ":\n    " + value + "\n";
     }
-    text += readable(answer.body, answer.status == 200);
+    text += readable(response.body, response.status == 200);
     text.erase(std::remove(text.begin(), text.end(), '\r'), text.end());
     std::printf("%s\n", steady(std::move(text)).c_str());
     std::fflush(stdout);
   }
 
-  /// Turtle without its prefixes, and what only() asks for.
+  /// Turtle without its prefixes, reduced to the lines of only().
   std::string readable(std::string body, bool choose = true) const {
     while (body.compare(0, 8, "@prefix ") == 0) body.erase(0, body.find('\n') + 1);
     if (!body.empty() && body[0] == '\n') body.erase(0, 1);
@@ -280,13 +280,13 @@ class Client {
     return lines;
   }
 
-  /// What differs from run to run is replaced: the port, ids and times.
+  /// Replaces the parts that differ from run to run: ports, ids and times.
   std::string steady(std::string text) {
     for (const auto& [real, shown] : {std::pair(port_, "8080"), std::pair(receiver_, "9000")}) {
       const std::string mine = "127.0.0.1:" + std::to_string(real);
       for (std::size_t at = 0; (at = text.find(mine, at)) != std::string::npos; ++at) text.replace(at, mine.size(), std::string("127.0.0.1:") + shown);
     }
-    const auto replace = [&text](std::string_view pattern, bool (*fits)(char), auto with) {  // 'x' in a pattern: any that fits
+    const auto replace = [&text](std::string_view pattern, bool (*fits)(char), auto with) {  // 'x' in a pattern: any character that fits
       for (std::size_t at = 0; at + pattern.size() <= text.size(); ++at) {
         std::size_t i = 0;
         while (i < pattern.size() && (pattern[i] == 'x' ? fits(text[at + i]) : text[at + i] == pattern[i])) ++i;
@@ -318,7 +318,7 @@ class Client {
     to.sin_port = htons(port_);
     to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     const int fd = ::socket(AF_INET, SOCK_STREAM, 0);
-    (void)::connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to);  // if not, the first send() tells
+    (void)::connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to);  // an error shows at the first send()
     return fd;
   }
   static bool send(int fd, const std::string& bytes) {
@@ -332,17 +332,17 @@ class Client {
   }
   std::string exchange(const std::string& request) const {
     const int fd = connect();
-    std::string answer;
+    std::string response;
     if (send(fd, request))
-      while (receive(fd, answer)) {
+      while (receive(fd, response)) {
       }
     ::close(fd);
-    return answer;
+    return response;
   }
 
-  static Answer parse(const std::string& text) {
+  static Response parse(const std::string& text) {
     const std::size_t end = text.find("\r\n\r\n");
-    if (text.size() < 12 || end == std::string::npos) return {0, "HTTP/1.1 no answer\r\n", {}};
+    if (text.size() < 12 || end == std::string::npos) return {0, "HTTP/1.1 no response\r\n", {}};
     return {std::stoi(text.substr(9, 3)), text.substr(0, end + 2), text.substr(end + 4)};
   }
 
@@ -352,10 +352,10 @@ class Client {
   std::map<std::string, std::string> ids_;
   std::uint16_t receiver_ = 1;  // its port
   int socket_ = -1;             // of watch()
-  std::string arrived_;         // on it, and not printed yet
+  std::string arrived_;         // received on socket_ and not printed yet
 };
 
-/// Visits a server from a thread of its own. Afterwards it stops the server: run() returns.
+/// Runs a client on a thread of its own and then stops the server, so that run() returns.
 class Visitor {
  public:
   Visitor(lrt::Server& server, std::function<void(Client&)> visit) {
@@ -378,7 +378,7 @@ class Visitor {
   Visitor(const Visitor&) = delete;
   Visitor& operator=(const Visitor&) = delete;
 
-  /// For a loop of the lesson's own: true while somebody may still ask.
+  /// For a loop of the lesson's own: true while the client is active.
   bool is_here() const noexcept { return here_; }
 
  private:

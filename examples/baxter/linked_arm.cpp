@@ -35,7 +35,7 @@ LinkedArm::LinkedArm(RightArm& arm, lrt::urdf::Robot description) : arm_(arm), r
   for (std::size_t i = 0; i < joint_count; ++i) {
     const std::size_t index = robot_.model().variables[i];
     robot_.position(index).on_write([this, i](double target_rad) {
-      moves_[i] = {};  // a `rotate` that was under way goes elsewhere now: it fails
+      moves_[i] = {};  // a running `rotate` gets another target now: it fails
       arm_.move_to(i, target_rad);
     });
     lrt::Thing& joint = robot_.joint(index);
@@ -49,7 +49,7 @@ LinkedArm::LinkedArm(RightArm& arm, lrt::urdf::Robot description) : arm_(arm), r
   }
 }
 
-/// Figure 5: the target angle is meant modulo 360 degrees; of the angles that it can be, the one that the joint can reach is taken.
+/// Figure 5: the target angle is taken modulo 360 degrees, as an angle that the joint can reach.
 void LinkedArm::rotate(std::size_t index, double target_deg, lrt::Responder done) {
   for (const double turn : {0.0, -360.0}) {
     if (arm_.move_to(index, (target_deg + turn) * pi / 180) != MoveResult::accepted) continue;
@@ -65,7 +65,7 @@ void LinkedArm::rotate(std::size_t index, double target_deg, lrt::Responder done
 }
 
 lrt::Result<void> LinkedArm::add_to(lrt::Server& server) {
-  publish();  // so that all have a value
+  publish();  // so that all properties have a value
   return robot_.add_to(server);
 }
 

@@ -1,12 +1,12 @@
-// Baxter's right arm as Linked Robotic Things: a 1 kHz control loop that also polls the server. What the arm is made of says right_arm.urdf.
+// Baxter's right arm as Linked Robotic Things: a 1 kHz control loop that also polls the server. right_arm.urdf describes the arm.
 //
 //   baxter [--port N] [--bind ADDRESS] [--demo] [--allow-callback HOST]... [--subscriptions FILE] [--transport NAME] [--tls DIR]
 //
 // --demo                  the arm moves by itself
-// --allow-callback HOST   web callbacks may go there too: a name, an address or a network, with or without a port
-// --subscriptions FILE    where web callbacks are kept, so that they survive a restart
-// --transport NAME        asio or classic, as far as they are built
-// --tls DIR               HTTPS with DIR/server.pem and DIR/server-key.pem (examples/make-certificate.sh DIR); SIGHUP reads them again
+// --allow-callback HOST   a further receiver of web callbacks: a name, an address or a network, with or without a port
+// --subscriptions FILE    stores web callbacks across restarts
+// --transport NAME        asio or classic, if it is built
+// --tls DIR               HTTPS with DIR/server.pem and DIR/server-key.pem (examples/make-certificate.sh DIR); SIGHUP reloads them
 
 #include <charconv>
 #include <chrono>
@@ -43,7 +43,7 @@ int failed(const lrt::Error& error) { return std::fprintf(stderr, "baxter: %s\n"
 int main(int argc, char** argv) {
   lrt::Options options;
   std::vector<std::string>& callbacks = options.engine.subscriptions.callbacks.allow;
-  callbacks = {"127.0.0.0/8", "::1"};  // this machine, and nobody else unless they are named
+  callbacks = {"127.0.0.0/8", "::1"};  // this machine only, and the hosts of --allow-callback
   bool demo = false;
   for (int i = 1; i < argc; ++i) {
     const std::string arg = argv[i];

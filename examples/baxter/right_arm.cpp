@@ -6,10 +6,10 @@
 namespace baxter {
 namespace {
 
-constexpr double friction_share = 0.9;  // of the drive's torque that friction may eat at the greatest speed
+constexpr double friction_share = 0.9;  // share of the drive's torque that friction may take at the maximum speed
 
 constexpr const char* names[joint_count] = {"right_s0", "right_s1", "right_e0", "right_e1", "right_w0", "right_w1", "right_w2"};
-// Of all that each joint carries, about its axis [kg m^2]; taken as constant, our estimate.
+// Inertia of everything that a joint carries, about its axis [kg m^2]. Estimated, taken as constant.
 constexpr double inertias[joint_count] = {12.5, 25, 10, 10, 1.5, 1.5, 1};
 
 }  // namespace
@@ -63,7 +63,7 @@ void RightArm::start(std::size_t joint, double target, bool only_brake) noexcept
   p.acceleration = acceleration(joint);
   p.deceleration = deceleration(joint);
 
-  // Can the present velocity be kept, or must the joint come to rest first, since it moves the wrong way or too fast?
+  // The joint must come to rest first if it moves in the wrong direction or too fast.
   const double speed = std::abs(j.velocity);
   const double direction = j.velocity < 0 ? -1 : 1;
   const double braking_distance = speed * speed / (2 * p.deceleration);
@@ -73,14 +73,14 @@ void RightArm::start(std::size_t joint, double target, bool only_brake) noexcept
   if (speed > 0 && (only_brake || direction * (target - j.position) < braking_distance)) {
     p.start_braking = -direction * p.deceleration;
     p.t_turn = speed / p.deceleration;
-    // Every move ends within the limits, so the way to brake from its present point does too, but for rounding.
+    // Every move ends within the limits, so braking from any of its points does too, except for rounding.
     p.turn = std::clamp(j.position + direction * braking_distance, limit.lower_rad, limit.upper_rad);
     p.turn_velocity = 0;
   }
   if (only_brake) target = p.turn;
   if (p.turn_velocity == 0) p.sign = target < p.turn ? -1 : 1;
 
-  // Accelerate to the peak, brake from there: what both take of the way must not exceed it.
+  // Accelerate to the peak and brake from there: both distances together must not exceed the whole distance.
   const double way = std::abs(target - p.turn);
   const double v = p.turn_velocity;
   p.peak = std::sqrt((way + v * v / (2 * p.acceleration)) / (1 / (2 * p.acceleration) + 1 / (2 * p.deceleration)));
@@ -93,7 +93,7 @@ void RightArm::start(std::size_t joint, double target, bool only_brake) noexcept
   j.profile = p;
   j.target = target;
   j.step = 0;
-  // Whole periods; one millionth of a period more is rounding.
+  // Whole periods; up to one millionth of a period is rounding.
   j.last_step = static_cast<std::uint32_t>(std::ceil(p.duration / step_period_s - 1e-6));
   if (j.last_step == 0) {
     j.position = target;
@@ -112,7 +112,7 @@ void RightArm::step() noexcept {
       j.position = j.target;
       j.velocity = 0;
     } else if (t < p.t_turn) {
-      const double left = p.t_turn - t;  // counted from its end, so that the end is met exactly
+      const double left = p.t_turn - t;  // counted from the end, so that the end is exact
       j.position = p.turn + p.start_braking * left * left / 2;
       j.velocity = -p.start_braking * left;
     } else if (t < p.t_accelerated) {

@@ -16,12 +16,12 @@ constexpr double step_period_s = 0.001;
 /// Index of a joint, from the shoulder to the wrist.
 enum JointIndex : std::size_t { right_s0, right_s1, right_e0, right_e1, right_w0, right_w1, right_w2 };
 
-/// What a drive must know of its joint.
+/// The data of a joint that its drive needs.
 struct JointParameters {
-  double lower_rad;         ///< least position
-  double upper_rad;         ///< greatest position
-  double velocity_rad_s;    ///< greatest speed, both directions
-  double effort_nm;         ///< greatest torque of the drive
+  double lower_rad;         ///< minimum position
+  double upper_rad;         ///< maximum position
+  double velocity_rad_s;    ///< maximum speed, both directions
+  double effort_nm;         ///< maximum torque of the drive
   double friction_nms_rad;  ///< viscous friction of a new joint
 };
 
@@ -50,39 +50,38 @@ class RightArm {
   /// Time since construction [s], a multiple of step_period_s.
   double time() const noexcept { return static_cast<double>(steps_) * step_period_s; }
 
-  /// Starts a move from the present position and velocity, which replaces the present one. Unless accepted, nothing changes.
+  /// Starts a move from the present position and velocity. It replaces the present move. If it is refused, nothing changes.
   MoveResult move_to(std::size_t joint, double target_rad) noexcept;
-  /// Brakes as hard as the drive can. The braking then is the present move.
+  /// Brakes as hard as the drive can. Braking becomes the present move.
   void stop(std::size_t joint) noexcept;
 
   double position(std::size_t joint) const noexcept { return joints_[joint].position; }  ///< [rad]
   double velocity(std::size_t joint) const noexcept { return joints_[joint].velocity; }  ///< [rad/s]
   bool moving(std::size_t joint) const noexcept { return joints_[joint].step < joints_[joint].last_step; }
-  /// Where the present move ends [rad]; the position when at rest.
+  /// The end of the present move [rad]; the position when at rest.
   double target(std::size_t joint) const noexcept { return joints_[joint].target; }
   /// Part of the present move's duration that has passed, 0..1; 1 when at rest.
   double progress(std::size_t joint) const noexcept;
-  /// How long the present move takes from its start to its end [s]; 0 before the first.
+  /// The duration of the present move [s]; 0 before the first move.
   double duration(std::size_t joint) const noexcept { return joints_[joint].profile.duration; }
 
   /// Viscous friction of the joint [N m s/rad].
   ///
-  /// The drive must overcome it to speed up: a move accelerates at (effort - friction * greatest speed) / inertia. Braking has
-  /// the drive's whole torque, effort / inertia, whatever the friction.
+  /// A move accelerates at (effort - friction * maximum speed) / inertia. It brakes at effort / inertia, independent of the friction.
   double friction(std::size_t joint) const noexcept { return joints_[joint].friction; }
-  /// The greatest that the model takes [N m s/rad]; the least is 0.
+  /// The maximum friction of the model [N m s/rad]; the minimum is 0.
   double greatest_friction(std::size_t joint) const noexcept;
-  /// Takes effect from the next move on. Clamped to 0..greatest_friction(joint); NaN changes nothing.
+  /// Has an effect from the next move on. Clamped to 0..greatest_friction(joint); NaN changes nothing.
   /// @return the coefficient now in effect
   double set_friction(std::size_t joint, double friction_nms_rad) noexcept;
 
-  /// What a move that starts now can reach [rad/s^2].
+  /// The acceleration of a move that starts now [rad/s^2].
   double acceleration(std::size_t joint) const noexcept;
-  /// What braking reaches [rad/s^2].
+  /// The deceleration of braking [rad/s^2].
   double deceleration(std::size_t joint) const noexcept;
 
  private:
-  // One move in up to four phases: brake to rest (if it must turn round), accelerate, cruise, brake at the target.
+  // One move in up to four phases: brake to rest (if the direction changes), accelerate, cruise, brake at the target.
   // Times since its start [s]; `sign` is the direction of the last three.
   struct Profile {
     double start_braking = 0;            // acceleration in the first phase, against the motion

@@ -1,4 +1,4 @@
-// A joint that is served by a transport of one's own: what lrt needs of an HTTP server is in epoll_transport.cpp, on a bare epoll loop.
+// A joint on a custom transport: epoll_transport.cpp implements the HTTP server for lrt on an epoll loop.
 //
 //   ex_own_transport [--port N]
 //

@@ -1,14 +1,14 @@
-// A node of ROS 1 that makes joints web resources: each that a topic names becomes a Thing with its position, velocity and effort, and an
+// A node of ROS 1 that makes joints web resources: each joint that a topic names becomes a Thing with its position, velocity and effort, and an
 // action that sends a target to another topic.
 //
 //   ex_ros_node [--port N] [--linear JOINT]... [--limits JOINT LOWER UPPER]... [NAME:=VALUE]...
 //
-// joint_states     sensor_msgs/JointState, in: a joint appears when it is first named, with what the message has of it
+// joint_states     sensor_msgs/JointState, in: a joint is added when it is first named, with the values of that message
 // joint_commands   sensor_msgs/JointState, out: one joint and its position for each command
 //
-// --linear JOINT                 it slides: m, m/s and N; of others a JointState has rad, rad/s and N m
-// --limits JOINT LOWER UPPER     commands beyond get 422, and are never sent
-// NAME:=VALUE                    as with any node: joint_states:=/robot/joint_states
+// --linear JOINT                 a prismatic joint: m, m/s and N; other joints have rad, rad/s and N m
+// --limits JOINT LOWER UPPER     commands outside are answered 422 and not sent
+// NAME:=VALUE                    as for any node: joint_states:=/robot/joint_states
 //
 //   $ curl http://127.0.0.1:8080/robot/right_s1/position?accept=text/plain
 //   $ curl -H 'Content-Type: application/json' -d '{"value": 0.75, "unit": "rad"}' http://127.0.0.1:8080/robot/right_s1/actions/command
@@ -32,7 +32,7 @@ namespace {
 
 using sensor_msgs::JointState;
 
-/// What a JointState cannot say.
+/// Data that a JointState does not contain.
 struct Description {
   std::set<std::string> linear;
   std::map<std::string, std::pair<double, double>> limits;  // in the unit of the position
@@ -47,7 +47,7 @@ const Part parts[] = {{"position", &JointState::position, lrt::unit::radian, lrt
                       {"velocity", &JointState::velocity, lrt::unit::radian_per_second, lrt::unit::metre_per_second},
                       {"effort", &JointState::effort, lrt::unit::newton_metre, lrt::unit::newton}};
 
-constexpr std::size_t most_joints = 1000;  // whoever publishes on the topic makes Things
+constexpr std::size_t max_joints = 1000;  // every publisher of the topic can add Things
 
 class LinkedJoints {
  public:
@@ -60,12 +60,12 @@ class LinkedJoints {
  private:
   using Joint = std::vector<std::pair<const Part*, lrt::Property<double>>>;
 
-  /// Called by ros::spin(). publish() neither waits nor asks who reads.
+  /// Called by ros::spin(). publish() does not wait.
   void take(const JointState& state) {
     for (std::size_t i = 0; i < state.name.size(); ++i) {
       auto found = joints_.find(state.name[i]);
-      if (found == joints_.end() && joints_.size() == most_joints) {
-        ROS_WARN_ONCE("only the first %zu joints are there", most_joints);
+      if (found == joints_.end() && joints_.size() == max_joints) {
+        ROS_WARN_ONCE("only the first %zu joints are there", max_joints);
         continue;
       }
       if (found == joints_.end()) found = joints_.emplace(state.name[i], meet(state, i)).first;
@@ -83,14 +83,14 @@ class LinkedJoints {
     for (const Part& part : parts)
       if (const auto& values = state.*part.values; i < values.size()) {
         auto property = thing.property<double>(part.path);
-        property.facets(lrt::Facets{linear ? part.sliding : part.turning}.allow_non_finite());  // NaN is what a driver does not measure
+        property.facets(lrt::Facets{linear ? part.sliding : part.turning}.allow_non_finite());  // drivers send NaN for values that they do not measure
         property.publish(values[i]);
         joint.emplace_back(&part, property);
       }
     lrt::Facets target{linear ? lrt::unit::metre : lrt::unit::radian};
     if (const auto limits = description_.limits.find(name); limits != description_.limits.end())
       target.between(limits->second.first, limits->second.second);
-    // Called by the server's thread, where a ros::Publisher may be used as on any.
+    // Called on the server's thread. A ros::Publisher may be used on any thread.
     thing.action("command", [name, commands = commands_](double position) -> lrt::Result<void> {
       if (commands.getNumSubscribers() == 0) return lrt::unexpected(lrt::Errc::refused, "nobody listens to " + commands.getTopic());
       JointState command;
@@ -127,7 +127,7 @@ bool read(std::string_view text, T& number) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  ros::init(argc, argv, "lrt");  // takes NAME:=VALUE away
+  ros::init(argc, argv, "lrt");  // removes NAME:=VALUE from the arguments
   lrt::Options options;
   Description description;
   for (int i = 1; i < argc; ++i) {
@@ -148,12 +148,12 @@ int main(int argc, char** argv) {
   auto server = lrt::Server::create(options);
   if (!server) return std::fprintf(stderr, "ex_ros_node: %s\n", server.error().message.c_str()), 1;
   server->add(lrt::Thing{"robot"}).value();
-  server->start();  // on a thread of its own, as ROS has the main one
-  std::signal(SIGTERM, [](int) { ros::requestShutdown(); });  // what ROS itself does at SIGINT
+  server->start();  // on a thread of its own, because ROS uses the main thread
+  std::signal(SIGTERM, [](int) { ros::requestShutdown(); });  // as ROS itself does at SIGINT
   std::printf("joints appear at %srobot (Ctrl-C ends)\n", server->url().c_str());
   std::fflush(stdout);
 
   LinkedJoints joints(*server, description);  // waits for the master
-  ros::spin();                                // who serves the web does not mind if the master goes
+  ros::spin();                                // the server continues if the master ends
   server->stop();
 }

@@ -1,10 +1,10 @@
-// Any robot that has a URDF, as Linked Robotic Things, and a recording of its joints, or clients, to move it.
+// Any robot with a URDF as Linked Robotic Things, moved by a recording of its joints or by clients.
 //
 //   ex_urdf_robot [URDF] [CSV] [--port N] [--bind ADDRESS] [--argument NAME=VALUE]...
 //
 // URDF                    the robot; default: the picker beside this file
-// CSV                     how its joints move: trajectory.hpp. Without one positions can be written and joints have an action `move`
-// --argument NAME=VALUE   what stands for ${NAME} in a URDF that is half a xacro
+// CSV                     a recording of its joints (trajectory.hpp); without it positions can be written, and joints have an action `move`
+// --argument NAME=VALUE   the value of ${NAME} in a URDF that still contains xacro
 
 #include <charconv>
 #include <chrono>
@@ -64,7 +64,7 @@ int main(int argc, char** argv) {
 
   auto server = lrt::Server::create(options);
   if (!server) return failed(server.error());
-  moving.step();  // so that all have a value
+  moving.step();  // so that all properties have a value
   if (auto added = moving.add_to(*server); !added) return failed(added.error());
 
   std::signal(SIGINT, [](int) { interrupted = 1; });

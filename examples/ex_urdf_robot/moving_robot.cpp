@@ -9,20 +9,20 @@ namespace ex_urdf_robot {
 
 MovingRobot::MovingRobot(lrt::urdf::Robot robot, std::optional<Trajectory> trajectory)
     : robot_(std::move(robot)), trajectory_(std::move(trajectory)), variables_(robot_.model().variables.size()) {
-  const double unknown = std::numeric_limits<double>::quiet_NaN();  // publish() passes it over
+  const double unknown = std::numeric_limits<double>::quiet_NaN();  // publish() ignores it
   positions_.assign(variables_.size(), 0);
   velocities_.assign(variables_.size(), trajectory_ ? unknown : 0);
   efforts_.assign(variables_.size(), unknown);
   for (std::size_t v = 0; v < variables_.size(); ++v) {
     const auto& limits = robot_.model().joints[robot_.model().variables[v]].limits;
     if (limits) positions_[v] = limits->clamp(0);
-    if (limits && limits->velocity.value_or(0) > 0) variables_[v].velocity = *limits->velocity;  // 0: in many a file that nobody knew it
+    if (limits && limits->velocity.value_or(0) > 0) variables_[v].velocity = *limits->velocity;  // 0 in many files: unknown
     variables_[v].target = positions_[v];
     if (!trajectory_) command(v);
   }
 }
 
-/// Lets clients say where a joint is to go.
+/// Lets clients set the target of a joint.
 void MovingRobot::command(std::size_t variable) {
   const std::size_t index = robot_.model().variables[variable];
   const lrt::urdf::Joint& joint = robot_.model().joints[index];
@@ -31,7 +31,7 @@ void MovingRobot::command(std::size_t variable) {
   if (joint.limits && joint.limits->upper) facets.at_most(*joint.limits->upper);
   robot_.position(index).on_write([this, variable](double target) {
     variables_[variable].target = target;
-    variables_[variable].move = {};  // a move that was under way goes elsewhere now: it fails
+    variables_[variable].move = {};  // a running move gets another target now: it fails
   });
   robot_.joint(index)
       .action("move",

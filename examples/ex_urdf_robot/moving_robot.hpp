@@ -13,8 +13,8 @@ namespace ex_urdf_robot {
 
 constexpr double step_period_s = 0.001;
 
-/// A robot that moves as a recording says, or, without one, as its clients say: each position can be written, and each joint has an action
-/// `move`; it goes there at the joint's greatest velocity. Everything runs on the thread that steps it and polls the server.
+/// A robot that follows a recording. Without a recording it follows its clients: each position can be written, and each joint has an action
+/// `move`; it moves at the joint's maximum velocity. Everything runs on the thread that steps it and polls the server.
 class MovingRobot {
  public:
   explicit MovingRobot(lrt::urdf::Robot robot, std::optional<Trajectory> trajectory = {});
@@ -25,14 +25,14 @@ class MovingRobot {
   lrt::Result<void> add_to(Host& host) {
     return robot_.add_to(host);
   }
-  /// Moves one period on and publishes.
+  /// Moves for one period and publishes.
   void step() noexcept;
   const lrt::urdf::Robot& robot() const noexcept { return robot_; }
 
  private:
   struct Variable {
     double target = 0, start = 0, velocity = 1;  ///< [rad, m, /s]
-    lrt::Responder move;                         ///< that is under way, if one is
+    lrt::Responder move;                         ///< the running move, or empty
   };
   void command(std::size_t variable);
   void follow_commands() noexcept;

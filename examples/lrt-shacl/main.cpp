@@ -2,8 +2,8 @@
 //
 //   lrt-shacl [--format turtle|n-triples|rdf-xml|text] DATA SHAPES [BASE-IRI]
 //
-// The report goes to standard output. Exit: 0 the data conform, 1 they do not, 2 it could not be judged (the reason is on
-// standard error). The syntax of a file is told by its name: .ttl, .nt, .rdf or .xml; "-" reads Turtle from standard input.
+// Prints the report on standard output. Exit status: 0 the data conform, 1 they do not, 2 an error (printed on standard error). The suffix of a
+// file selects its syntax: .ttl, .nt, .rdf or .xml; "-" reads Turtle from standard input.
 
 #include <fstream>
 #include <iostream>

@@ -1,7 +1,7 @@
-// One joint of a robot on the web: a property that is read, and an action that moves it.
+// One joint of a robot on the web: a property with its angle and an action that moves it.
 #include <lrt/lrt.hpp>
 
-#include "examples/lesson.hpp"  // only what makes this a lesson that ends by itself
+#include "examples/lesson.hpp"  // only for the lesson, which ends by itself
 
 int main() {
   double angle = 0.5;  // [rad], owned by this thread

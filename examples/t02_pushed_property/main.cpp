@@ -1,5 +1,5 @@
-// A control loop of 1 kHz hands its position over with publish(), which neither locks nor allocates. lrt's own thread answers from
-// the last value: the loop never hears of a request, and need not even poll.
+// A control loop of 1 kHz publishes its position. publish() does not lock or allocate. lrt's own thread answers requests with the last value,
+// so the loop does not handle requests and does not call poll().
 #include <chrono>
 #include <thread>
 
@@ -12,11 +12,11 @@ int main() {
   lrt::Property<double> position = joint.property<double>("position", lrt::unit::radian);
 
   lrt::Server server = lrt::Server::create(lesson::options()).value();
-  server.add(std::move(joint)).value();  // the handle stays good for publish()
+  server.add(std::move(joint)).value();  // the handle remains valid for publish()
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
-    const lesson::Answer arrived = client.get_until("/joint/position", "\"0.1\"");
-    client.get("/joint/position", "If-None-Match: " + arrived.field("ETag") + "\r\n");  // the same value again is no change
+    const lesson::Response arrived = client.get_until("/joint/position", "\"0.1\"");
+    client.get("/joint/position", "If-None-Match: " + arrived.field("ETag") + "\r\n");  // publishing the same value is not a change
   });
 
   double angle = 0;

@@ -1,5 +1,5 @@
-// A property that clients may write: on_write. A unit and bounds are checked before the lambda is called; what the robot alone can
-// know it refuses itself.
+// A property that clients may write: on_write. The unit and the bounds are checked before the lambda is called. The lambda may refuse a value
+// for reasons that only the robot knows.
 #include <lrt/lrt.hpp>
 
 #include "examples/lesson.hpp"
@@ -11,7 +11,7 @@ int main() {
   lrt::Thing arm{"arm"};
   arm.property("speed", [&] { return speed; }, lrt::unit::metre_per_second)
       .between(0, 1.5)
-      .on_write([&](double wanted) -> lrt::Result<void> {  // or void, if the robot takes all that the bounds allow
+      .on_write([&](double wanted) -> lrt::Result<void> {  // or void, if the robot accepts every value within the bounds
         if (emergency_stop) return lrt::unexpected(lrt::Errc::refused, "the emergency stop is pressed");
         speed = wanted;
         return {};

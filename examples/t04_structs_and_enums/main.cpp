@@ -1,5 +1,5 @@
-// Your own structs and enums: list the fields of a struct, give names to the values of an enum. A field under a term of a vocabulary
-// is understood by those who know the vocabulary; a field under a name of your own is documented by the Blueprint.
+// Your own structs and enums: list the fields of a struct, name the values of an enum. Clients that know a vocabulary understand a field with
+// a term of it. A field with a name of your own is documented by the Blueprint.
 #include <optional>
 #include <string>
 

@@ -1,5 +1,5 @@
-// Actions that are done when their lambda returns: without input or output, with both, and one that the robot refuses. Each POST makes
-// an invocation, which Location names and which can be read afterwards.
+// Actions that end when their lambda returns: without input or output, with both, and one that the robot refuses. Each POST creates an
+// invocation. Location is its URI, and clients can read it afterwards.
 #include <cmath>
 
 #include <lrt/lrt.hpp>
@@ -35,7 +35,7 @@ int main() {
     client.post("/lift/actions/moveTo", one_metre);
     client.post("/lift/actions/home");
     client.post("/lift/actions/moveTo", "<> vom:numericalValue 5 ; qudt:unit unit:M .");
-    const lesson::Answer moved = client.post("/lift/actions/moveTo", one_metre);
+    const lesson::Response moved = client.post("/lift/actions/moveTo", one_metre);
     client.only({"lrt:", "vom:", "prov:"});
     client.get(moved.field("Location"));
     client.post("/lift/actions/timeTo", "<> vom:numericalValue 0.5 ; qudt:unit unit:M .");

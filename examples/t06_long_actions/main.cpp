@@ -1,5 +1,5 @@
-// Actions that take a while: keep the Responder, say how far it is, and answer when it is done. A client watches the invocation, waits
-// for it, or cancels it with DELETE. What a second command meets is a policy.
+// Actions that take longer: keep the Responder, set the progress, and call succeed() at the end. A client watches the invocation, waits for it
+// or cancels it with DELETE. A policy defines what happens to a second command.
 #include <chrono>
 #include <optional>
 #include <thread>
@@ -16,7 +16,7 @@ int main() {
   axis.action("moveTo",
               [&](int to, lrt::Responder done) {
                 target = to;
-                done.on_cancel([&] { target = position; });  // when a later command takes over, before that one begins
+                done.on_cancel([&] { target = position; });  // before a later command starts, which preempts this one
                 move = std::move(done);
               })
       .consumes(lrt::rdf::Facets{}.unit(lrt::unit::millimetre).between(0, 1'000'000))
@@ -29,7 +29,7 @@ int main() {
     const std::string far = "<> vom:numericalValue 1000000 ; qudt:unit unit:MilliM .";
     const std::string near = "<> vom:numericalValue 0 ; qudt:unit unit:MilliM .";
     client.only({"lrt:status", "lrt:progress"});
-    const std::string first = client.post("/axis/actions/moveTo", far).field("Location");  // answered at once; the move goes on
+    const std::string first = client.post("/axis/actions/moveTo", far).field("Location");  // the response comes at once; the move continues
     client.get_until(first, "0.25");
     const std::string second = client.post("/axis/actions/moveTo", far).field("Location");
     client.get(first);  // preempted
@@ -47,7 +47,7 @@ int main() {
       std::move(*move).succeed();
       move.reset();
     } else if (move) {
-      move->progress(0.25);  // a robot says what it knows
+      move->progress(0.25);  // optional
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }

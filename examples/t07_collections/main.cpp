@@ -1,5 +1,5 @@
-// A collection: a container whose members clients create by POST and remove by DELETE. lrt keeps and shows the members; the lambdas
-// hear of each before it counts, and may refuse.
+// A collection: a container. Clients create members by POST and remove them by DELETE. lrt stores and shows the members. It calls a lambda
+// before each change, and the lambda may refuse.
 #include <map>
 #include <string>
 

@@ -1,5 +1,5 @@
-// Saying more: types and predicates of your domain, a title, any triple in C++ or in Turtle, and a thing within a thing. Nobody needs
-// this to move the robot; it lets others understand what they move.
+// Describing more: types and predicates of your domain, a title, any triple in C++ or in Turtle, and a thing within a thing. This is optional.
+// It lets clients find out what the thing is.
 #include <lrt/lrt.hpp>
 
 #include "examples/lesson.hpp"
@@ -18,7 +18,7 @@ int main() {
       .add(lrt::vocab::rdfs::seeAlso, Object::resource("rover/battery"))  // a resource of this server, by its path
       .add_turtle("@prefix schema: <http://schema.org/> . <> schema:weight [ schema:value 12.5 ; schema:unitCode \"KGM\" ] .");
 
-  lrt::Thing battery{"rover/battery"};  // a thing below a thing: its path says so
+  lrt::Thing battery{"rover/battery"};  // a thing below a thing, by its path
   battery
       .property("charge", [&] { return level; }, lrt::unit::one)
       .predicate(Iri{"http://example.org/rover#charge"})

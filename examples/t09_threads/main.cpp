@@ -1,4 +1,4 @@
-// Which thread runs my lambda? Dispatch says it, for a whole server or for a thing; Io says whether lrt has a thread of its own.
+// Which thread runs my lambda? Dispatch defines it, for a server or for one thing. Io defines whether lrt has a thread of its own.
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -59,11 +59,11 @@ int main() {
   lrt::Options options = lesson::options();
   options.executor = [&](std::function<void()> job) { worker.post(std::move(job)); };
   lrt::Server server = lrt::Server::create(options).value();
-  server.add(make("default", lrt::Dispatch::as_server)).value();   // in poll: no lock in robot code
-  server.add(make("quick", lrt::Dispatch::io_thread)).value();     // at once: for code that is safe there
-  server.add(make("elsewhere", lrt::Dispatch::executor)).value();  // for what takes long: a camera, a planner
+  server.add(make("default", lrt::Dispatch::as_server)).value();   // in poll: robot code needs no locks
+  server.add(make("quick", lrt::Dispatch::io_thread)).value();     // at once: for fast, thread-safe code
+  server.add(make("elsewhere", lrt::Dispatch::executor)).value();  // for long work: a camera, a planner
 
-  options.io = lrt::Io::in_poll;  // lrt makes no thread at all: while nobody polls, nothing is answered
+  options.io = lrt::Io::in_poll;  // lrt has no thread: requests are answered in poll() only
   options.port = 0;
   lrt::Server single = lrt::Server::create(options).value();
   single.add(make("default", lrt::Dispatch::as_server)).value();

@@ -1,5 +1,5 @@
-// Testing your robot's things without a port, without a thread and without waiting: the transport Loopback, a clock that you move, and
-// ids that you choose. Everything happens in poll(), so that what a test sees is the same at every run.
+// Testing your robot's things without a port, threads or waiting: with the transport Loopback, a clock that the test sets, and ids that the
+// test chooses. Everything runs in poll(), so every run has the same result.
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -9,7 +9,7 @@
 #include <lrt/lrt.hpp>
 #include <lrt/transport/loopback.hpp>
 
-lrt::Thing make_joint(double& angle) {  // what is to be tested
+lrt::Thing make_joint(double& angle) {  // the thing under test
   lrt::Thing joint{"joint"};
   joint.property("rotation", [&] { return angle; }, lrt::unit::radian);
   joint.action("rotate", [&](double target) { angle = target; });
@@ -71,12 +71,12 @@ int main() {
   };
 
   ask("POST", "/joint/actions/rotate", "<> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> 1.25 .");
-  server.poll();  // runs the lambda and gives the answer
+  server.poll();  // runs the lambda and sends the response
   if (angle != 1.25) return 1;
 
   ask("GET", "/joint/rotation");
   clock.advance(options.engine.host_time);  // the host hangs ...
-  server.poll();                            // ... and what waited too long is told so
+  server.poll();                            // ... and the waiting request gets 503
 }
 
 // Output:

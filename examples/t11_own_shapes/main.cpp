@@ -1,4 +1,4 @@
-// Shapes of your own, in SHACL: they stand in the thing's Blueprint and guard what clients send, before any lambda is called.
+// Your own SHACL shapes. They become part of the thing's Blueprint and validate what clients send, before any lambda is called.
 #include <lrt/lrt.hpp>
 
 #include "examples/lesson.hpp"
@@ -8,7 +8,7 @@ int main() {
 
   lrt::Thing gripper{"gripper"};
   gripper.property("name", [&] { return name; }).on_write([&](std::string wanted) { name = std::move(wanted); });
-  // <#name> replaces the shape that lrt derives from std::string. Its base is the Blueprint, so `#name` is what a report refers to.
+  // <#name> replaces the shape that lrt derives from std::string. The base is the Blueprint; a report refers to `#name`.
   gripper.shapes(R"(
     @prefix sh: <http://www.w3.org/ns/shacl#> .
     @prefix rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#> .

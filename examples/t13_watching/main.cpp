@@ -1,14 +1,14 @@
-// Who wants to know opens a WebSocket on the URI of what it wants to know of, and is told of each change. The robot does nothing for it.
+// A client opens a WebSocket on the URI of a resource and is notified of each change. The robot's code needs nothing for it.
 #include <lrt/lrt.hpp>
 
 #include "examples/lesson.hpp"
 
 int main() {
   lrt::Thing joint{"arm/joint"};
-  auto angle = joint.property<double>("angle", lrt::unit::radian);  // pushed: told when it is published
+  auto angle = joint.property<double>("angle", lrt::unit::radian);  // pushed: subscribers are notified after publish()
   angle.publish(0);
 
-  double temperature = 36.5;  // pulled: read ten times a second while somebody watches, or as often as you say ...
+  double temperature = 36.5;  // pulled: read ten times a second while it is observed, or at your own period ...
   auto motor = joint.property("temperature", [&] { return temperature; }, lrt::unit::degree_celsius);
   motor.sample(std::chrono::milliseconds(0));  // ... here only when we call changed()
 
@@ -24,14 +24,14 @@ int main() {
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
     client.only({"numericalValue", "hybrit:", "lrt:"});
-    client.watch("/arm/joint/temperature");  // the first message is what GET would answer
+    client.watch("/arm/joint/temperature");  // the first message is the representation that GET returns
     client.post("/arm/joint/actions/turn", "<> a maths:Scalar ; vom:numericalValue 1 .");
     client.watched();
-    const std::string subscription = client.get("/arm/joint/subscriptions").body;  // who watches
+    const std::string subscription = client.get("/arm/joint/subscriptions").body;  // the list of subscriptions
     const std::size_t at = subscription.find("ldp:contains <") + 14;
     client.remove(subscription.substr(at, subscription.find('>', at) - at));
     client.watched();
-    // A client that cannot take each change at once gets the newest, or with a queue all of them.
+    // A client that cannot receive each change at once gets the newest one, or with a queue all of them.
     client.watch("/arm/joint/angle?queueLength=100&minimumInterval=0.01");
   });
   server.run();

@@ -1,10 +1,10 @@
-// Who cannot keep a connection open names a URL, and is posted to. The integrator says whom the robot may call.
+// A client that cannot keep a connection open gives a URL, and lrt posts notifications to it. The integrator defines the allowed receivers.
 #include <lrt/lrt.hpp>
 
 #include "examples/lesson.hpp"
 
 int main() {
-  lesson::Receiver receiver;  // somebody else's web server, on this machine
+  lesson::Receiver receiver;  // another web server, on this machine
 
   lrt::Thing joint{"arm/joint"};
   auto angle = joint.property<double>("angle", lrt::unit::radian);
@@ -13,9 +13,9 @@ int main() {
 
   lrt::Options options = lesson::options();
   auto& callbacks = options.engine.subscriptions.callbacks;
-  callbacks.allow = {"127.0.0.0/8"};  // networks, addresses, names; the default is nobody
-  callbacks.attempts = 3;             // then a receiver that fails is tried only now and then
-  // options.subscriptions_file = "subscriptions.ttl";  // so that they survive a restart
+  callbacks.allow = {"127.0.0.0/8"};  // networks, addresses, names; default: none
+  callbacks.attempts = 3;             // failed attempts; then the subscription is suspended
+  // options.subscriptions_file = "subscriptions.ttl";  // to keep callbacks across restarts
 
   lrt::Server server = lrt::Server::create(options).value();
   server.add(std::move(joint)).value();
@@ -24,11 +24,11 @@ int main() {
     client.receiver(receiver);
     client.only({"numericalValue", "hybrit:", "lrt:"});
     client.get("/arm/joint/angle", "Upgrade: callback\r\nCallback: " + receiver.url() + "\r\n");
-    client.notified(receiver);  // the first one at once
+    client.notified(receiver);  // the first notification is sent at once
     client.post("/arm/joint/actions/turn", "<> a maths:Scalar ; vom:numericalValue 1.5 .");
     client.notified(receiver);
 
-    // The same as a resource in the container. With a secret each notification is signed.
+    // The same by POST to the container of subscriptions. With a secret each notification is signed.
     client.post("/arm/joint/subscriptions", "<> hybrit:onResource <../joint/angle> ; hybrit:callbackURL \"" + receiver.url() +
                                                 "\"^^xsd:anyURI ; lrt:secret \"between us\" .");
     client.notified(receiver);

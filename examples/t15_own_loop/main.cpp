@@ -1,4 +1,4 @@
-// One thread that sleeps in its own poll(), for its own devices and for the server: lrt has no thread, and costs nothing while nobody asks.
+// One thread that waits in its own poll() for its devices and for the server. lrt has no thread and uses no CPU time without requests.
 #include <poll.h>
 #include <sys/timerfd.h>
 #include <unistd.h>
@@ -8,7 +8,7 @@
 #include "examples/lesson.hpp"
 
 int main() {
-  // The device: something with a descriptor. Here a clock that ticks each 5 ms, elsewhere a CAN bus or an encoder.
+  // The device: anything with a descriptor. Here a timer of 5 ms, elsewhere a CAN bus or an encoder.
   const int device = ::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK);
   const itimerspec period{{0, 5'000'000}, {0, 5'000'000}};
   ::timerfd_settime(device, 0, &period, nullptr);
@@ -17,7 +17,7 @@ int main() {
   auto speed = wheel.property<double>("speed", lrt::unit::radian_per_second);
   speed.publish(0);
   double wanted = 0;
-  wheel.action("spin", [&](double to) { wanted = to; });  // called by server.poll(), so on this thread
+  wheel.action("spin", [&](double to) { wanted = to; });  // called by server.poll(), on this thread
 
   lrt::Options options = lesson::options();
   options.io = lrt::Io::in_poll;  // no thread of lrt
@@ -32,7 +32,7 @@ int main() {
   double now = 0;
   pollfd sources[] = {{device, POLLIN, 0}, {server.descriptor(), POLLIN, 0}};
   while (visitor.is_here()) {
-    ::poll(sources, 2, -1);  // no time-out: what is due makes the descriptor readable, too
+    ::poll(sources, 2, -1);  // no time-out: expired times also make the descriptor readable
     if (sources[0].revents != 0) {
       std::uint64_t ticks = 0;
       if (::read(device, &ticks, sizeof ticks) > 0) speed.publish(now += (wanted - now) / 2 > 0.01 ? (wanted - now) / 2 : wanted - now);

@@ -1,4 +1,4 @@
-// A robot that lives on Boost.Asio gives the server its io_context: there is nothing to poll, and lambdas run among its own handlers.
+// A robot on Boost.Asio gives its io_context to the server: it does not call poll(), and lambdas run among its own handlers.
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <functional>
@@ -38,7 +38,7 @@ int main() {
     tick.async_wait([&](const boost::system::error_code&) { work(); });
   };
   work();
-  io.run();  // to the end of the host's work and of the server
+  io.run();  // until the host's work and the server have ended
 }
 
 // Output:

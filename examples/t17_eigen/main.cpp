@@ -1,5 +1,5 @@
-// Eigen's types are values like any other: include lrt/eigen.hpp, the only header of lrt that includes another library. Vectors, rotations
-// and poses are written in the terms of the paper's Figure 3, other vectors and matrices as lists. What is no rotation is refused.
+// Values of Eigen's types: include lrt/eigen.hpp. Vectors, rotations and poses are represented in the terms of the paper's Figure 3, other
+// vectors and matrices as lists. An invalid rotation is refused.
 #include <cstdio>
 
 #include <Eigen/Geometry>
@@ -24,7 +24,7 @@ int main() {
     target = point;
     Eigen::Isometry3d pose(orientation);
     pose.translation() = target;
-    tool.publish(pose);  // fixed sizes neither lock nor allocate, as in a control loop
+    tool.publish(pose);  // fixed sizes: no lock, no allocation, suitable for a control loop
   }).consumes(lrt::Facets{lrt::unit::metre});
 
   lrt::Server server = lrt::Server::create(lesson::options()).value();

@@ -1,5 +1,5 @@
-// A value has more than RDF to it: bare JSON, text and CBOR come by themselves, and a picture, a table or raw numbers by encoders of
-// your own. The RDF names each format with its size, so that a client finds the bytes and knows what they mean.
+// Further formats of a value: JSON, text and CBOR are built in. Pictures, tables or raw numbers need encoders of your own. The RDF lists each
+// format with its size, so that a client finds the bytes and their meaning.
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -9,11 +9,11 @@
 
 #include "examples/lesson.hpp"
 
-/// What the camera gives. The time stamp or number is in the RDF, so that two frames are two values; the picture is not.
+/// A frame of the camera. Its time stamp and number are in the RDF, so that two frames are different values; the picture is not in the RDF.
 struct Frame {
   std::uint32_t number = 0;
   std::uint16_t width = 0, height = 0;
-  lrt::Bytes picture;  // shared: it goes to every client as it is, without a copy
+  lrt::Bytes picture;  // shared by all clients without a copy
 };
 
 template <>
@@ -33,18 +33,18 @@ int main() {
 
   std::array<double, 2> angles{0.25, -1};
   head.property("angles", [&] { return angles; }, lrt::unit::radian)
-      .octets()  // application/octet-stream too, both ways
+      .octets()  // also application/octet-stream, for GET and PUT
       .on_write([&](const std::array<double, 2>& a) { angles = a; });
 
   lrt::Server server = lrt::Server::create(lesson::options()).value();
   server.add(std::move(head)).value();
-  server.add(lrt::Thing{"head/optical_frame"}).value();  // what the picture is seen from
+  server.add(lrt::Thing{"head/optical_frame"}).value();  // the frame of the picture
   image.publish({1, 4, 2, std::make_shared<const std::string>("P2 4 2 3\n0 1 2 3\n3 2 1 0\n")});
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
     client.get("/head/image");
-    client.get("/head/image", "Accept: image/*\r\n");   // as a browser asks for a picture
-    client.get("/head/image?accept=application/json");  // for who cannot set a header
+    client.get("/head/image", "Accept: image/*\r\n");   // as a browser requests a picture
+    client.get("/head/image?accept=application/json");  // for clients that cannot set header fields
     client.put_as("application/json", "/head/angles", R"([0.5, {"value": 0, "unit": "rad"}])");
     client.get("/head/angles", "Accept: text/plain\r\n");
     client.put_as("application/json", "/head/angles", R"([0.5, {"value": 0, "unit": "deg"}])");
