@@ -125,8 +125,8 @@ Result<void> decode_coordinates(const Value& value, S* first, Index size) {
 }
 
 /// The maximum number of members of a list for one dimension of a matrix.
-constexpr std::size_t fewest(Index size) { return size == Eigen::Dynamic ? 0 : static_cast<std::size_t>(size); }
-constexpr std::size_t most(Index largest) {
+constexpr std::size_t min_members(Index size) { return size == Eigen::Dynamic ? 0 : static_cast<std::size_t>(size); }
+constexpr std::size_t max_members(Index largest) {
   return largest == Eigen::Dynamic ? std::numeric_limits<std::size_t>::max() : static_cast<std::size_t>(largest);
 }
 inline bool fits(const Value::Sequence* members, const Type& list) noexcept {
@@ -170,7 +170,7 @@ template <class V>
 struct List {
   using S = typename V::Scalar;
   static const Type& type() {
-    static const Type t = list_type(traits<S>::type(), fewest(V::SizeAtCompileTime), most(V::MaxSizeAtCompileTime));
+    static const Type t = list_type(traits<S>::type(), min_members(V::SizeAtCompileTime), max_members(V::MaxSizeAtCompileTime));
     return t;
   }
   static Value encode(const V& v) { return encode_coordinates(v.data(), v.size()); }
@@ -194,11 +194,11 @@ template <class M>
 struct Rows {
   using S = typename M::Scalar;
   static const Type& row_type() {
-    static const Type t = list_type(traits<S>::type(), fewest(M::ColsAtCompileTime), most(M::MaxColsAtCompileTime));
+    static const Type t = list_type(traits<S>::type(), min_members(M::ColsAtCompileTime), max_members(M::MaxColsAtCompileTime));
     return t;
   }
   static const Type& type() {
-    static const Type t = list_type(row_type(), fewest(M::RowsAtCompileTime), most(M::MaxRowsAtCompileTime));
+    static const Type t = list_type(row_type(), min_members(M::RowsAtCompileTime), max_members(M::MaxRowsAtCompileTime));
     return t;
   }
   static Value encode(const M& m) {

@@ -29,7 +29,7 @@ struct Options {
   std::string address = "127.0.0.1";         ///< numeric address to listen on
   std::uint16_t port = 8080;                 ///< 0: any free one, see Server::port
   Io io = Io::own_thread;
-  engine::EngineOptions engine;                    ///< base, hosts, limits of requests, subscriptions, authorizer, Dispatch, clock, ids, log
+  engine::EngineOptions engine;              ///< base, hosts, limits of requests, subscriptions, authorizer, Dispatch, clock, ids, log
   transport::Limits limits;                  ///< of connections and messages
   /// Runs the lambdas of things with Dispatch::executor. It must run each exactly once, at any time.
   std::function<void(std::function<void()>)> executor;
@@ -97,7 +97,7 @@ class Server {
   void stop() noexcept;
 
   /// Serves a request that came over an HTTP server of the host's, and waits for its response. The parsed header section must have passed
-  /// http::check_head(). What only its bytes can show is up to the host's server, and so are Date, Content-Length, Connection, and the
+  /// http::check_request(). What only its bytes can show is up to the host's server, and so are Date, Content-Length, Connection, and the
   /// missing body of HEAD. lrt::mount() in httplib.hpp uses this.
   /// @param request  `mount` and `local_port` say where the host's server serves; `can_stream` if it can send event streams
   /// @par Threads     Any, many at once; not from a lambda of this server.

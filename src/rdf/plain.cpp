@@ -312,7 +312,7 @@ Result<void> check_lengths(const Value& value, const std::size_t* length, const 
 
 Result<Value> read_octets(std::string_view body, const Type& type, std::size_t max_values) {
   if (!reads_octets(type))
-    return unexpected(Errc::unsupported_syntax, "expected a type of numbers with one free length at most: octets do not say more");
+    return unexpected(Errc::unsupported_syntax, "expected a type of numbers with one free length at most: octets do not contain more lengths");
   std::optional<Octets> layout = octets_of(type);
   const auto open = std::find(layout->shape.begin(), layout->shape.end(), 0U);
   const bool is_open = open != layout->shape.end();
@@ -434,10 +434,10 @@ class DocumentReader {
   }
 
   [[noreturn]] void refuse_member(Id member, const std::vector<std::string>& names) const {
-    constexpr std::size_t most = 10;
+    constexpr std::size_t max_shown = 10;
     std::string text = names.empty() ? "no member" : "one of";
-    for (std::size_t i = 0; i < names.size() && i < most; ++i) text += (i == 0 ? " \"" : ", \"") + names[i] + "\"";
-    if (names.size() > most) text += ", ... (cut)";
+    for (std::size_t i = 0; i < names.size() && i < max_shown; ++i) text += (i == 0 ? " \"" : ", \"") + names[i] + "\"";
+    if (names.size() > max_shown) text += ", ... (cut)";
     throw Refused{Error{Errc::expected_value, "at \"" + document_.pointer(member) + "\": expected " + text + ", found \"" +
                                                   json::shortened(document_.key(member)) + "\""}};
   }

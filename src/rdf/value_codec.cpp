@@ -264,11 +264,11 @@ class Reader {
   /// SPEC 3.3, Units: at least one of the two predicates is present, and each must have the declared unit.
   void check_unit(TermId node, const Unit& unit) {
     if (unit.empty()) return;
-    std::size_t said = 0;
+    std::size_t given = 0;
     const auto check = [&](Iri predicate, Iri wanted) {
       const Step step(*this, abbreviate(predicate.text));
       for (const TermId found : values(node, predicate.text)) {
-        ++said;
+        ++given;
         const TermView term = graph_.term(found);
         if (wanted.empty()) fail("expected no " + abbreviate(predicate.text) + " (the unit is " + abbreviate(unit.qudt.text) + "), found " + shown(term));
         else if (!(term == TermView(wanted))) fail("expected " + abbreviate(wanted.text) + ", found " + shown(term));
@@ -276,7 +276,7 @@ class Reader {
     };
     check(vocab::vom::unit, unit.vom);
     check(vocab::qudt::unit, unit.qudt);
-    if (said == 0) {
+    if (given == 0) {
       const bool vom = !unit.vom.empty();
       const Step step(*this, vom ? "vom:unit" : "qudt:unit");
       fail("expected " + abbreviate(vom ? unit.vom.text : unit.qudt.text) + ", found none");

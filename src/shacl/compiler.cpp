@@ -6,7 +6,7 @@
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/vocab.hpp>
 
-#include "src/shacl/words.hpp"
+#include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
 

@@ -6,7 +6,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/shacl/plan.hpp"
-#include "src/shacl/words.hpp"
+#include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <lrt/rdf/vocab.hpp>
 
-#include "src/shacl/words.hpp"
+#include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
 namespace {
@@ -229,7 +229,7 @@ void Run::walk(PathIndex index, bool backward, Node from) {
 
 // ---- validation
 
-void Run::judge(ShapeIndex index, Node focus) {
+void Run::validate(ShapeIndex index, Node focus) {
   const Shape& shape = plan_->shapes[index];
   if (shape.deactivated || !step()) return;
   if (shape.recursive) {
@@ -260,7 +260,7 @@ void Run::judge(ShapeIndex index, Node focus) {
 
 bool Run::conforms(Node node, ShapeIndex shape) {
   const bool was_quiet = std::exchange(quiet_, true), had_failed = std::exchange(failed_, false);
-  judge(shape, node);
+  validate(shape, node);
   const bool result = !failed_;
   quiet_ = was_quiet;
   failed_ = had_failed;
@@ -316,7 +316,7 @@ Result<Report> Run::all_targets() {
     Set focus_nodes(*this);
     collect_targets(shape, focus_nodes);
     const std::size_t end = focus_nodes.end();
-    for (std::size_t at = focus_nodes.begin(); at < end && !done(); ++at) judge(i, nodes_[at]);
+    for (std::size_t at = focus_nodes.begin(); at < end && !done(); ++at) validate(i, nodes_[at]);
   }
   return finish();
 }
@@ -330,7 +330,7 @@ Result<Report> Run::one(const rdf::TermView& focus, ShapeIndex shape) {
   } else {
     outsider_ = focus;
   }
-  judge(shape, node);
+  validate(shape, node);
   return finish();
 }
 
@@ -356,14 +356,14 @@ ValidationResult* Run::add_result(const Scene& scene, const Constraint& constrai
 void Run::add_details(std::size_t at, Node value, ShapeIndex inner) {
   std::vector<ValidationResult> found;
   std::vector<ValidationResult>* const outer = std::exchange(results_, &found);
-  judge(inner, value);
+  validate(inner, value);
   results_ = outer;
   (*results_)[at].details = std::move(found);
 }
 
 void Run::stop(const char* limit, std::size_t value) {
   if (stopped_) return;
-  stopped_ = Error{Errc::limit_exceeded, std::string("could not be judged within ") + limit + " = " + std::to_string(value)};
+  stopped_ = Error{Errc::limit_exceeded, std::string("the validation was not complete within ") + limit + " = " + std::to_string(value)};
 }
 
 Result<Report> Run::finish() {

@@ -65,7 +65,7 @@ class Run {
   bool is_instance(Node node, Constant class_iri);
   bool conforms(Node node, ShapeIndex shape);
   /// Validates a value node against a shape and adds its results to this validation: sh:property.
-  void descend(Node node, ShapeIndex shape) { judge(shape, node); }
+  void descend(Node node, ShapeIndex shape) { validate(shape, node); }
 
   /// A set of nodes on top of the stack of nodes, with look-up. The destructor removes it from the stack.
   class Set {
@@ -96,30 +96,30 @@ class Run {
     std::uint32_t epoch_ = 0;  // 0: few members, searched linearly
   };
 
-  /// Reports a violation. `words()` makes the message; it is called only if the message is needed.
-  template <class Words>
-  void violation(const Scene& scene, const Constraint& constraint, std::optional<Node> value, Words&& words) {
+  /// Reports a violation. `make_message()` makes the message; it is called only if the message is needed.
+  template <class MakeMessage>
+  void violation(const Scene& scene, const Constraint& constraint, std::optional<Node> value, MakeMessage&& make_message) {
     if (quiet_) {
       failed_ = true;
     } else if (ValidationResult* result = add_result(scene, constraint, value)) {
-      if (result->messages.empty()) result->messages.emplace_back(rdf::literal(words()));
+      if (result->messages.empty()) result->messages.emplace_back(rdf::literal(make_message()));
     }
   }
   /// As above, with the results of the shape `inner` for the value as details.
-  template <class Words>
-  void violation_within(const Scene& scene, const Constraint& constraint, Node value, ShapeIndex inner, Words&& words) {
+  template <class MakeMessage>
+  void violation_within(const Scene& scene, const Constraint& constraint, Node value, ShapeIndex inner, MakeMessage&& make_message) {
     const std::size_t before = results_ ? results_->size() : 0;
-    violation(scene, constraint, value, std::forward<Words>(words));
+    violation(scene, constraint, value, std::forward<MakeMessage>(make_message));
     if (!quiet_ && options_.details && results_->size() > before) add_details(before, value, inner);
   }
   /// Reports a violation by a predicate of the data (sh:closed).
-  template <class Words>
-  void violation_at(const Scene& scene, const Constraint& constraint, Node predicate, Node value, Words&& words) {
+  template <class MakeMessage>
+  void violation_at(const Scene& scene, const Constraint& constraint, Node predicate, Node value, MakeMessage&& make_message) {
     if (quiet_) {
       failed_ = true;
     } else if (ValidationResult* result = add_result(scene, constraint, value)) {
       result->path = PropertyPath(term(predicate));
-      if (result->messages.empty()) result->messages.emplace_back(rdf::literal(words()));
+      if (result->messages.empty()) result->messages.emplace_back(rdf::literal(make_message()));
     }
   }
 
@@ -176,7 +176,7 @@ class Run {
       if (!take(at->second)) return;
   }
 
-  void judge(ShapeIndex shape, Node focus);
+  void validate(ShapeIndex shape, Node focus);
   void collect_targets(const Shape& shape, Set& out);
   /// The subclasses of a class including itself, in order of their numbers; empty: it has no other subclass.
   const std::vector<Node>& subclasses(Constant class_iri);

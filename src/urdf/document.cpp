@@ -188,9 +188,9 @@ class Checker {
     const XMLElement* whole = &e;  // the link, joint or material that contains it
     while (whole->Parent() && whole->Parent()->ToElement() && whole->Parent()->Parent() && whole->Parent()->Parent()->ToElement())
       whole = whole->Parent()->ToElement();
-    std::string words = shortened(whole->Name());
-    if (const char* name = whole->Attribute("name")) words += ' ' + quoted(name);
-    return whole == &e ? words : shortened(e.Name()) + " of " + words;
+    std::string text = shortened(whole->Name());
+    if (const char* name = whole->Attribute("name")) text += ' ' + quoted(name);
+    return whole == &e ? text : shortened(e.Name()) + " of " + text;
   }
   std::string with_line(const XMLElement& e) const { return described(e) + " (line " + std::to_string(e.GetLineNum()) + ')'; }
   [[noreturn]] void refuse(const XMLElement& e, const std::string& sentence, Errc code = Errc::expected_value) const {
@@ -310,7 +310,7 @@ class Checker {
     if (count < min || count > max) refuse(e, "expected " + std::to_string(max) + " numbers as " + name + ", found " + quoted(text));
   }
   template <std::size_t count>
-  static std::string words(const std::array<double, count>& numbers) {
+  static std::string joined(const std::array<double, count>& numbers) {
     std::string out;
     for (const double n : numbers) out += (out.empty() ? "" : " ") + rdf::lexical::format(n);
     return out;
@@ -332,7 +332,7 @@ class Checker {
     if (!text) return std::nullopt;
     std::array<double, 3> values{};
     vector<3>(e, name, *text, values);
-    put(name, words(values).c_str());
+    put(name, joined(values).c_str());
     return values;
   }
   double not_negative(const XMLElement& e, const char* name) {
@@ -359,7 +359,7 @@ class Checker {
       if (turned || !(q.norm() > 0) || !std::isfinite(q.norm()))
         refuse(*e, "expected either rpy or quat_xyzw with a length above 0, found " + quoted(*text));
       const Eigen::Vector3d ypr = q.normalized().toRotationMatrix().eulerAngles(2, 1, 0);
-      put("rpy", words(std::array<double, 3>{ypr[2], ypr[1], ypr[0]}).c_str());
+      put("rpy", joined(std::array<double, 3>{ypr[2], ypr[1], ypr[0]}).c_str());
     }
     close();
   }
@@ -399,7 +399,7 @@ class Checker {
     put("name", name.c_str());
     const auto rgba = colour(material);
     open("color");
-    put("rgba", words(rgba.value_or(Colour{0, 0, 0, 1})).c_str());
+    put("rgba", joined(rgba.value_or(Colour{0, 0, 0, 1})).c_str());
     close();
     if (const XMLElement* e = texture(material)) {
       open("texture");
@@ -700,10 +700,10 @@ class Checker {
 /// Describes an error of tinyxml2.
 Error no_xml(const tinyxml2::XMLDocument& xml) {
   const auto line = static_cast<std::uint32_t>(std::max(0, xml.ErrorLineNum()));
-  const std::string_view said = xml.ErrorStr() ? xml.ErrorStr() : "";
+  const std::string_view message = xml.ErrorStr() ? xml.ErrorStr() : "";
   constexpr std::string_view before_name = "XMLElement name=";
-  const std::size_t at = said.find(before_name);
-  const std::string element = at == std::string_view::npos ? "an element" : '<' + shortened(said.substr(at + before_name.size())) + '>';
+  const std::size_t at = message.find(before_name);
+  const std::string element = at == std::string_view::npos ? "an element" : '<' + shortened(message.substr(at + before_name.size())) + '>';
   std::string found;
   switch (xml.ErrorID()) {
     case tinyxml2::XML_ERROR_EMPTY_DOCUMENT: return {Errc::expected_value, "expected XML, found nothing"};

@@ -19,26 +19,26 @@ namespace {
 
 /// Captures the messages that liburdfdom logs on this thread during its lifetime. Messages of other threads go to the previous handler. The
 /// destructor restores the process's handler and its predecessor.
-class Listening final : public console_bridge::OutputHandler {
+class LogCapture final : public console_bridge::OutputHandler {
  public:
-  explicit Listening(std::string& said) : said_(said), lock_(one_at_a_time()) {
+  explicit LogCapture(std::string& messages) : messages_(messages), lock_(one_at_a_time()) {
     now_ = console_bridge::getOutputHandler();
     console_bridge::restorePreviousOutputHandler();  // swaps both handlers
     before_ = console_bridge::getOutputHandler();
     console_bridge::useOutputHandler(this);
   }
-  ~Listening() override {
+  ~LogCapture() override {
     console_bridge::useOutputHandler(before_);
     console_bridge::useOutputHandler(now_);
   }
-  Listening(const Listening&) = delete;
-  Listening& operator=(const Listening&) = delete;
+  LogCapture(const LogCapture&) = delete;
+  LogCapture& operator=(const LogCapture&) = delete;
 
   void log(const std::string& text, console_bridge::LogLevel level, const char* file, int line) override {
     if (std::this_thread::get_id() != thread_) {
       if (now_) now_->log(text, level, file, line);
-    } else if (said_.empty() && level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR) {
-      said_ = text;
+    } else if (messages_.empty() && level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR) {
+      messages_ = text;
     }
   }
 
@@ -47,7 +47,7 @@ class Listening final : public console_bridge::OutputHandler {
     static std::mutex mutex;
     return mutex;
   }
-  std::string& said_;
+  std::string& messages_;
   const std::lock_guard<std::mutex> lock_;
   const std::thread::id thread_ = std::this_thread::get_id();
   console_bridge::OutputHandler* now_ = nullptr;
@@ -62,15 +62,15 @@ struct LinkByLink {
   }
 };
 
-std::shared_ptr<const ::urdf::ModelInterface> build(const std::string& text, std::string& said) {
-  const Listening listening(said);
+std::shared_ptr<const ::urdf::ModelInterface> build(const std::string& text, std::string& messages) {
+  const LogCapture capture(messages);
   try {
     ::urdf::ModelInterfaceSharedPtr model = ::urdf::parseURDF(text);
     if (!model) return nullptr;
     const ::urdf::ModelInterface* const all = model.get();
     return {all, LinkByLink{std::move(model)}};
   } catch (const std::exception& e) {
-    said = e.what();
+    messages = e.what();
     return nullptr;
   }
 }
@@ -149,9 +149,9 @@ std::string_view to_string(JointType type) noexcept {
 Result<Model> parse(std::string_view text, const ParseOptions& options) {
   Result<Document> document = check(text, options);
   if (!document) return Unexpected{std::move(document).error()};
-  std::string said;
-  const std::shared_ptr<const ::urdf::ModelInterface> built = build(document->text, said);
-  if (!built) return unexpected(Errc::expected_value, "liburdfdom: " + (said.empty() ? "refused without a message" : said));
+  std::string messages;
+  const std::shared_ptr<const ::urdf::ModelInterface> built = build(document->text, messages);
+  if (!built) return unexpected(Errc::expected_value, "liburdfdom: " + (messages.empty() ? "refused without a message" : messages));
 
   Model model;
   model.name = built->getName();

@@ -53,7 +53,7 @@ struct Mass {
   double ixx = 0, ixy = 0, ixz = 0, iyy = 0, iyz = 0, izz = 0;
 };
 
-struct Look {
+struct Appearance {
   std::optional<std::string> name;
   Isometry origin = Isometry::Identity();
   Shape::Kind geometry = Shape::Kind::box;
@@ -134,8 +134,8 @@ struct traits<urdf::Shape::Kind> : Enumeration<urdf::Shape::Kind> {
 };
 
 template <>
-struct traits<urdf::Look> : Record<urdf::Look> {
-  using T = urdf::Look;
+struct traits<urdf::Appearance> : Record<urdf::Appearance> {
+  using T = urdf::Appearance;
   static void describe(Record<T>& r) {
     r.field("name", &T::name);
     r.field("origin", &T::origin).unit(unit::metre);
@@ -460,20 +460,20 @@ class Robot::Impl {
       describe_shape(thing, "collision/" + std::to_string(i + 1), link.collisions[i], itself);
   }
   static void describe_shape(Thing& thing, const std::string& path, const Shape& shape, const Object& link) {
-    Look look;
-    if (!shape.name.empty()) look.name = shape.name;
-    look.origin = isometry(shape.origin);
-    look.geometry = shape.kind;
-    if (shape.kind == Shape::Kind::box) look.size = vector(shape.size);
+    Appearance appearance;
+    if (!shape.name.empty()) appearance.name = shape.name;
+    appearance.origin = isometry(shape.origin);
+    appearance.geometry = shape.kind;
+    if (shape.kind == Shape::Kind::box) appearance.size = vector(shape.size);
     const bool is_long = shape.kind == Shape::Kind::cylinder || shape.kind == Shape::Kind::capsule;
-    if (is_long || shape.kind == Shape::Kind::sphere) look.radius = shape.radius;
-    if (is_long) look.length = shape.length;
-    if (shape.kind == Shape::Kind::mesh) look.scale = vector(shape.scale);
+    if (is_long || shape.kind == Shape::Kind::sphere) appearance.radius = shape.radius;
+    if (is_long) appearance.length = shape.length;
+    if (shape.kind == Shape::Kind::mesh) appearance.scale = vector(shape.scale);
     if (shape.material) {
-      if (!shape.material->name.empty()) look.material = shape.material->name;
-      look.colour = shape.material->colour;
+      if (!shape.material->name.empty()) appearance.material = shape.material->name;
+      appearance.colour = shape.material->colour;
     }
-    Property<Look> property = constant(thing, path, look);
+    Property<Appearance> property = constant(thing, path, appearance);
     property.frame(link);
     if (shape.kind == Shape::Kind::mesh) property.add(vocab::lrt::mesh, file(shape.mesh));
     if (shape.material && !shape.material->texture.empty()) property.add(vocab::lrt::texture, file(shape.material->texture));

@@ -45,7 +45,7 @@ rdf::Graph graph_of(const T& value, const Facets& facets = {}) {
   return graph;
 }
 
-/// What is said at <x> as a T; what reading refuses, or the type itself.
+/// The value at <x> as a T; an error if reading or the type refuses it.
 template <class T>
 Result<T> value_of(const rdf::Graph& graph, const Facets& facets = {}) {
   const auto focus = graph.find(here);
@@ -56,7 +56,7 @@ Result<T> value_of(const rdf::Graph& graph, const Facets& facets = {}) {
   return traits<T>::decode(*read);
 }
 
-/// Whether the shape that the type's Blueprint has takes what is said at <x>.
+/// Whether <x> conforms to the shape of the type.
 template <class T>
 bool conforms(const rdf::Graph& graph, const Facets& facets = {}) {
   rdf::Graph shapes;
@@ -93,7 +93,7 @@ bool survives_text(const T& value, const Facets& facets = {}) {
 
 class Random {
  public:
-  /// Any finite number: bits at random.
+  /// Any finite number, from random bits.
   template <class S>
   S number() {
     if constexpr (std::is_integral_v<S>) {
@@ -312,10 +312,10 @@ TEST_CASE("NaN and infinity are refused for Eigen types", "[eigen][R0.6]") {
   CHECK(refusal(traits<Eigen::Translation3d>::decode(numbers({infinity, 2, 3}))) == "x: expected a finite number, found INF");
   CHECK(refusal(traits<Eigen::Quaterniond>::decode(numbers({0, 0, 0, not_a_number}))) == "w: expected a finite number, found NaN");
   CHECK(refusal(traits<Eigen::AngleAxisd>::decode(sequence({Value(infinity), numbers({0, 0, 1})}))) == "rotationAngle: expected a finite number, found INF");
-  // Facets that let them pass do not reach a type that does not.
+  // The type refuses them even if the facets allow them.
   const Facets any = Facets{}.allow_non_finite();
   CHECK_FALSE(value_of<Eigen::VectorXd>(graph_of(Eigen::VectorXd(Eigen::Vector2d(1, infinity)), any), any));
-  // What the robot itself says is shown.
+  // Values that the robot publishes are shown.
   CHECK(test::missing(graph_of(Eigen::Vector2d(not_a_number, infinity)), "<x> maths:x \"NaN\"^^xsd:double ; maths:y \"INF\"^^xsd:double .") == "");
 }
 
@@ -374,7 +374,7 @@ TEST_CASE("a pose is given by its quaternion; a matrix beside it must be the sam
              "matrix: expected the rotation of the quaternion (or no matrix) within 1e-07, found a difference of 2"));
   CHECK(says(refusal(pose(numbers({0, 0, 1, 1}), rows(Eigen::Matrix3d::Identity()))), "rotation: expected a quaternion of norm 1"));
 
-  // What is taken at the edge of one tolerance can be read and written again.
+  // A value that is accepted at the edge of a tolerance can be read and written again.
   Random random;
   for (int i = 0; i < 1000; ++i) {
     const auto back_again = [](auto q, double off) {

@@ -31,7 +31,7 @@ struct Grasp {
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
 };
 
-/// Whether the two are told apart, without an allocation.
+/// Whether the two are different values, without an allocation.
 template <class T>
 bool differ(const T& a, const T& b) {
   static_assert(noexcept(traits<T>::same(a, b)));
@@ -40,7 +40,7 @@ bool differ(const T& a, const T& b) {
   return told_apart && allocations == before;
 }
 
-/// Whether the slot does it, whose cells are aligned as T asks for, and gives the newest value in the end.
+/// Whether a slot, whose cells are aligned as T requires, does not allocate and gives the newest value.
 template <class T>
 bool publishes_without_allocation(const T& one, const T& other) {
   const auto slot = std::make_shared<model::Slot<T>>();
@@ -86,7 +86,7 @@ TEST_CASE("same compares bits and does not allocate", "[eigen][R0.11]") {
 }
 
 TEST_CASE("publish of a fixed size does not allocate", "[eigen][model]") {
-  static_assert(!std::is_trivially_copyable_v<Eigen::Isometry3d>);  // what the slot asks for is another property
+  static_assert(!std::is_trivially_copyable_v<Eigen::Isometry3d>);  // the slot requires another property
   const Eigen::Quaterniond turn(0.5, 0.5, 0.5, 0.5);
   const Eigen::Isometry3d pose = Eigen::Translation3d(1, 2, 3) * turn;
   CHECK(publishes_without_allocation(Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(4, 5, 6)));

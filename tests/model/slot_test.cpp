@@ -19,7 +19,7 @@ namespace {
 using Utc = std::chrono::system_clock::time_point;
 using Vector = std::array<double, 8>;
 
-/// As Eigen's fixed sizes: owns nothing, and still is not trivially copyable.
+/// Like Eigen's fixed sizes: owns no memory and is not trivially copyable.
 struct Copied {
   Copied() = default;
   Copied(const Copied& other) : value(other.value) {}
@@ -46,7 +46,7 @@ TEST_CASE("a slot gives the newest value once, with the time of its publication"
   slot.publish(2);
   const Utc then = clock.now().utc;
   clock.advance(std::chrono::seconds(1));
-  slot.publish(2);  // bit-identical: nothing new
+  slot.publish(2);  // bit-identical: not a change
   CHECK(slot.has_change());
   REQUIRE(slot.take(value, since));
   CHECK(*value.real() == 2);

@@ -202,7 +202,7 @@ TEST_CASE("texts, enumerations, durations and instants read back", "[model][R0.5
   CHECK(survives(system_clock::time_point(nanoseconds(1))));
   CHECK(survives(system_clock::time_point(nanoseconds(-1))));
   CHECK(survives(time_point<system_clock, seconds>(seconds(1795257519))));
-  // What is not well-formed is shown with U+FFFD.
+  // Ill-formed bytes are replaced by U+FFFD.
   CHECK(round_trip(std::string("a\xff")).value() == "a\xEF\xBF\xBD");
   CHECK_FALSE(traits<Gear>::decode(Value(std::string("reverse"))));
   CHECK(traits<Gear>::encode(static_cast<Gear>(7)).is_null());

@@ -317,13 +317,13 @@ TEST_CASE("contexts in the document are processed", "[rdf]") {
                     "i": {"one": 1, "two": [2, {"@id": "o"}]}, "r": [{"@id": "q"}], "@reverse": {"back": {"@id": "t"}}})",
                 R"(<> <http://e/a> 1 ; <http://e/status> <http://e/a>, <http://x/> ; <http://e/l> ( 1 ( 2 () ) ) ; <http://e/ll> ( <z> ) ; <http://e/s> 1 ;
                    <http://e/lang> "x"@de, "y"@de, "z" ; <http://e/i> 1, 2, <o> . <q> <http://e/rr> <> . <t> <http://e/back> <> .)") == "");
-  // Contexts in each other; null forgets what was.
+  // Nested contexts; null removes all definitions.
   CHECK(differs(R"({"@context": {"p": "http://e/p"}, "p": [{"@context": {"p": "http://e/q"}, "p": 1}, {"@context": null, "p": 2, "http://e/p": 3}]})",
                 "[] <http://e/p> [ <http://e/q> 1 ], [ <http://e/p> 3 ] .") == "");
   CHECK(differs(R"({"@context": [{"p": "http://e/p"}, {"e": "http://e/"}, {"q": "e:q"}], "p": 1, "q": 2, "@included": [{"@id": "i", "p": 3}],
                     "@nest": {"p": 4}, "@index": "x"})",
                 "[] <http://e/p> 1, 4 ; <http://e/q> 2 . <i> <http://e/p> 3 .") == "");
-  // A term that is no simple prefix is none, unless it is said to be.
+  // A term is a prefix only if its definition is simple or says @prefix.
   CHECK(differs(R"({"@context": {"a": "http://e/a", "b": {"@id": "http://e/b", "@prefix": true}}, "a:x": 1, "b:x": 2})", "[] <a:x> 1 ; <http://e/bx> 2 .") == "");
 }
 
@@ -372,7 +372,7 @@ TEST_CASE("invalid JSON is refused with its position", "[rdf]") {
   CHECK(says(refusal("// x\n{}"), "invalid JSON"));
   CHECK(refusal(R"({"x": {"a": 1, "b": 2, "a": 3}})") == "at \"/x/a\": a second member of this name");
   CHECK(says(refusal("5"), "expected an object or an array"));
-  // A long token is not sent back whole.
+  // A long token is shortened in the message.
   CHECK(refusal("{\"" + std::string(100'000, 'x')).size() < 300);
 }
 
@@ -475,7 +475,7 @@ TEST_CASE("limits bound hostile JSON-LD", "[rdf]") {
   for (int i = 0; i < 900; ++i) based += (i ? "," : "") + std::string("{\"@id\": \"") + std::to_string(i) + "\"}";
   CHECK(code(based + "]") == Errc::limit_exceeded);
   CHECK(code("{\"@id\": \"http://e/" + std::string(9000, 'x') + "\", \"http://e/p\": 1}") == Errc::limit_exceeded);
-  // Contexts without end.
+  // Endless contexts.
   std::string contexts = "[0", inner = "{\"@id\": \"http://e/x\"}", terms = "{\"@context\": {\"t\": \"http://e/t\"";
   for (int i = 0; i < 40; ++i) contexts += ",{}", inner = "{\"@context\": {}, \"http://e/p\": " + inner + "}";
   CHECK(code("{\"@context\": " + contexts.replace(0, 3, "[") + "]}") == Errc::limit_exceeded);

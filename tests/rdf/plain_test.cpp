@@ -113,7 +113,7 @@ std::string unhex(std::string_view digits) {
   return out;
 }
 
-/// What a body says of the focus node.
+/// The triples that a body adds to the focus node.
 lrt::Result<Graph> said(std::string_view body, Plain format, const Type& type, const Facets& facets = {}, std::size_t max_values = many) {
   Graph graph;
   const TermId node = graph.intern(lrt::rdf::iri(focus));
@@ -142,7 +142,7 @@ lrt::Error refusal(std::string_view body, Plain format = Plain::json, const Face
   return graph.error();
 }
 
-/// The one literal in what a body says.
+/// The only literal that a body adds.
 template <class T>
 std::string literal_in(std::string_view body, Plain format = Plain::json, const Facets& facets = {}) {
   const auto graph = said<T>(body, format, facets);
@@ -153,7 +153,7 @@ std::string literal_in(std::string_view body, Plain format = Plain::json, const 
   return found;
 }
 
-/// What the shape finds that is derived from the type.
+/// The results of the shape that is derived from the type.
 std::string findings(const Graph& data, const Type& type, const Facets& facets = {}) {
   Graph graph;
   const TermId shape = graph.intern(lrt::rdf::iri("http://example.org/shape"));
@@ -447,7 +447,7 @@ TEST_CASE("a value that RDF cannot express is refused with its position", "[rdf]
   CHECK(wrong(refusal<std::vector<int>>("{}")) == "at \"\": expected an array, found an object");
   CHECK(wrong(refusal<Step>("5")) == "at \"\": expected an object, found 5");
   CHECK(wrong(refusal<Step>("[]")) == "at \"\": expected an object, found an array");
-  CHECK(wrong(refusal<plain_test::Nothing>("\"\"")) == "at \"\": expected an object, found \"\"");  // else it would pass for one without members
+  CHECK(wrong(refusal<plain_test::Nothing>("\"\"")) == "at \"\": expected an object, found \"\"");  // otherwise it would be an object without members
   CHECK(wrong(refusal<Move>("{\"step\": [1]}")) == "at \"/step\": expected an object, found an array");
   CHECK(wrong(refusal<Step>("{\"" + std::string(100'000, 'n') + "\": 2}")).find("(cut)") != std::string::npos);
 

@@ -2,8 +2,7 @@
 
 #include "tests/shacl/support.hpp"
 
-// Every constraint component, path and target of SHACL Core: what holds, what is violated, and the edges. Written here, so that it
-// runs without the W3C suite.
+// Every constraint component, path and target of SHACL Core: satisfied, violated and edge cases. It runs without the W3C suite.
 
 namespace {
 

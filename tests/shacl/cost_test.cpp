@@ -6,7 +6,7 @@
 
 #include "tests/shacl/support.hpp"
 
-// What validation costs in allocations and steps, which unlike time do not depend on the machine.
+// The cost of validation in allocations and steps, which do not depend on the machine.
 
 namespace {
 std::atomic<std::size_t> allocations{0};
@@ -58,7 +58,7 @@ std::size_t allocations_of(const Shapes& shapes, const Graph& data) {
   return count;
 }
 
-/// The least max_steps with which the data can be judged.
+/// The minimum max_steps that the validation needs.
 std::size_t steps_of(const Shapes& shapes, const Graph& data) {
   std::size_t low = 0, high = 100'000'000;
   while (low + 1 < high) {
@@ -76,7 +76,7 @@ TEST_CASE("satisfied constraints do not allocate", "[shacl]") {
   const std::size_t few = allocations_of(shapes, shacl_test::parse(joints(100))),
                     many = allocations_of(shapes, shacl_test::parse(joints(3000)));
   INFO(few << " and " << many << " allocations");
-  CHECK(many < few + 25);  // scratch memory doubles with the size of the data; nothing is per node
+  CHECK(many < few + 25);  // scratch memory grows by doubling; no allocation for each node
   CHECK(few < 60);
 }
 

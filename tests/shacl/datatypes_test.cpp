@@ -106,7 +106,7 @@ TEST_CASE("decimals of any length compare exactly", "[rdf][shacl]") {
 TEST_CASE("a float is rounded once", "[rdf][shacl]") {
   using lrt::rdf::lexical::parse_float;
   CHECK(parse_float("43.6") == 43.6f);
-  CHECK(parse_float("+1.00000017881393432617187499") == 1.00000011920928955078125f);  // through double it would be the next one
+  CHECK(parse_float("+1.00000017881393432617187499") == 1.00000011920928955078125f);  // rounded through double it would be the next float
   CHECK(parse_float("1e39") == std::numeric_limits<float>::infinity());
   CHECK(parse_float("-1e-60") == 0.0f);
   CHECK_FALSE(parse_float("fast"));

@@ -14,7 +14,7 @@
 
 #include "tests/shacl/support.hpp"
 
-// rdf::read_value() and the shape that is derived from the same type and facets judge alike.
+// rdf::read_value() and the shape derived from the same type and facets accept the same values.
 
 namespace test {
 enum class Mode { slow, fast };
@@ -161,7 +161,7 @@ lrt::shacl::Shapes shape_of(const Type& type, const Facets& facets, bool require
   lrt::shacl::derive(graph, shape, type, facets, names, required);
   auto shapes = lrt::shacl::Shapes::compile(graph);
   if (!shapes) FAIL(shapes.error().message);
-  // The Blueprint is served as text: what a client reads is the same.
+  // The Blueprint is served as text: a client reads the same graph.
   const auto text = lrt::rdf::write(graph, lrt::rdf::Syntax::turtle);
   REQUIRE(text);
   lrt::rdf::ReadOptions options;

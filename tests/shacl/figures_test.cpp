@@ -2,7 +2,7 @@
 
 #include "tests/shacl/support.hpp"
 
-// Figures 2a with 2b and 5a with 5b of the paper, corrected as SPEC 3.2 says: the domain predicate alone instead of an alternative with
+// Figures 2a with 2b and 5a with 5b of the paper, corrected as in SPEC 3.2: the domain predicate alone instead of an alternative with
 // hybrit:property, the range on the number instead of the unit, and maths:Degree.
 
 namespace {

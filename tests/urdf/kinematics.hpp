@@ -13,14 +13,14 @@
 
 namespace lrt::test {
 
-/// Forward kinematics for comparison: of the document itself, by homogeneous matrices, from each link back to the root. It shares
-/// nothing with the library but the reader of XML.
+/// Forward kinematics for comparison: from the document itself, by homogeneous matrices, from each link back to the root. It shares only the
+/// XML parser with the library.
 class ReferenceKinematics {
  public:
   using Matrix = std::array<std::array<double, 4>, 4>;
   using Positions = std::map<std::string, double>;  ///< of joints, by name
 
-  /// @param nothing  a text that is left out wherever it stands
+  /// @param nothing  a text that is removed everywhere
   ReferenceKinematics(const std::string& file, const std::string& nothing) : nothing_(nothing) {
     if (xml_.LoadFile(file.c_str()) != tinyxml2::XML_SUCCESS) throw std::runtime_error(file);
     for (auto* e = xml_.RootElement()->FirstChildElement("link"); e; e = e->NextSiblingElement("link")) links.push_back(text(e, "name"));

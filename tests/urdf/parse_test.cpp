@@ -250,7 +250,7 @@ TEST_CASE("an invalid visual, collision or inertial is left out with a warning",
   for (const std::string number : {"1.", ".5", "+1", " 1 ", "1E-3", "1e-400", "5e-324"})
     CHECK(warnings_of_link("<visual><geometry><sphere radius='" + number + "'/></geometry></visual>") == "");
 
-  // What is right stays, and what liburdfdom does not keep of it.
+  // Valid parts are kept, also those that liburdfdom does not keep.
   const urdf::Model m =
       urdf::parse(of_link("<inertial/><visual name='1'/><visual name='2'><geometry><capsule radius='0.1' length='2'/></geometry></visual>"
                           "<collision><geometry><capsule/></geometry></collision>"
@@ -276,7 +276,7 @@ TEST_CASE("an incomplete material is accepted", "[urdf]") {
     return *urdf::parse(of_link(sphere + text + "</visual>")).value().links[0].visuals[0].material;
   };
   const auto warned = [&](const std::string& text) { return warnings_of_link(sphere + text + "</visual>"); };
-  // Never defined: once a name.
+  // Never defined: one warning for each name.
   const std::string grey = sphere + "<material name='grey'/></visual>";
   CHECK(warnings_of_link(grey + grey) ==
         "material of link \"a\" (line 3): \"grey\" has neither <color> nor <texture> anywhere in the document");
@@ -322,7 +322,7 @@ TEST_CASE("missing limits have no value", "[urdf]") {
   CHECK(warned("revolute", "effort='9' velocity='8'") == at + "has neither lower nor upper; the position is taken as unlimited");
   CHECK_FALSE(limits("revolute", "effort='9' velocity='8'")->upper);
   CHECK(limits("revolute", "effort='9' velocity='8'")->effort == 9.0);
-  CHECK(limits("prismatic", "upper='2' effort='9' velocity='8'")->lower == 0.0);  // says URDF
+  CHECK(limits("prismatic", "upper='2' effort='9' velocity='8'")->lower == 0.0);  // the default of URDF
   CHECK(warned("revolute", "lower='0' upper='0' effort='0' velocity='0'") == at + "lower and upper are both 0: the joint cannot move");
   CHECK(warned("revolute", "lower='-inf' upper='+INF' effort='Infinity' velocity='1'") == "");
   CHECK_FALSE(limits("revolute", "lower='-inf' upper='+INF' effort='Infinity' velocity='1'")->lower);
@@ -373,7 +373,7 @@ TEST_CASE("common variants of XML are read", "[urdf]") {
     CHECK(warnings(text) == "");
   }
   CHECK(refusal("<?xml version='1.0'?>\n<robot name='r'>\n<?a\n?>\n<link/></robot>") == "link (line 5): expected an attribute name");
-  // Bytes that are no UTF-8: as the document says, or with a warning.
+  // Bytes that are not UTF-8: by the document's encoding, or with a warning.
   CHECK(warnings("<robot name='r'>\n<!-- pi\xE8"
                  "ce --><link name='\xC3\xA9'/></robot>") == "line 2: expected UTF-8; read as ISO-8859-1");
   CHECK(urdf::parse("<robot name='r'><!-- \xE8 --><link name='\xC3\xA9'/></robot>").value().links[0].name == "\xC3\xA9");
@@ -432,7 +432,7 @@ TEST_CASE("a description that is not a tree is refused", "[urdf]") {
       std::string::npos);
   CHECK(refusal("<robot name='r'><link name='a'/><joint name='j' type='fixed'><parent link='a'/><child link='a'/></joint></robot>") ==
         "joint \"j\" (line 1): expected a tree; the joints form a cycle through its child \"a\"");
-  // A circle beside a tree.
+  // A cycle beside a tree.
   CHECK(refusal(two_links("fixed", "",
                           "<link name='c'/><link name='d'/><joint name='k' type='fixed'><parent link='c'/><child link='d'/></joint>"
                           "<joint name='l' type='fixed'><parent link='d'/><child link='c'/></joint>"))
@@ -476,7 +476,7 @@ TEST_CASE("limits are kept", "[urdf]") {
   std::string deep;
   for (int i = 0; i < 50'000; ++i) deep += "<a>";
   CHECK(urdf::parse(deep).error().code == Errc::limit_exceeded);
-  // A long chain takes no stack.
+  // A long chain uses no stack.
   std::string chain = "<robot name='r'><link name='l0'/>";
   for (int i = 1; i < 20'000; ++i) {
     const std::string n = std::to_string(i);

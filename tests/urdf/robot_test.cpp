@@ -29,7 +29,7 @@ urdf::ParseOptions options_for(const std::string& file) {
   return options;
 }
 
-/// The real robots that are there, after the small ones.
+/// The small robots and the real ones that are present.
 std::vector<std::string> all_files() {
   std::vector<std::string> files = {picker_file, arm_file};
   for (const RealRobot& robot : all_real_robots) {
@@ -444,7 +444,7 @@ TEST_CASE("a robot with a duplicate path is not added at all", "[urdf]") {
   CHECK(added.error().code == Errc::duplicate_path);
   CHECK(bench.get("/picker").status == 404);
   CHECK(bench.get("/picker/rail").status == 404);
-  CHECK(bench.get("/picker/hand").status == 200);  // who was there stays, in the root
+  CHECK(bench.get("/picker/hand").status == 200);  // the earlier Thing is unchanged
   CHECK(bench.get("/").says("/picker/hand>"));
   urdf::ParseOptions options;
   options.path = "cell/arm";

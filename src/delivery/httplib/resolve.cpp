@@ -35,8 +35,8 @@ Result<std::vector<Address>> resolve(const std::string& host, std::uint16_t port
   const std::string node = bracketed ? host.substr(1, host.size() - 2) : host;
   const int failure = ::getaddrinfo(node.c_str(), std::to_string(port).c_str(), &wanted, &found);
   if (failure != 0) {
-    const std::string words = failure == EAI_SYSTEM ? std::system_category().message(errno) : ::gai_strerror(failure);
-    return unexpected(Errc::io_error, "no address of \"" + host + "\": " + words);
+    const std::string reason = failure == EAI_SYSTEM ? std::system_category().message(errno) : ::gai_strerror(failure);
+    return unexpected(Errc::io_error, "no address of \"" + host + "\": " + reason);
   }
   const std::unique_ptr<addrinfo, void (*)(addrinfo*)> list(found, ::freeaddrinfo);
   std::vector<Address> result;

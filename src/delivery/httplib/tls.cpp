@@ -15,9 +15,9 @@ namespace {
 
 std::string last_error(const std::string& fallback) {
   const unsigned long code = ERR_peek_last_error();
-  const char* const words = code != 0 ? ERR_reason_error_string(code) : nullptr;
+  const char* const reason = code != 0 ? ERR_reason_error_string(code) : nullptr;
   ERR_clear_error();
-  return words != nullptr ? words : fallback;
+  return reason != nullptr ? reason : fallback;
 }
 
 }  // namespace

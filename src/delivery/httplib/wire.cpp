@@ -15,29 +15,29 @@
 namespace lrt::delivery {
 namespace {
 
-std::string words(int error) { return std::system_category().message(error); }
+std::string system_message(int error) { return std::system_category().message(error); }
 
 bool is_hang_up(int error) noexcept {
   return error == EPIPE || error == ECONNRESET || error == ENOTCONN || error == ECONNABORTED;
 }
 
-Unexpected socket_error(int error) { return unexpected(is_hang_up(error) ? Errc::closed : Errc::io_error, words(error)); }
+Unexpected socket_error(int error) { return unexpected(is_hang_up(error) ? Errc::closed : Errc::io_error, system_message(error)); }
 
 }  // namespace
 
 Result<std::unique_ptr<Wire>> Wire::open(const Address& address, WaitLimit limit) {
   const int descriptor = ::socket(address.socket.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (descriptor < 0) return unexpected(Errc::io_error, words(errno));
+  if (descriptor < 0) return unexpected(Errc::io_error, system_message(errno));
   std::unique_ptr<Wire> wire(new Wire(descriptor));
   const int on = 1;
   ::setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   if (::connect(descriptor, reinterpret_cast<const sockaddr*>(&address.socket), address.size) != 0) {
-    if (errno != EINPROGRESS) return unexpected(Errc::io_error, words(errno));
+    if (errno != EINPROGRESS) return unexpected(Errc::io_error, system_message(errno));
     if (Result<void> ready = wire->wait(POLLOUT, limit); !ready) return unexpected(std::move(ready).error());
     int error = 0;
     socklen_t size = sizeof error;
     if (::getsockopt(descriptor, SOL_SOCKET, SO_ERROR, &error, &size) != 0) error = errno;
-    if (error != 0) return unexpected(Errc::io_error, words(error));
+    if (error != 0) return unexpected(Errc::io_error, system_message(error));
   }
   return wire;
 }
@@ -53,7 +53,7 @@ Result<void> Wire::wait(short events, WaitLimit limit) const {
     // Rounded up, so that the wait does not end before the time limit.
     const auto rest = std::chrono::ceil<std::chrono::milliseconds>(limit.until - std::chrono::steady_clock::now()).count();
     const int found = ::poll(items, 2, static_cast<int>(std::clamp<std::int64_t>(rest, 0, INT_MAX)));
-    if (found < 0 && errno != EINTR) return unexpected(Errc::io_error, words(errno));
+    if (found < 0 && errno != EINTR) return unexpected(Errc::io_error, system_message(errno));
     if (found > 0 && items[1].revents != 0) return unexpected(Errc::cancelled, "the server stops");
     // Checked even if the socket is ready: a receiver that sends byte by byte gets no extra time.
     if (rest <= 0) return unexpected(Errc::timed_out, "timed out");
@@ -72,7 +72,7 @@ Result<void> Wire::secure(const ClientTls& tls, const std::string& host, WaitLim
     const int why = SSL_get_error(tls_.get(), done);
     if (why != SSL_ERROR_WANT_READ && why != SSL_ERROR_WANT_WRITE) {
       return unexpected(Errc::io_error,
-                        tls_reason(tls_.get(), done != 0 && error != 0 ? words(error) : "the receiver closed the connection"));
+                        tls_reason(tls_.get(), done != 0 && error != 0 ? system_message(error) : "the receiver closed the connection"));
     }
     if (Result<void> ready = wait(why == SSL_ERROR_WANT_READ ? POLLIN : POLLOUT, limit); !ready) return ready;
   }

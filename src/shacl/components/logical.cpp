@@ -4,7 +4,7 @@
 
 #include "src/shacl/components/all.hpp"
 #include "src/shacl/run.hpp"
-#include "src/shacl/words.hpp"
+#include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
 namespace sh = vocab::sh;
@@ -98,13 +98,13 @@ class Or final : public Several {
   /// The datatypes, if each shape has only a datatype; else the number of shapes.
   std::string alternatives(const Plan& plan) const {
     constexpr std::size_t max_shown = 4;
-    std::string words = "one of";
+    std::string text = "one of";
     for (std::size_t i = 0; i < shapes_.size(); ++i) {
       const auto datatype = plan.graph.object(plan.graph.term(plan.shapes[shapes_[i]].id), sh::datatype);
       if (!datatype) return "what conforms to one of " + std::to_string(shapes_.size()) + " shapes";
-      if (i < max_shown) words += (i == 0 ? " " : ", ") + shown(*datatype);
+      if (i < max_shown) text += (i == 0 ? " " : ", ") + shown(*datatype);
     }
-    return words + (shapes_.size() > max_shown ? ", ..." : "");
+    return text + (shapes_.size() > max_shown ? ", ..." : "");
   }
 };
 

@@ -6,7 +6,7 @@
 
 #include "src/shacl/components/all.hpp"
 #include "src/shacl/run.hpp"
-#include "src/shacl/words.hpp"
+#include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
 namespace sh = vocab::sh;
@@ -88,11 +88,11 @@ class In final : public Constraint {
       if (std::any_of(members_.begin(), members_.end(), [&](Constant c) { return run.node_of(c) == node; })) continue;
       run.violation(scene, *this, node, [&] {
         constexpr std::size_t max_shown = 8;
-        std::string words = members_.size() == 1 ? "expected" : "expected one of";
+        std::string text = members_.size() == 1 ? "expected" : "expected one of";
         for (std::size_t m = 0; m < members_.size() && m < max_shown; ++m)
-          words += (m == 0 ? " " : ", ") + shown(run.plan().graph.term(members_[m]));
-        if (members_.size() > max_shown) words += ", ...";
-        return words + (members_.empty() ? " none" : "") + ", found " + shown(run.term(node));
+          text += (m == 0 ? " " : ", ") + shown(run.plan().graph.term(members_[m]));
+        if (members_.size() > max_shown) text += ", ...";
+        return text + (members_.empty() ? " none" : "") + ", found " + shown(run.term(node));
       });
     }
   }

@@ -6,7 +6,7 @@
 
 #include "src/shacl/components/all.hpp"
 #include "src/shacl/run.hpp"
-#include "src/shacl/words.hpp"
+#include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
 namespace sh = vocab::sh;

@@ -7,7 +7,7 @@
 #include "src/shacl/components/all.hpp"
 #include "src/shacl/regex.hpp"
 #include "src/shacl/run.hpp"
-#include "src/shacl/words.hpp"
+#include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
 namespace sh = vocab::sh;
@@ -147,9 +147,9 @@ class LanguageIn final : public Constraint {
       if (std::any_of(ranges_.begin(), ranges_.end(), [&](const std::string& r) { return language_matches(term.language, r); }))
         continue;
       run.violation(scene, *this, node, [&] {
-        std::string words = "expected a text in";
-        for (const std::string& r : ranges_) words += (&r == &ranges_.front() ? " \"" : ", \"") + r + '"';
-        return words + ", found " + shown(term);
+        std::string text = "expected a text in";
+        for (const std::string& r : ranges_) text += (&r == &ranges_.front() ? " \"" : ", \"") + r + '"';
+        return text + ", found " + shown(term);
       });
     }
   }

@@ -5,7 +5,7 @@
 #include "src/shacl/components/all.hpp"
 #include "src/shacl/order.hpp"
 #include "src/shacl/run.hpp"
-#include "src/shacl/words.hpp"
+#include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
 namespace sh = vocab::sh;
@@ -21,15 +21,15 @@ class Range : public Constraint {
       const Order order = compare(Comparable(term), bound_.comparable);
       if (order == strict_ || (inclusive_ && order == Order::equal)) continue;
       run.violation(scene, *this, node, [&] {
-        return "expected a value " + std::string(words_) + " " + shown(bound_.term) + ", found " + shown(term) +
+        return "expected a value " + std::string(expected_) + " " + shown(bound_.term) + ", found " + shown(term) +
                (order == Order::unordered && term.is_literal() ? ", which cannot be compared with it" : "");
       });
     }
   }
 
  protected:
-  Range(Iri component_iri, const rdf::TermView& bound, Order strict, bool inclusive, std::string_view words)
-      : Constraint(component_iri), bound_(bound), strict_(strict), inclusive_(inclusive), words_(words) {}
+  Range(Iri component_iri, const rdf::TermView& bound, Order strict, bool inclusive, std::string_view expected)
+      : Constraint(component_iri), bound_(bound), strict_(strict), inclusive_(inclusive), expected_(expected) {}
 
   template <class C>
   static void build_as(Compiler& compiler, const Draft& shape, Iri parameter) {
@@ -47,7 +47,7 @@ class Range : public Constraint {
   Bound bound_;
   Order strict_;
   bool inclusive_;
-  std::string_view words_;
+  std::string_view expected_;
 };
 
 /// SHACL 4.3.1 sh:minExclusive: every value node is greater.

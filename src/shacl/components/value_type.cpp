@@ -5,7 +5,7 @@
 
 #include "src/shacl/components/all.hpp"
 #include "src/shacl/run.hpp"
-#include "src/shacl/words.hpp"
+#include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
 namespace sh = vocab::sh;
@@ -70,7 +70,7 @@ class NodeKind final : public Constraint {
     constexpr struct {
       Iri kind;
       unsigned allowed;
-      std::string_view words;
+      std::string_view expected;
     } kinds[] = {{sh::IRI, iri, "an IRI"},
                  {sh::BlankNode, blank, "a blank node"},
                  {sh::Literal, literal, "a literal"},
@@ -78,11 +78,11 @@ class NodeKind final : public Constraint {
                  {sh::BlankNodeOrLiteral, blank | literal, "a blank node or a literal"},
                  {sh::IRIOrLiteral, iri | literal, "an IRI or a literal"}};
     for (const auto& k : kinds)
-      if (compiler.term(*value) == rdf::TermView(k.kind)) return compiler.add<NodeKind>(shape, k.allowed, k.words);
+      if (compiler.term(*value) == rdf::TermView(k.kind)) return compiler.add<NodeKind>(shape, k.allowed, k.expected);
     compiler.fail(shape.id, sh::nodeKind, *value, "one of the six node kinds (sh:IRI, ...)");
   }
-  NodeKind(unsigned allowed, std::string_view words) noexcept
-      : Constraint(sh::NodeKindConstraintComponent), allowed_(allowed), words_(words) {}
+  NodeKind(unsigned allowed, std::string_view expected) noexcept
+      : Constraint(sh::NodeKindConstraintComponent), allowed_(allowed), expected_(expected) {}
 
   void check(Run& run, const Scene& scene) const override {
     for (std::size_t i = scene.begin; i < scene.end && !run.done(); ++i) {
@@ -90,14 +90,14 @@ class NodeKind final : public Constraint {
       const rdf::TermView term = run.term(node);
       const unsigned kind = term.is_iri() ? iri : term.is_blank() ? blank : literal;
       if ((allowed_ & kind) != 0) continue;
-      run.violation(scene, *this, node, [&] { return "expected " + std::string(words_) + ", found " + shown(term); });
+      run.violation(scene, *this, node, [&] { return "expected " + std::string(expected_) + ", found " + shown(term); });
     }
   }
 
  private:
   static constexpr unsigned iri = 1, blank = 2, literal = 4;
   unsigned allowed_;
-  std::string_view words_;
+  std::string_view expected_;
 };
 
 }  // namespace

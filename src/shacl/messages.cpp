@@ -1,4 +1,4 @@
-#include "src/shacl/words.hpp"
+#include "src/shacl/messages.hpp"
 
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/value_codec.hpp>
