@@ -120,12 +120,12 @@ http::Response Engine::Impl::no_content(const Context& context, int status) {
 http::Response Engine::Impl::violation(Context& context, const shacl::Report& report) {
   static const std::vector<std::string_view> offers = [] {
     std::vector<std::string_view> types;
-    for (const rdf::Syntax s : rdf::all_syntaxes) types.push_back(rdf::media_type(s));
+    for (const rdf::Syntax s : rdf::available_syntaxes()) types.push_back(rdf::media_type(s));
     types.insert(types.end(), {"application/problem+json", "application/json"});
     return types;
   }();
   const auto choice = context.request.find("Accept") ? http::negotiate(std::string_view(context.request.joined("Accept")), offers) : 0;
-  if (!choice || *choice >= rdf::all_syntaxes.size()) {
+  if (!choice || *choice >= rdf::available_syntaxes().size()) {
     std::string text = report.to_text();
     if (!text.empty() && text.back() == '\n') text.pop_back();
     return problem(context, 422, std::move(text));

@@ -19,7 +19,7 @@ void add(Offers& offers, std::string_view type, Form form) {
 
 Offers of_rdf() {
   Offers offers;
-  for (const rdf::Syntax s : rdf::all_syntaxes) add(offers, rdf::media_type(s), Form(s));
+  for (const rdf::Syntax s : rdf::available_syntaxes()) add(offers, rdf::media_type(s), Form(s));
   add(offers, inlined_json_ld, Form::inlined_json_ld());
   return offers;
 }
@@ -85,7 +85,7 @@ bool has_value(const Resource& resource) noexcept {
 std::string readable_types(bool plain) {
   std::string list;
   const auto more = [&](std::string_view type) { list += (list.empty() ? "" : ", ") + std::string(type); };
-  for (const rdf::Syntax s : rdf::all_syntaxes) more(rdf::media_type(s));
+  for (const rdf::Syntax s : rdf::available_syntaxes()) more(rdf::media_type(s));
   if (plain)
     for (const rdf::Plain p : {rdf::Plain::json, rdf::Plain::text, rdf::Plain::cbor}) more(rdf::media_type(p));
   return list;

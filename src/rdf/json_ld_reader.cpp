@@ -17,7 +17,7 @@
 #include "src/rdf/json_ld_context.hpp"
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/n_triples.hpp"
-#include "src/rdf/turtle_scan.hpp"
+#include "src/rdf/limits.hpp"
 
 // JSON-LD 1.1 to triples: what its API calls context processing (4.1, 4.2), expansion (5.1-5.3) and deserialisation to RDF (8.1), in one
 // walk over the document and without the documents between.

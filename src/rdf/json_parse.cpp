@@ -11,7 +11,7 @@
 #include <lrt/base/utf8.hpp>
 #include <lrt/rdf/lexical.hpp>
 
-#include "src/rdf/turtle_scan.hpp"
+#include "src/rdf/limits.hpp"
 
 // JSON is read by nlohmann-json as events: its tree would lose the digits of numbers and the second of two members of one name. CBOR is
 // not: its reader calls itself for each chunk of a text, which nobody is told of, and 1 MiB of 0x7F overflows the stack.

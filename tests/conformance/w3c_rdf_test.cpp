@@ -120,7 +120,7 @@ void round_trip(const std::string& folder, const std::string& base, Syntax synta
     if (!graph) continue;
     ++graphs;
     INFO(document.text);
-    for (const Syntax as : lrt::rdf::all_syntaxes) {
+    for (const Syntax as : lrt::rdf::available_syntaxes()) {
       const Result<std::string> written = lrt::rdf::write(*graph, as);
       if (as == Syntax::rdf_xml && !written) {
         CHECK(written.error().code == lrt::Errc::unsupported_syntax);

@@ -53,7 +53,7 @@ Result<T> round_trip(const T& value, const Facets& facets = {}, rdf::Syntax synt
 
 template <class T>
 bool survives(const T& value, const Facets& facets = {}) {
-  for (const rdf::Syntax syntax : rdf::all_syntaxes) {
+  for (const rdf::Syntax syntax : rdf::available_syntaxes()) {
     const Result<T> back = round_trip(value, facets, syntax);
     if (!back) UNSCOPED_INFO(back.error().message);
     if (!back || !traits<T>::same(*back, value)) return false;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -13,13 +12,15 @@
 
 namespace lrt::rdf {
 
-/// The RDF syntaxes that have a codec.
+/// The RDF syntaxes that lrt knows.
 enum class Syntax : unsigned char { turtle, n_triples, rdf_xml, json_ld };
-inline constexpr std::array<Syntax, 4> all_syntaxes = {Syntax::turtle, Syntax::n_triples, Syntax::rdf_xml, Syntax::json_ld};
+/// Those that this build reads and writes, in the order in which they are offered: RDF/XML is absent without Redland
+/// (CMake option LRT_REDLAND).
+const std::vector<Syntax>& available_syntaxes();
 
 /// "text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json".
 std::string_view media_type(Syntax syntax) noexcept;
-/// The syntax of a media type without parameters, in lower case.
+/// The available syntax of a media type without parameters, in lower case.
 std::optional<Syntax> syntax_of(std::string_view media_type) noexcept;
 
 /// Prefix and namespace IRI, for writing Turtle, RDF/XML and JSON-LD.
