@@ -790,7 +790,7 @@ class Reader {
 Result<Graph> read_json_ld(std::string_view text, const ReadOptions& options) {
   constexpr std::size_t values_per_triple = 16;
   const std::size_t most = options.max_triples > 0x0FFFFFFF ? 0xFFFFFFF0 : values_per_triple * options.max_triples + 1000;
-  const Result<Document> document = Document::parse(text, {most, max_depth});
+  const Result<Document> document = Document::parse(text, {most, max_depth, true});
   if (!document) return unexpected(document.error());
   try {
     return Reader(*document, options).read();

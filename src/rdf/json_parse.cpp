@@ -37,7 +37,7 @@ class Builder {
       if (std::string_view("0123456789+-eE").find(c) == std::string_view::npos) c = '.';
     return number(text);
   }
-  bool string(std::string& value) { return plain(value) && with_text(Kind::string, value); }
+  bool string(std::string& value) { return (limits_.nul || plain(value)) && with_text(Kind::string, value); }
   bool binary(json::binary_t&) { return false; }
 
   bool start_object(std::size_t) { return open(Kind::object); }

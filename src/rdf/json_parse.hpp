@@ -13,6 +13,7 @@ namespace lrt::rdf::json {
 struct Limits {
   std::size_t values = 0;
   std::size_t depth = 0;  ///< of objects and arrays in each other
+  bool nul = false;       ///< whether a string may have U+0000; the name of a member never has it
 };
 
 /// A JSON text, or CBOR of the same shape, as a tree in one piece: what a hostile document makes of memory is a small multiple of its size.

@@ -103,9 +103,8 @@ class Terminals {
   Unexpected error() const { return misread(text_, static_cast<std::size_t>(error_at_ - text_.data()), error_, error_code_); }
 
   bool well_formed() {
-    if (const auto at = utf8::find_invalid(text_)) return fail(text_.data() + *at, "invalid UTF-8");
-    const std::size_t at = text_.find('\0');
-    return at == text_.npos || fail(text_.data() + at, "U+0000 is not accepted");
+    const auto at = utf8::find_invalid(text_);
+    return !at || fail(text_.data() + *at, "invalid UTF-8");
   }
 
   bool end() const noexcept { return at_ == end_; }
@@ -136,7 +135,7 @@ class Terminals {
       value = value * 16 + detail::hex_value(peek(i));
     }
     at_ += length;
-    if (value == 0 || value > 0x10FFFF || (value >= 0xD800 && value <= 0xDFFF)) {
+    if (value > 0x10FFFF || (value >= 0xD800 && value <= 0xDFFF)) {
       return fail(from, "escape of no acceptable character: " + std::string(since(from)));
     }
     utf8::append(out, value);

@@ -31,7 +31,7 @@ class ValueWriter {
   std::string_view names_base_;
 };
 
-/// Of a scalar. A text that is no UTF-8 is shown with U+FFFD.
+/// Of a scalar. In a text U+FFFD stands for U+0000 and for what is no UTF-8.
 std::string lexical_form(const Type& type, const Value& value);
 
 }  // namespace lrt::rdf

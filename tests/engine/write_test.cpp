@@ -138,6 +138,7 @@ TEST_CASE("missing and repeated values, wrong names and broken lists are 422", "
   CHECK(r.put("mode", "<> rdf:value \"idle\" , \"active\" .").status == 422);
   CHECK(r.put("name", "<> rdf:value 5 .").status == 422);
   CHECK(r.put("name", "<> rdf:value \"x\"@en .").status == 422);
+  CHECK(r.put("name", "<> rdf:value \"x\\u0000y\" .").status == 422);
   CHECK(r.put("gains", "<> rdf:value ( 1 \"x\" ) .").status == 422);
   CHECK(r.put("gains", "<> rdf:value [ rdf:first 1 ] .").status == 422);
   CHECK(r.put("gains", "<> rdf:value _:a . _:a rdf:first 1 ; rdf:rest _:a .").status == 422);
@@ -202,7 +203,7 @@ TEST_CASE("broken Turtle is 400 with its line, and nothing is called", "[engine]
   CHECK(turtle.says("line 2"));
   CHECK(put("text/turtle", "<> x:y 1 .").status == 400);
   CHECK(put("text/turtle", "<> <http://example.org/a> \"\xff\" .").status == 400);
-  CHECK(put("text/turtle", "<> <http://example.org/a> \"\\u0000\" .").status == 400);
+  CHECK(put("text/turtle", "<> <http://example.org/\\u0000> 1 .").status == 400);
   CHECK(put("text/turtle", "<> <http://example.org/a> \"cut off").status == 400);
   CHECK(put("text/turtle", "<> <http://example.org/a b> 1 .").status == 400);
   const Answer triples = put("application/n-triples", "<http://a/> <http://b/> <http://c/> .\n<http://a/> <http://b/> .\n");

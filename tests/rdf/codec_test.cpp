@@ -138,12 +138,28 @@ TEST_CASE("an absolute IRI is taken as it is, dot segments and all", "[rdf]") {
         "<http://e/a/../b> <http://e/./p> <x:./y> .\n<http://e/a/../b> <http://e/./p> <http://h/baxter/right_s1/x> .\n");
 }
 
-TEST_CASE("U+0000 is refused, where Raptor cuts the literal", "[rdf]") {
+TEST_CASE("U+0000 is a character of literals and of nothing else", "[rdf]") {
+  const std::string nul(1, '\0');
+  const TermView s = lrt::rdf::iri("http://e/a"), p = lrt::rdf::iri("http://e/b");
+  const std::string before = "<http://e/a> <http://e/b> ";
+  const std::string value = "43" + nul + ".6";
   for (const Syntax syntax : {Syntax::turtle, Syntax::n_triples}) {
-    refusal("<http://e/a> <http://e/b> \"43\\u0000.6\" .", syntax);
-    refusal("<http://e/a> <http://e/b> \"43\\U00000000\" .", syntax);
-    refusal(std::string_view("<http://e/a> <http://e/b> \"43\0\" .", 34), syntax);
+    for (const std::string& written : {std::string("43\\u0000.6"), std::string("43\\U00000000.6"), value}) {
+      const Graph g = accepted(before + "\"" + written + "\" . # " + nul, syntax);
+      CHECK(g.contains(s, p, literal(value)));
+      for (const Syntax as : {Syntax::turtle, Syntax::n_triples, Syntax::json_ld}) {
+        CHECK(accepted(*write(g, as), as).contains(s, p, literal(value)));
+      }
+      CHECK(write(g, Syntax::rdf_xml).error().code == Errc::unsupported_syntax);
+    }
+    for (const std::string& text :
+         {before + "<http://e/" + nul + "> .", before + "<http://e/\\u0000> .", before + nul + "\"x\" .", before + "\"x\" ." + nul,
+          before + "_:a" + nul + " .", before + "\"x\"@en" + nul + " .", nul}) {
+      refusal(text, syntax);
+    }
   }
+  refusal("@prefix p: <p:> . p:a" + nul + " p:b p:c .");
+  refusal(R"({"@id": "http://e/a", "http://e/b": {"@id": "http://e/\u0000"}})", Syntax::json_ld);
 }
 
 TEST_CASE("surrogates and what lies beyond Unicode are refused", "[rdf]") {

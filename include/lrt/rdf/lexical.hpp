@@ -52,7 +52,8 @@ constexpr bool is_integer_type(Datatype d) noexcept {
 }
 
 /// Whether the text is in the lexical space of the datatype, ranges of the integer types and the calendar included. Of an unknown
-/// datatype every text is; so is every text of xsd:string, xsd:anyURI, rdf:langString, rdf:HTML and rdf:XMLLiteral.
+/// datatype every text is; so is every text of xsd:anyURI, rdf:langString, rdf:HTML and rdf:XMLLiteral, and of
+/// xsd:string every text without U+0000.
 bool is_well_formed(std::string_view text, Datatype datatype) noexcept;
 
 /// Exact order of two decimals of any length: negative, 0 or positive as a < b, a = b, a > b. @pre is_decimal() of both
