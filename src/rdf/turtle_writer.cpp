@@ -7,8 +7,8 @@
 #include "src/rdf/graph_writer.hpp"
 #include "src/rdf/n_triples.hpp"
 
-// Turtle and N-Triples are written here and not by Raptor: this is the way from the control loop to the wire, its bytes are
-// what ETags are made of, and Raptor 2.0.15 writes invalid Turtle at the edges (tests/rdf/turtle_writer_test.cpp).
+// Turtle and N-Triples are written here and not by Redland: this is the way from the control loop to the wire, and its bytes are
+// what ETags are made of. Raptor 2.0.15 writes invalid Turtle at the edges (tests/rdf/turtle_writer_test.cpp).
 
 namespace lrt::rdf {
 namespace {

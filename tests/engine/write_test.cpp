@@ -52,7 +52,7 @@ TEST_CASE("PUT replaces the value, answers 204, and GET shows it", "[engine][R0.
   CHECK(r.robot.gains.empty());
 }
 
-TEST_CASE("PUT may echo what GET gave, in every syntax", "[engine][R0.5]") {
+TEST_CASE("PUT may echo what GET gave, in every syntax", "[engine][rdf_xml][R0.5]") {
   Robot r;
   r.robot.pose.tolerance = 0.25;
   for (const char* path : {"/arm/angle", "/arm/count", "/arm/name", "/arm/mode", "/arm/pose", "/arm/gains"})
@@ -193,7 +193,7 @@ TEST_CASE("triples that the type does not cover are ignored", "[engine][R0.5]") 
   CHECK_FALSE(r.bench.get("/arm/angle").says("yesterday"));
 }
 
-TEST_CASE("broken Turtle is 400 with its line, and nothing is called", "[engine][R0.6]") {
+TEST_CASE("broken Turtle is 400 with its line, and nothing is called", "[engine][rdf_xml][R0.6]") {
   Robot r;
   const auto put = [&](const std::string& type, const std::string& body) {
     return r.bench.ask("PUT /arm/angle\nContent-Type: " + type + "\n\n" + body);
@@ -214,7 +214,7 @@ TEST_CASE("broken Turtle is 400 with its line, and nothing is called", "[engine]
   CHECK(r.robot.angle == 10);
 }
 
-TEST_CASE("other media types and codings are 415, which tells what is taken", "[engine][R0.6]") {
+TEST_CASE("other media types and codings are 415, which tells what is taken", "[engine][rdf_xml][R0.6]") {
   Robot r;
   const std::set<std::string> types = {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json",
                                        "application/json", "text/plain", "application/cbor"};
