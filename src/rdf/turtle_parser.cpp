@@ -558,12 +558,10 @@ class Parser : Terminals {
   }
 
   bool close_bracket(char c) {
-    const bool complete = c == ')'
-                              ? state_ == State::item
-                              : state_ == State::verb_or_close || state_ == State::verb_or_end || state_ == State::after_object;
+    const bool has_triples = state_ == State::verb_or_end || state_ == State::after_object;
+    const bool complete = has_triples || state_ == State::verb_or_close || state_ == State::item;
     if (open_.empty() || *open_.back().at != (c == ']' ? '[' : '(') || !complete) return unexpected_here(at_);
     ++at_;
-    const bool has_triples = c == ']' && state_ != State::verb_or_close;
     Open open = open_.back();
     open_.pop_back();
     if (c == ')') {

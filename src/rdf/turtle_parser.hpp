@@ -17,8 +17,8 @@ inline constexpr std::size_t max_directives = 1000;
 
 /// Parses a Turtle document into a graph, in one pass, without recursion.
 ///
-/// Triples come in the order of the document: that of a node in brackets or of a list before those about it. Blank nodes are named
-/// b0, b1, ... in order of appearance.
+/// Triples come in the order of the document; the triple that leads to a node in brackets or to a list comes before the triples
+/// about it. Blank nodes are named b0, b1, ... in order of appearance. Literals may have U+0000, as the grammar says.
 ///
 /// @param options   base: an absolute IRI, or empty: then relative IRIs are refused.
 /// @par Errors      expected_rdf and limit_exceeded, with offset, line and column.

@@ -247,6 +247,7 @@ TEST_CASE("brackets nested without end are refused before they reach the parser'
   };
   CHECK(refusal(nest(100'000, "[<p>", "]")).message.find("nested more than 1000 deep") != std::string::npos);
   refusal(nest(100'000, "(", ")"));
+  refusal(nest(1001, "(", ")"));
   CHECK(accepted(nest(1000, "(", ")")).size() == 1999);
 }
 

@@ -121,6 +121,10 @@ TEST_CASE("escapes and quotes of a string stand for their characters", "[rdf][li
   CHECK(object("'''''a'\"\"\"'''") == "''a'\"\"\"");
   CHECK(object("\"\"\"\"\"\"") == "");
   CHECK(object("\"\\u0041\"@en") == "A");
+  const Graph g = accepted("<a:a> <a:b> '1\\n', '\\n2', '3\\u0041' ; <a:\\u0041> <a:\\u0042> .");
+  CHECK(g.size() == 4);
+  for (const char* text : {"1\n", "\n2", "3A"}) CHECK(g.contains(lrt::rdf::iri("a:a"), lrt::rdf::iri("a:b"), literal(text)));
+  CHECK(g.contains(lrt::rdf::iri("a:a"), lrt::rdf::iri("a:A"), lrt::rdf::iri("a:B")));
   CHECK(object("\"" + repeated(100'000, "\\u0041") + "\"") == std::string(100'000, 'A'));
 }
 

@@ -122,8 +122,9 @@ TEST_CASE("a prefixed name ends where its grammar says", "[rdf]") {
   CHECK(triples(p + "p:\xC3\xA9\xCC\x81 p:\xF0\x9F\x98\x80 p:x\xC2\xB7.") ==
         "<a:\xC3\xA9\xCC\x81> <a:\xF0\x9F\x98\x80> <a:x\xC2\xB7> .\n");
   for (const char* bad :
-       {"p:a p:b p:-1 .", "p:a p:b p:c\\", "p:a p:b p:\\a .", "p:a p:b p:%4 .", "p:a p:b p:%4g .", "p:a p:b p:\\%zz .",
-        "p:a p:b p:\xC2\xB7x .", "p:a p:b p:a~b .", "p.:a p:b p:c .", "_:a p:b -p:c .", "p:a p:b p:c\xF0\x9F\xBF\xBE ."}) {
+       {"p:a p:b p:-1 .", "p:a p:b p:.c .", "@prefix r.: <a:> .", "@prefix -r: <a:> .", "@prefix _: <a:> .", "p:a p:b p:c\\",
+        "p:a p:b p:\\a .", "p:a p:b p:%4 .", "p:a p:b p:%4g .", "p:a p:b p:\\%zz .", "p:a p:b p:\xC2\xB7x .", "p:a p:b p:a~b .",
+        "p.:a p:b p:c .", "_:a p:b -p:c .", "p:a p:b p:c\xF0\x9F\xBF\xBE ."}) {
     refusal(p + bad);
   }
   CHECK(refusal("@prefix a: <a:> .\na:b\n  c:d a:e .").message == "line 3, column 3: undeclared prefix \"c:\"");
