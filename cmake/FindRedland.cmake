@@ -1,5 +1,5 @@
-# Redland::rdf: Raptor, Redland's library of RDF parsers and serialisers, found by pkg-config. librdf itself is not needed: see
-# src/rdf/redland.cpp.
+# Redland::rdf: Raptor, Redland's library of RDF parsers and serialisers, found by pkg-config, for RDF/XML. librdf itself is not
+# needed: see src/rdf/redland/redland.cpp. Not looked for when LRT_REDLAND is OFF.
 find_package(PkgConfig QUIET)
 if(PkgConfig_FOUND)
   pkg_check_modules(Raptor QUIET IMPORTED_TARGET GLOBAL raptor2)

@@ -101,13 +101,13 @@ http::Response Responses::stopping(const Context& context) const {
 http::Response Responses::violation(const Context& context, const shacl::Report& report) const {
   static const std::vector<std::string_view> offers = [] {
     std::vector<std::string_view> types;
-    for (const rdf::Syntax s : rdf::all_syntaxes) types.push_back(rdf::media_type(s));
+    for (const rdf::Syntax s : rdf::available_syntaxes()) types.push_back(rdf::media_type(s));
     types.insert(types.end(), {"application/problem+json", "application/json"});
     return types;
   }();
   const http::Request& request = context.request();
   const auto choice = request.find("Accept") ? http::negotiate(std::string_view(request.joined("Accept")), offers) : 0;
-  if (!choice || *choice >= rdf::all_syntaxes.size()) {
+  if (!choice || *choice >= rdf::available_syntaxes().size()) {
     std::string text = report.to_text();
     if (!text.empty() && text.back() == '\n') text.pop_back();
     return problem(context, 422, std::move(text));

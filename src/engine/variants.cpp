@@ -19,7 +19,7 @@ void add(Variants& all, std::string_view type, Variant variant) {
 
 Variants of_graphs() {
   Variants all;
-  for (const rdf::Syntax s : rdf::all_syntaxes) add(all, rdf::media_type(s), Variant(s));
+  for (const rdf::Syntax s : rdf::available_syntaxes()) add(all, rdf::media_type(s), Variant(s));
   add(all, inlined_json_ld, Variant::inlined_json_ld());
   return all;
 }
@@ -81,7 +81,7 @@ Variants variants_of(const model::PropertySpec& spec) {
 std::string readable_types(bool plain) {
   std::string list;
   const auto more = [&](std::string_view type) { list += (list.empty() ? "" : ", ") + std::string(type); };
-  for (const rdf::Syntax s : rdf::all_syntaxes) more(rdf::media_type(s));
+  for (const rdf::Syntax s : rdf::available_syntaxes()) more(rdf::media_type(s));
   if (plain)
     for (const rdf::Plain p : {rdf::Plain::json, rdf::Plain::text, rdf::Plain::cbor}) more(rdf::media_type(p));
   return list;

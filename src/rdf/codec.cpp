@@ -1,32 +1,9 @@
 #include <lrt/rdf/codec.hpp>
 
 #include "src/rdf/codecs.hpp"
-#include "src/rdf/n_triples.hpp"
-#include "src/rdf/rdf_xml_scan.hpp"
-#include "src/rdf/redland.hpp"
-#include "src/rdf/turtle_scan.hpp"
+#include "src/rdf/turtle_parser.hpp"
 
 namespace lrt::rdf {
-namespace {
-
-/// Refuses what Raptor passes and no writer could write again: relative or illegal IRIs, odd language tags.
-Result<Graph> checked(Result<Graph> graph) {
-  if (!graph) return graph;
-  for (std::uint32_t i = 0; i < graph->term_count(); ++i) {
-    const TermView term = graph->term(TermId{i});
-    const bool good = term.is_iri()       ? iri::is_absolute(term.text)
-                      : term.is_literal() ? term.language.empty() || is_language_tag(term.language)
-                                          : true;
-    if (!good && term.is_literal()) {  // without its text, which may be long
-      return unexpected(Errc::expected_rdf, "not a language tag: @" + std::string(term.language));
-    }
-    if (!good) return unexpected(Errc::expected_rdf, std::string(fault_of(term)) + ", found " + to_string(term));
-  }
-  return graph;
-}
-
-}  // namespace
-
 std::string_view media_type(Syntax syntax) noexcept {
   switch (syntax) {
     case Syntax::turtle: return "text/turtle";
@@ -37,8 +14,18 @@ std::string_view media_type(Syntax syntax) noexcept {
   return {};
 }
 
+const std::vector<Syntax>& available_syntaxes() {
+  static const std::vector<Syntax> syntaxes = [] {
+    std::vector<Syntax> all = {Syntax::turtle, Syntax::n_triples};
+    if (has_rdf_xml()) all.push_back(Syntax::rdf_xml);
+    all.push_back(Syntax::json_ld);
+    return all;
+  }();
+  return syntaxes;
+}
+
 std::optional<Syntax> syntax_of(std::string_view type) noexcept {
-  for (const Syntax syntax : all_syntaxes) {
+  for (const Syntax syntax : available_syntaxes()) {
     if (media_type(syntax) == type) return syntax;
   }
   return std::nullopt;
@@ -74,23 +61,13 @@ Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& opti
   if (!options.base.empty() && !iri::is_absolute(options.base)) {
     return unexpected(Errc::expected_iri, "base is no absolute IRI: \"" + std::string(options.base) + "\"");
   }
-  std::string storage;
   switch (syntax) {
-    case Syntax::n_triples:
-      if (Result<void> scanned = scan_n_triples(text); !scanned) return unexpected(scanned.error());
-      [[fallthrough]];
-    case Syntax::turtle: {
-      Result<std::string_view> scanned = scan_turtle(text, options, storage);
-      if (!scanned) return unexpected(std::move(scanned).error());
-      text = *scanned;
-      break;
-    }
-    case Syntax::rdf_xml:
-      if (Result<void> scanned = scan_rdf_xml(text, options); !scanned) return unexpected(scanned.error());
-      break;
+    case Syntax::turtle: return read_turtle(text, options);
+    case Syntax::n_triples: return read_n_triples(text, options);
+    case Syntax::rdf_xml: return read_rdf_xml(text, options);
     case Syntax::json_ld: return read_json_ld(text, options);
   }
-  return checked(redland::parse(text, syntax, options));
+  return unexpected(Errc::unsupported_syntax, "unknown syntax");
 }
 
 Result<std::string> write(const Graph& graph, Syntax syntax, const Prefixes& prefixes, std::string_view context) {

@@ -10,10 +10,14 @@ namespace lrt::rdf {
 
 Result<std::string> write_turtle(const Graph& graph, const Prefixes& prefixes);
 Result<std::string> write_n_triples(const Graph& graph);
-/// @par Errors  unsupported_syntax also when what Raptor wrote does not read back as the same graph.
-Result<std::string> write_rdf_xml(const Graph& graph, const Prefixes& prefixes);
 Result<std::string> write_json_ld(const Graph& graph, const Prefixes& prefixes, std::string_view context);
 Result<Graph> read_json_ld(std::string_view text, const ReadOptions& options);
+
+/// Whether this build has RDF/XML: redland/ defines these three functions, or else without_redland/.
+bool has_rdf_xml() noexcept;
+Result<Graph> read_rdf_xml(std::string_view text, const ReadOptions& options);
+/// @par Errors  unsupported_syntax also when what Raptor wrote does not read back as the same graph.
+Result<std::string> write_rdf_xml(const Graph& graph, const Prefixes& prefixes);
 
 /// "cannot write <the term>: expected ...".
 Unexpected unwritable(const TermView& term, std::string_view why);

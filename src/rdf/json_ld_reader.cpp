@@ -17,7 +17,7 @@
 #include "src/rdf/json_ld_context.hpp"
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/n_triples.hpp"
-#include "src/rdf/turtle_scan.hpp"
+#include "src/rdf/limits.hpp"
 
 // JSON-LD 1.1 to triples: context processing (4.1, 4.2), expansion (5.1-5.3) and deserialisation to RDF (8.1) of its API, in one pass over
 // the document and without intermediate documents.
@@ -790,7 +790,7 @@ class Reader {
 Result<Graph> read_json_ld(std::string_view text, const ReadOptions& options) {
   constexpr std::size_t values_per_triple = 16;
   const std::size_t most = options.max_triples > 0x0FFFFFFF ? 0xFFFFFFF0 : values_per_triple * options.max_triples + 1000;
-  const Result<Document> document = Document::parse(text, {most, max_depth});
+  const Result<Document> document = Document::parse(text, {most, max_depth, true});
   if (!document) return unexpected(document.error());
   try {
     return Reader(*document, options).read();

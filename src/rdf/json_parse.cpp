@@ -11,7 +11,7 @@
 #include <lrt/base/utf8.hpp>
 #include <lrt/rdf/lexical.hpp>
 
-#include "src/rdf/turtle_scan.hpp"
+#include "src/rdf/limits.hpp"
 
 // JSON is read by nlohmann-json as events, because its tree loses the digits of numbers and repeated members. CBOR is read by our own code:
 // the reader of nlohmann-json recurses for each chunk of a text without an event, and 1 MiB of 0x7F overflows the stack.
@@ -37,7 +37,7 @@ class Builder {
       if (std::string_view("0123456789+-eE").find(c) == std::string_view::npos) c = '.';
     return number(text);
   }
-  bool string(std::string& value) { return plain(value) && with_text(Kind::string, value); }
+  bool string(std::string& value) { return (limits_.nul || plain(value)) && with_text(Kind::string, value); }
   bool binary(json::binary_t&) { return false; }
 
   bool start_object(std::size_t) { return open(Kind::object); }

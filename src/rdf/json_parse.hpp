@@ -13,6 +13,7 @@ namespace lrt::rdf::json {
 struct Limits {
   std::size_t values = 0;
   std::size_t depth = 0;  ///< of nested objects and arrays
+  bool nul = false;       ///< whether a string may have U+0000; the name of a member never has it
 };
 
 /// A document in JSON, or in CBOR with the same structure, as a compact tree. Its memory is a small multiple of the document's size.

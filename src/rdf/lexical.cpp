@@ -589,6 +589,7 @@ Datatype datatype_of(std::string_view iri) noexcept {
 }
 
 bool is_well_formed(std::string_view text, Datatype datatype) noexcept {
+  constexpr std::string_view not_normalized("\t\n\r\0", 4);
   switch (datatype) {
     case Datatype::boolean: return parse_boolean(text).has_value();
     case Datatype::decimal: return is_decimal(text);
@@ -622,15 +623,15 @@ bool is_well_formed(std::string_view text, Datatype datatype) noexcept {
     case Datatype::hex_binary: return is_hex(text);
     case Datatype::base64_binary: return is_base64(text);
     case Datatype::language: return is_language(text);
-    case Datatype::normalized_string: return text.find_first_of("\t\n\r") == std::string_view::npos;
+    case Datatype::normalized_string: return text.find_first_of(not_normalized) == std::string_view::npos;
     case Datatype::token:
-      return text.find_first_of("\t\n\r") == std::string_view::npos && text.find("  ") == std::string_view::npos &&
+      return text.find_first_of(not_normalized) == std::string_view::npos && text.find("  ") == std::string_view::npos &&
              (text.empty() || (text.front() != ' ' && text.back() != ' '));
     case Datatype::nmtoken: return is_xml_name(text, true, true);
     case Datatype::name: return is_xml_name(text, false, true);
     case Datatype::ncname: return is_xml_name(text, false, false);
+    case Datatype::string: return text.find('\0') == std::string_view::npos;  // XSD 1.1 3.3.1.1: Char of XML
     case Datatype::unknown:
-    case Datatype::string:
     case Datatype::any_uri:
     case Datatype::lang_string:
     case Datatype::html:

@@ -6,7 +6,7 @@
 #include <lrt/base/utf8.hpp>
 #include <lrt/rdf/vocab.hpp>
 
-#include "src/rdf/turtle_scan.hpp"
+#include "src/rdf/limits.hpp"
 
 namespace lrt::rdf {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/n_triples.hpp"
-#include "src/rdf/turtle_scan.hpp"
+#include "src/rdf/limits.hpp"
 #include "src/rdf/value_writer.hpp"
 
 namespace lrt::rdf {

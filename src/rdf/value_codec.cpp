@@ -14,12 +14,18 @@ namespace {
 
 using Kind = Type::Kind;
 
+/// The text in the lexical space of xsd:string: U+FFFD instead of U+0000 and of what is no UTF-8.
 std::string well_formed(const std::string& text) {
-  auto bad = utf8::find_invalid(text);
+  const auto find_bad = [](std::string_view in) {
+    const auto invalid = utf8::find_invalid(in);
+    const std::size_t nul = in.substr(0, invalid.value_or(in.size())).find('\0');
+    return nul != std::string_view::npos ? nul : invalid;
+  };
+  auto bad = find_bad(text);
   if (!bad) return text;
   std::string out;
   std::string_view rest = text;
-  for (; bad; bad = utf8::find_invalid(rest)) {
+  for (; bad; bad = find_bad(rest)) {
     out.append(rest.substr(0, *bad));
     utf8::append(out, U'\uFFFD');
     rest.remove_prefix(*bad + 1);
@@ -371,7 +377,7 @@ class Reader {
           if (own_datatype && name == term.text) return Value(name);
         return refuse();
       default: {
-        if (!own_datatype) return refuse();
+        if (!own_datatype || !lexical::is_well_formed(term.text, lexical::Datatype::string)) return refuse();
         Value value{std::string(term.text)};
         return within(type, facets, value) ? value : fail("expected a text of " + std::to_string(facets.min_length()) + " to " +
                                                           std::to_string(facets.max_length()) + " characters, found " + shown(term));

@@ -31,7 +31,7 @@ class ValueWriter {
   std::string_view names_base_;
 };
 
-/// The lexical form of a scalar. Invalid UTF-8 is replaced by U+FFFD.
+/// The lexical form of a scalar. In a text, invalid UTF-8 and U+0000 are replaced by U+FFFD.
 std::string lexical_form(const Type& type, const Value& value);
 
 }  // namespace lrt::rdf

@@ -82,7 +82,7 @@ bool survives(const T& value, const Facets& facets = {}) {
 /// The same through each syntax.
 template <class T>
 bool survives_text(const T& value, const Facets& facets = {}) {
-  for (const rdf::Syntax syntax : rdf::all_syntaxes) {
+  for (const rdf::Syntax syntax : rdf::available_syntaxes()) {
     rdf::ReadOptions options;
     options.base = "http://localhost/";
     const rdf::Graph back = rdf::read(rdf::write(graph_of(value, facets), syntax).value(), syntax, options).value();

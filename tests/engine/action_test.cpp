@@ -57,7 +57,7 @@ TEST_CASE("a synchronous action without output answers 204 with the Location of 
   CHECK(bench.get("/arm/actions/turn").links_to("http://localhost/arm/actions/turn/i1", "related"));
 }
 
-TEST_CASE("a synchronous action with output answers 200 with it", "[engine][R0.7][R0.8]") {
+TEST_CASE("a synchronous action with output answers 200 with it", "[engine][rdf_xml][R0.7][R0.8]") {
   SampleRobot robot;
   Bench bench;
   bench.add(robot.arm());

@@ -126,7 +126,7 @@ TEST_CASE("an empty body does not conform vacuously", "[engine][R0.6]") {
   CHECK(components(answer) == std::vector<std::string>{"MinCountConstraintComponent", "MinCountConstraintComponent"});
 }
 
-TEST_CASE("the report comes in the RDF syntax that is preferred, else its messages as problem details", "[engine][R1.2]") {
+TEST_CASE("the report comes in the RDF syntax that is preferred, else its messages as problem details", "[engine][rdf_xml][R1.2]") {
   Joint joint;
   const char* said = "vom:numericalValue 360 ; vom:unit maths:Degree";
   CHECK(joint.rotate(said, "Accept: application/n-triples\n").field("Content-Type") == "application/n-triples");

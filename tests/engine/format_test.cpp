@@ -152,7 +152,7 @@ TEST_CASE("an encoder may fail or have nothing; the other formats go on", "[engi
   CHECK(csv().status == 406);
 }
 
-TEST_CASE("what is too much for RDF, or for its slowest syntax, is had in the other formats", "[engine][R0.6]") {
+TEST_CASE("what is too much for RDF, or for its slowest syntax, is had in the other formats", "[engine][rdf_xml][R0.6]") {
   engine::EngineOptions options;
   options.max_value_members = 3;
   options.max_rdf_xml_triples = 8;
@@ -288,7 +288,7 @@ TEST_CASE("numbers are octets where that is asked for, both ways, with their lay
   CHECK(bench.ask("GET /a/scan?accept=application/json").body == "[1,2]");
 }
 
-TEST_CASE("octets of a matrix have the shape of the present value, and a ragged one has none", "[engine][R0.5][R1.2]") {
+TEST_CASE("octets of a matrix have the shape of the present value, and a ragged one has none", "[engine][rdf_xml][R0.5][R1.2]") {
   Bench bench;
   std::vector<std::vector<float>> rows{{1, 2, 3}, {4, 5, 6}};
   Thing thing{"a"};

@@ -40,7 +40,7 @@ const std::string ldp = "http://www.w3.org/ns/ldp#";
 
 }  // namespace
 
-TEST_CASE("OPTIONS on every resource tells what it allows, and GET and HEAD tell the same", "[engine][R0.10]") {
+TEST_CASE("OPTIONS on every resource tells what it allows, and GET and HEAD tell the same", "[engine][rdf_xml][R0.10]") {
   Robot r;
   for (const Allowed& resource : resources) {
     CAPTURE(resource.path);

@@ -1,5 +1,10 @@
 #include <lrt/engine/engine.hpp>
 
+#include <set>
+#include <string>
+
+#include <lrt/rdf/codec.hpp>
+
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/sample_robot.hpp"
@@ -7,7 +12,7 @@
 using namespace lrt;
 using namespace lrt::test;
 
-TEST_CASE("a representation is Turtle unless Accept asks for something else", "[engine][R1.2]") {
+TEST_CASE("a representation is Turtle unless Accept asks for something else", "[engine][rdf_xml][R1.2]") {
   SampleRobot robot;
   Bench bench;
   bench.add(robot.arm());
@@ -36,7 +41,7 @@ TEST_CASE("a representation is Turtle unless Accept asks for something else", "[
   CHECK(bench.ask("GET /arm\nAccept: image/png\nAccept: application/n-triples").field("Content-Type") == triples);
 }
 
-TEST_CASE("406 lists what there is", "[engine][R0.6][R1.2]") {
+TEST_CASE("406 lists what there is", "[engine][rdf_xml][R0.6][R1.2]") {
   Bench bench;
   const Answer a = bench.ask("GET /\nAccept: image/png");
   CHECK(a.status == 406);
@@ -44,7 +49,28 @@ TEST_CASE("406 lists what there is", "[engine][R0.6][R1.2]") {
   CHECK(a.field("Content-Type") == "application/problem+json");
 }
 
-TEST_CASE("the media types carry the same graph", "[engine][R1.2]") {
+TEST_CASE("what is offered and taken is what this build can read and write", "[engine][R0.6][R1.2]") {
+  SampleRobot robot;
+  Bench bench;
+  bench.add(robot.arm());
+  std::set<std::string> available;
+  for (const rdf::Syntax syntax : rdf::available_syntaxes()) available.emplace(rdf::media_type(syntax));
+  const Answer refused = bench.ask("PUT /arm/angle\nContent-Type: image/png\n\nx");
+  const Answer none = bench.ask("GET /arm\nAccept: image/png");
+  const std::set<std::string> taken = refused.members("Accept");
+  for (const char* type : {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json"}) {
+    CAPTURE(type);
+    const bool has = available.count(type) != 0;
+    CHECK(bench.ask(std::string("GET /arm\nAccept: ") + type).status == (has ? 200 : 406));
+    CHECK(bench.ask(std::string("GET /arm?accept=") + type).status == (has ? 200 : 406));
+    CHECK(bench.ask(std::string("PUT /arm/angle\nContent-Type: ") + type + "\n\n<").status == (has ? 400 : 415));
+    CHECK((taken.count(type) != 0) == has);
+    CHECK(none.says(type) == has);
+    CHECK((bench.get("/arm").field("Link").find(type) != std::string::npos) == has);
+  }
+}
+
+TEST_CASE("the media types carry the same graph", "[engine][rdf_xml][R1.2]") {
   SampleRobot robot;
   Bench bench;
   bench.add(robot.arm());

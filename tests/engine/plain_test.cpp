@@ -164,7 +164,7 @@ TEST_CASE("a plain value is judged by the same shape, and changes nothing when i
   CHECK(r.robot.pose.frame == "base");
 }
 
-TEST_CASE("what is no JSON, not of the type or in another unit is refused with its place", "[engine][R0.6]") {
+TEST_CASE("what is no JSON, not of the type or in another unit is refused with its place", "[engine][rdf_xml][R0.6]") {
   Robot r;
   const auto refused = [&](const std::string& name, const std::string& body, int status, const std::string& says) {
     const Answer a = r.json(name, body);

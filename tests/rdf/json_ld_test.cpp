@@ -364,8 +364,7 @@ TEST_CASE("invalid JSON is refused with its position", "[rdf]") {
   CHECK(says(comma.message, "line 3, column 1: invalid JSON: "));
   CHECK(error("{\"a\": \xFF}").message == "line 1, column 7: invalid UTF-8");
   CHECK(says(refusal(R"({"a": "\ud800"})"), "surrogate"));
-  CHECK(says(refusal(R"({"http://e/p": "a\u0000b"})"), "U+0000"));
-  CHECK(says(refusal(R"("a\u0000b")"), "at \"\": U+0000"));
+  CHECK(says(refusal(R"({"a\u0000b": "x"})"), "U+0000"));
   CHECK(says(refusal(R"({"a": 1} x)"), "invalid JSON"));
   CHECK(says(refusal("{'a': 1}"), "invalid JSON"));
   CHECK(says(refusal("{\"a\": NaN}"), "invalid JSON"));

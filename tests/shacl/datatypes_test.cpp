@@ -84,6 +84,11 @@ TEST_CASE("literals are well-formed exactly within the lexical space of their da
   CHECK(datatype_of("http://example.org/x") == Datatype::unknown);
   CHECK(datatype_of("http://www.w3.org/2001/XMLSchema#unknown") == Datatype::unknown);
   CHECK(is_well_formed("anything", Datatype::unknown));
+  const std::string nul("a\0b", 3);
+  for (const char* name : {"string", "normalizedString", "token"}) {
+    CHECK_FALSE(is_well_formed(nul, datatype_of(std::string("http://www.w3.org/2001/XMLSchema#") + name)));
+  }
+  CHECK(is_well_formed(nul, Datatype::unknown));
   CHECK(datatype_of(lrt::vocab::rdf::langString.text) == Datatype::lang_string);
 }
 

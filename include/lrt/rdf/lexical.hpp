@@ -52,7 +52,7 @@ constexpr bool is_integer_type(Datatype d) noexcept {
 }
 
 /// Whether the text is in the lexical space of the datatype, including the ranges of integer types and the calendar. True for every text of
-/// an unknown datatype and of xsd:string, xsd:anyURI, rdf:langString, rdf:HTML and rdf:XMLLiteral.
+/// an unknown datatype and of xsd:anyURI, rdf:langString, rdf:HTML and rdf:XMLLiteral, and for every text of xsd:string without U+0000.
 bool is_well_formed(std::string_view text, Datatype datatype) noexcept;
 
 /// Compares two decimals of any length exactly: negative for a < b, 0 for a = b, positive for a > b. @pre is_decimal() of both

@@ -2,12 +2,13 @@
 
 #include <lrt/rdf/codec.hpp>
 
-/// What Redland's Raptor does for lrt. Only redland.cpp includes its headers.
+/// RDF/XML by Redland's Raptor. Only redland.cpp includes its headers, and a build may leave this directory out (LRT_REDLAND).
 namespace lrt::rdf::redland {
 
-/// Parses with a world of its own. `text` has passed the scanner of its syntax.
-/// @par Errors  expected_rdf with the line if Raptor tells one; limit_exceeded.
-Result<Graph> parse(std::string_view text, Syntax syntax, const ReadOptions& options);
+/// Parses RDF/XML in a Raptor world of its own.
+/// @pre         `text` has passed scan_rdf_xml()
+/// @par Errors  expected_rdf, with the line if Raptor reports one; limit_exceeded.
+Result<Graph> parse_rdf_xml(std::string_view text, const ReadOptions& options);
 
 /// Serialises to RDF/XML with exactly the prefixes given. The caller judges the graph before and the text after.
 /// @param nested  blank nodes inside their triples and types as elements, recursively; else one element for each triple.

@@ -6,7 +6,7 @@
 
 #include "src/rdf/codecs.hpp"
 #include "src/rdf/n_triples.hpp"
-#include "src/rdf/redland.hpp"
+#include "src/rdf/redland/redland.hpp"
 
 // RDF/XML is written by Raptor. It does not notice what XML cannot carry, so that is judged before, and its text is read back.
 
@@ -86,7 +86,7 @@ Result<std::string> write_rdf_xml(const Graph& graph, const Prefixes& prefixes) 
     if (!written) continue;
     ReadOptions options;
     options.max_triples = graph.size();
-    const Result<Graph> back = redland::parse(*written, Syntax::rdf_xml, options);
+    const Result<Graph> back = redland::parse_rdf_xml(*written, options);
     if (!back || back->size() != graph.size()) continue;
     if (blanks <= max_compared_blanks && !isomorphic(graph, *back)) continue;
     return written;

@@ -1,11 +1,11 @@
-#include "src/rdf/rdf_xml_scan.hpp"
+#include "src/rdf/redland/rdf_xml_scan.hpp"
 
 #include <algorithm>
 
 #include <lrt/base/utf8.hpp>
 
 #include "src/base/ascii.hpp"
-#include "src/rdf/turtle_scan.hpp"
+#include "src/rdf/limits.hpp"
 
 namespace lrt::rdf {
 namespace {

@@ -1,4 +1,4 @@
-#include "src/rdf/redland.hpp"
+#include "src/rdf/redland/redland.hpp"
 
 #include <raptor2.h>
 
@@ -14,15 +14,15 @@
 
 #include <lrt/rdf/vocab.hpp>
 
-#include "src/rdf/turtle_scan.hpp"
+#include "src/rdf/limits.hpp"
 
 namespace lrt::rdf::redland {
 namespace {
 
-// Raptor is Redland's library of parsers and serialisers. librdf above it is left out: for a body of four triples it takes 9.7
-// us instead of 7.9, and its world adds 3.3 MiB instead of 0.9 (Debian 12, one core of a Xeon, librdf 1.0.17, -O2).
+// Raptor is Redland's library of parsers and serialisers. librdf above it is left out: its world adds 3.3 MiB instead of 0.9
+// (Debian 12, librdf 1.0.17).
 
-/// Stands for a missing base: Raptor insists on one. Nothing that was read may begin with it.
+/// Stands for a missing base, which Raptor requires. No term of a result may begin with it.
 constexpr std::string_view no_base = "lrt-no-base://none/";
 
 const unsigned char* bytes(const char* text) noexcept { return reinterpret_cast<const unsigned char*>(text); }
@@ -185,21 +185,18 @@ class Lease {
   World* world_;
 };
 
-/// Takes statements into a graph.
+/// Adds statements to a graph.
 struct Sink {
-  Sink(const ReadOptions& limits, raptor_parser* p, bool dots) : options(limits), parser(p), guarded(dots) {}
+  Sink(const ReadOptions& limits, raptor_parser* p) : options(limits), parser(p) {}
 
   Graph graph;
   Graph blanks;  // numbers the labels in order of appearance
   const ReadOptions& options;
   raptor_parser* parser;
-  bool guarded;  // the text may have dot guards
   std::size_t statements = 0, bytes = 0;
   std::string exceeded;  // the limit, if one was
   int line = 0;          // and where
   std::exception_ptr exception;
-  std::string plain[3];
-  unsigned next_plain = 0;
 
   TermView blank_of(const raptor_term_blank_value& value, char (&name)[16]) {
     const TermId id = blanks.intern(blank(view(value.string, value.string_len)));
@@ -207,19 +204,9 @@ struct Sink {
     return blank(name);
   }
 
-  /// The IRI without what the scanner put in to keep its dots.
-  TermView iri_of(raptor_uri* uri) {
-    const std::string_view text = view(uri);
-    if (!guarded || text.find(dot_guard) == std::string_view::npos) return iri(text);
-    std::string& text_of = plain[next_plain++ % 3];  // a statement has three terms at most, a literal's datatype among them
-    text_of = text;
-    for (std::size_t at; (at = text_of.find(dot_guard)) != std::string::npos;) text_of.erase(at, dot_guard.size());
-    return iri(text_of);
-  }
-
   TermView term(const raptor_term* from, char (&name)[16]) {
     switch (from->type) {
-      case RAPTOR_TERM_TYPE_URI: return iri_of(from->value.uri);
+      case RAPTOR_TERM_TYPE_URI: return iri(view(from->value.uri));
       case RAPTOR_TERM_TYPE_BLANK: return blank_of(from->value.blank, name);
       default: break;
     }
@@ -228,10 +215,10 @@ struct Sink {
     if (literal_value.language != nullptr && literal_value.language_len != 0) {
       return tagged_literal(text, view(literal_value.language, literal_value.language_len));
     }
-    return literal_value.datatype != nullptr ? literal(text, Iri(iri_of(literal_value.datatype).text)) : literal(text);
+    return literal_value.datatype != nullptr ? literal(text, Iri(view(literal_value.datatype))) : literal(text);
   }
 
-  /// Counts a statement as it is written, before anything of it is kept. N-Triples and Turtle were counted by their scanner.
+  /// Counts a statement as it is written, before anything of it is kept.
   bool within_limits(const raptor_statement& statement) {
     std::size_t longest = 0;
     const auto count = [&](const raptor_term* term) {
@@ -247,9 +234,9 @@ struct Sink {
     count(statement.object);
     if (++statements > options.max_triples) {
       exceeded = "more than " + std::to_string(options.max_triples) + " triples";
-    } else if (!guarded && longest > max_iri) {
+    } else if (longest > max_iri) {
       exceeded = "IRI of more than " + std::to_string(max_iri) + " bytes";
-    } else if (!guarded && bytes > options.max_bytes) {
+    } else if (bytes > options.max_bytes) {
       exceeded = "IRIs and literals of more than " + std::to_string(options.max_bytes) + " bytes when written out";
     }
     if (exceeded.empty()) return true;
@@ -263,7 +250,7 @@ struct Sink {
     try {
       if (!sink.within_limits(*statement)) return raptor_parser_parse_abort(sink.parser);
       char subject[16], object[16];
-      sink.graph.add(sink.term(statement->subject, subject), sink.iri_of(statement->predicate->value.uri),
+      sink.graph.add(sink.term(statement->subject, subject), iri(view(statement->predicate->value.uri)),
                      sink.term(statement->object, object));
     } catch (...) {
       sink.exception = std::current_exception();
@@ -271,9 +258,6 @@ struct Sink {
     }
   }
 };
-
-/// N-Triples goes to the Turtle parser, of which it is a subset: Raptor's own leaks the datatype of every literal.
-const char* name_of(Syntax syntax) noexcept { return syntax == Syntax::rdf_xml ? "rdfxml" : "turtle"; }
 
 Uri make_uri(raptor_world* world, std::string_view text) {
   Uri uri(raptor_new_uri_from_counted_string(world, bytes(text), text.size()));
@@ -303,18 +287,18 @@ OwnedTerm make_term(raptor_world* world, const TermView& term, TermId id) {
 
 }  // namespace
 
-Result<Graph> parse(std::string_view text, Syntax syntax, const ReadOptions& options) {
+Result<Graph> parse_rdf_xml(std::string_view text, const ReadOptions& options) {
   const Lease world;
   world->begin(nullptr);
   const Uri base = make_uri(world->get(), options.base.empty() ? no_base : options.base);
-  const Parser parser(raptor_new_parser(world->get(), name_of(syntax)));
+  const Parser parser(raptor_new_parser(world->get(), "rdfxml"));
   if (!parser) throw std::bad_alloc();
   world->begin(parser.get());
-  Sink sink(options, parser.get(), syntax != Syntax::rdf_xml);
+  Sink sink(options, parser.get());
   raptor_parser_set_statement_handler(parser.get(), &sink, &Sink::on_statement);
   raptor_parser_set_option(parser.get(), RAPTOR_OPTION_NO_NET, nullptr, 1);
   raptor_parser_set_option(parser.get(), RAPTOR_OPTION_NO_FILE, nullptr, 1);
-  if (syntax == Syntax::rdf_xml) raptor_parser_set_option(parser.get(), RAPTOR_OPTION_LOAD_EXTERNAL_ENTITIES, nullptr, 0);
+  raptor_parser_set_option(parser.get(), RAPTOR_OPTION_LOAD_EXTERNAL_ENTITIES, nullptr, 0);
 
   int status = raptor_parser_parse_start(parser.get(), base.get());
   if (status == 0) status = raptor_parser_parse_chunk(parser.get(), bytes(text), text.size(), 1);
@@ -329,7 +313,7 @@ Result<Graph> parse(std::string_view text, Syntax syntax, const ReadOptions& opt
     return unexpected(std::move(error));
   }
   if (status != 0 || world->failed()) return world->error();
-  if (options.base.empty() && syntax == Syntax::rdf_xml) {
+  if (options.base.empty()) {
     for (std::size_t i = 0; i < sink.graph.term_count(); ++i) {
       const TermView term = sink.graph.term(TermId{static_cast<std::uint32_t>(i)});
       if (term.is_iri() && term.text.substr(0, no_base.size()) == no_base) {

@@ -1,0 +1,36 @@
+#include <lrt/base/iri.hpp>
+
+#include "src/rdf/codecs.hpp"
+#include "src/rdf/n_triples.hpp"
+#include "src/rdf/redland/rdf_xml_scan.hpp"
+#include "src/rdf/redland/redland.hpp"
+
+namespace lrt::rdf {
+namespace {
+
+/// Refuses what Raptor passes and no writer could write again: relative or illegal IRIs, odd language tags.
+Result<Graph> checked(Result<Graph> graph) {
+  if (!graph) return graph;
+  for (std::uint32_t i = 0; i < graph->term_count(); ++i) {
+    const TermView term = graph->term(TermId{i});
+    const bool good = term.is_iri()       ? iri::is_absolute(term.text)
+                      : term.is_literal() ? term.language.empty() || is_language_tag(term.language)
+                                          : true;
+    if (!good && term.is_literal()) {  // without its text, which may be long
+      return unexpected(Errc::expected_rdf, "not a language tag: @" + std::string(term.language));
+    }
+    if (!good) return unexpected(Errc::expected_rdf, std::string(fault_of(term)) + ", found " + to_string(term));
+  }
+  return graph;
+}
+
+}  // namespace
+
+bool has_rdf_xml() noexcept { return true; }
+
+Result<Graph> read_rdf_xml(std::string_view text, const ReadOptions& options) {
+  if (Result<void> scanned = scan_rdf_xml(text, options); !scanned) return unexpected(scanned.error());
+  return checked(redland::parse_rdf_xml(text, options));
+}
+
+}  // namespace lrt::rdf
