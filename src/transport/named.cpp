@@ -4,6 +4,7 @@
 
 #include <lrt/transport/asio.hpp>
 #include <lrt/transport/classic.hpp>
+#include <lrt/transport/libwebsockets.hpp>
 
 namespace lrt::transport {
 
@@ -15,6 +16,9 @@ std::vector<std::string_view> names() {
 #if LRT_HAS_CLASSIC
       "classic",
 #endif
+#if LRT_HAS_LIBWEBSOCKETS
+      "libwebsockets",
+#endif
   };
 }
 
@@ -25,6 +29,9 @@ std::unique_ptr<Transport> make_named(std::string_view name, Options options) {
 #endif
 #if LRT_HAS_CLASSIC
   if (name == "classic") return make_classic(std::move(options));
+#endif
+#if LRT_HAS_LIBWEBSOCKETS
+  if (name == "libwebsockets") return make_libwebsockets(std::move(options));
 #endif
   (void)options;
   return nullptr;

@@ -43,9 +43,16 @@ inline std::unique_ptr<transport::Transport> make_transport(transport::Options o
   return transport::make_named(present_transport(), std::move(options));
 }
 
-/// First in a test case: it runs once for each transport that lrt was built with, which make_transport() makes.
+/// The transports that were built and promise all that Limits and http/head.hpp say. libwebsockets has its own limits, times and parser.
+inline std::vector<std::string_view> strict_transports() {
+  auto names = transport::names();
+  names.erase(std::remove(names.begin(), names.end(), "libwebsockets"), names.end());
+  return names;
+}
+
+/// First in a test case: it runs once for each of strict_transports(), which make_transport() makes.
 #define ON_EACH_TRANSPORT()                                                            \
-  lrt::test::present_transport() = GENERATE(from_range(lrt::transport::names()));      \
+  lrt::test::present_transport() = GENERATE(from_range(lrt::test::strict_transports())); \
   INFO("transport " << lrt::test::present_transport())
 
 class HandClock final : public Clock {

@@ -9,40 +9,45 @@ struct lws_context;
 namespace lrt::transport {
 
 /// HTTP/1.1 and WebSocket on one port by libwebsockets 4.1 or later, which owns the sockets, parses the requests, frames the messages, speaks
-/// TLS and runs the loop. For hosts that use libwebsockets anyway; make_named("http") is stricter, faster and has more limits.
+/// TLS and runs the loop. For hosts that use libwebsockets anyway: the built-in transport is stricter, faster, and keeps all limits.
 ///
 /// What differs from the built-in transport:
-/// - A method that libwebsockets does not know, a target in absolute-form and `OPTIONS *` get 403 without a body. A request with
-///   Transfer-Encoding gets 411. After each of them the connection is closed.
-/// - A request with POST, PUT or PATCH and without Content-Length has no body and is the last of its connection.
-/// - `Upgrade` with another value than "websocket" gets 403 or 400: a web callback is made by POST. A WebSocket handshake with
-///   Sec-WebSocket-Protocol gets 400. After the response to a refused handshake the connection is closed.
-/// - If the response to a handshake is deferred, the WebSocket opens at once, without the fields of the response; a refusal that comes later
-///   closes it: 1013 for 503, 1011 for another 5xx, else 1008, with the status in the reason.
+/// - libwebsockets answers 403 without a problem document to a method that it does not know, to a target in absolute-form, to `OPTIONS *`, to an
+///   invalid percent-escape, and to `Upgrade` with another value than "websocket": a web callback is made by POST. `Upgrade: h2c` gets 400.
+/// - A request with Transfer-Encoding gets 411. A request with POST, PUT or PATCH and without Content-Length has no body and is the last of
+///   its connection. A request with a body and a WebSocket handshake that are pipelined get 503 (libwebsockets 4.1 would read the header
+///   section again, as the beginning of the body). Each of these responses and of those above closes the connection.
 /// - The target is the one that libwebsockets has decoded, encoded anew: "//", "/./" and "/../" are resolved, `%2F` is a slash, '+' in a path
-///   is a space, ';' in a query is '&'.
-/// - Of a header section libwebsockets accepts without a trace: LF alone as the end of a line, a CR within a line (the rest of the line is
-///   skipped), obs-fold and lines without a colon (they hide the field that follows). Of an unknown field that is repeated, the first is
-///   seen. Before 4.3 there is no list of unknown fields: those that lrt reads are asked for by name, and some of proxies; an authorizer sees no others.
-///   Everything else that http::check_head() refuses is refused here, too. A proxy in front that is stricter closes these gaps.
+///   is a space, ';' in a query is '&'. A target with `%00` closes the connection without a response.
+/// - A WebSocket handshake with Sec-WebSocket-Protocol gets 400. If the response to a handshake is deferred, the WebSocket opens at once,
+///   without the fields of the response; a refusal that comes later closes it: 1013 for 503, 1011 for another 5xx, else 1008, with the
+///   status in the reason.
+/// - While a response is deferred or an event stream is silent, the end of the client's connection is not noticed, but a reset is.
 ///
-/// Of Limits: max_header_bytes (16-bit; more: closed without a response; request line and fields together, without their names),
-/// max_body_bytes, max_connections (an idle connection makes room, else the new one is closed without a response), connections_per_address
-/// (the same), requests_per_connection, body_time, write_time, websocket_message_bytes, websocket_messages (pings are not counted). In whole
-/// seconds, rounded up: header_time (more: closed without a response), idle_time, ping_time, pong_time. Not: max_line_bytes, linger_time,
-/// linger_bytes, close_time, for which libwebsockets has its own.
+/// What libwebsockets accepts although two parsers could read it differently: a LF alone as the end of a line; a CR within a line (the rest of the
+/// line is skipped); obs-fold and a line without a colon (they hide the field that follows). Of an unknown field that is repeated, only the first is seen.
+/// Before 4.3 unknown fields cannot be listed: lrt asks by name for those that it reads and for those of proxies, and an authorizer sees no others. In
+/// WebSockets it accepts frames without a mask, ends the connection without a close frame after a control frame that is too long or a close
+/// of one byte, and does not send what is still to be sent before it answers a close. What http::check_head() refuses is refused here, too.
+/// A strict proxy in front closes these gaps.
+///
+/// Of Limits: body_bytes, connections (an idle connection makes room, else the new one is closed without a response),
+/// connections_per_address (the new one is closed), requests_per_connection, body_time, websocket_message_bytes, and websocket_messages without pings. head_bytes
+/// up to 65535, for the values and the unknown fields; more closes the connection without a response, and so does the end of head_time. In whole seconds,
+/// rounded up: head_time, idle_time, write_time, ping_time, pong_time. Not: line_bytes, linger_time, linger_bytes, close_time; a
+/// client that does not take part in the closing of its connection keeps it for twice head_time. All times are the machine's, not Options::clock's.
 ///
 /// libwebsockets ignores SIGPIPE in the whole process. Its log is the whole process's, too: while a transport lives on an lws_context of its
-/// own, warnings and errors go to TransportOptions::log of the last that was started.
+/// own, warnings and errors go to Options::log of the last that was started.
 std::unique_ptr<Transport> make_libwebsockets(Options options);
 
 /// The same as a vhost of the host's lws_context: whoever runs lws_service() serves, and calls the lambdas of things; there is nothing to poll.
-/// Needs Io::in_poll. The host's context decides header_time, header_bytes, and what becomes of libwebsockets' log. stop() closes connections at
-/// once.
+/// Needs Io::in_poll. The host's context decides head_time, head_bytes, and where libwebsockets' log goes. stop() ends all connections at once,
+/// without 1001; with 4.1 a port that no client has come to stays bound until the first does, or until the context is destroyed.
 ///
 /// @param context  must outlive the transport; made with LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT if options.tls is set
-/// @par Threads  The one that runs lws_service(), which is one; start() and stop() on it, or while nobody is in lws_service(). waker() and
-///               reload_tls(): any.
+/// @par Threads  That which runs lws_service(), of which there is one: start(), stop() and destruction on it, outside of callbacks of
+///               libwebsockets, or while nobody is in lws_service(). waker() and reload_tls(): any.
 std::unique_ptr<Transport> make_libwebsockets(Options options, lws_context* context);
 
 }  // namespace lrt::transport

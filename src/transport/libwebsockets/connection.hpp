@@ -60,6 +60,7 @@ class Connection {
   enum class Phase : unsigned char { idle, reading, waiting, writing, streaming, upgraded };
 
   std::optional<http::Refusal> read_request();
+  bool is_pipelined() const;
   int dispatch();
   int respond(http::Response response);
   int refuse(http::Refusal refusal);

@@ -122,7 +122,7 @@ Result<void> OwnContext::start(engine::Handler& handler) {
   lws_context_creation_info info{};
   info.port = CONTEXT_PORT_NO_LISTEN;
   info.options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS | LWS_SERVER_OPTION_SKIP_SERVER_CANONICAL_NAME |
-                 (options_.tls ? LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT : 0);
+                 LWS_SERVER_OPTION_VALIDATE_UTF8 | (options_.tls ? LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT : 0);
   info.fd_limit_per_thread = static_cast<unsigned>(limits.connections) + other_descriptors;
   info.max_http_header_data2 = static_cast<unsigned>(std::min<std::size_t>(limits.head_bytes, 65535));
   info.max_http_header_pool2 = static_cast<unsigned>(limits.connections);
@@ -158,7 +158,8 @@ milliseconds OwnContext::poll(std::chrono::microseconds budget, milliseconds wai
     serve(wait);
     if (wait > milliseconds(0)) pause_after_nothing(events);
     wait = milliseconds(0);
-    if ((!deliver(context_) && vhost_->events() == events) || SteadyClock::now() >= end) break;  // what was given is written in the next round
+    if ((!deliver(context_) && vhost_->events() == events) || SteadyClock::now() >= end)
+      break;  // what was given is written in the next round
   }
   auto rest = vhost_->has_connections() ? timer_period : max_wait;
   rest = milliseconds(lws_service_adjust_timeout(context_, static_cast<int>(rest.count()), 0));
@@ -177,7 +178,8 @@ void OwnContext::stop() {
   vhost_->begin_stop();
   // Bounded by the machine's time, whatever the clock of the options says.
   const auto end = SteadyClock::now() + options_.limits.stop_time;
-  for (auto time = SteadyClock::now(); vhost_->is_busy() && time < end; time = SteadyClock::now()) poll(milliseconds(10), until(end, time));
+  for (auto time = SteadyClock::now(); vhost_->is_busy() && time < end; time = SteadyClock::now())
+    poll(milliseconds(10), until(end, time));
   vhost_->close();
   destroy_context();
 }
@@ -213,7 +215,8 @@ class HostContext final : public VhostTransport {
 Result<void> HostContext::start(engine::Handler& handler) {
   if (is_open()) return unexpected(Errc::invalid_option, "the transport was started already");
   if (context_ == nullptr) return unexpected(Errc::invalid_option, "the transport needs an lws_context");
-  if (!options_.turn) return unexpected(Errc::invalid_option, "the transport lives on a loop of the host's: Options::turn says what to do there");
+  if (!options_.turn)
+    return unexpected(Errc::invalid_option, "the transport lives on a loop of the host's: Options::turn says what to do there");
   if (auto checked = check_tls(options_.tls); !checked) return checked;
   auto opened = Vhost::open(vhost_, context_, handler, [this] { request_turn(); });
   if (opened) request_turn();

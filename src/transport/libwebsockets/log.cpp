@@ -36,8 +36,7 @@ void emit(int level, const char* line) noexcept {
     std::string_view text(line);
     while (!text.empty() && text.back() == '\n') text.remove_suffix(1);
     if (log && *log) (*log)(level == LLL_ERR ? LogLevel::warning : LogLevel::info, "libwebsockets: " + std::string(text));
-  } catch (...) {
-  }
+  } catch (...) {}
 }
 
 }  // namespace

@@ -23,8 +23,10 @@ Result<void> check_tls_files(const transport::Tls& options) {
   const std::unique_ptr<SSL_CTX, void (*)(SSL_CTX*)> context(SSL_CTX_new(TLS_server_method()), SSL_CTX_free);
   if (!context) return unexpected(Errc::io_error, "TLS: no context");
   ERR_clear_error();
-  if (SSL_CTX_use_certificate_chain_file(context.get(), options.certificate_file.c_str()) != 1) return file_error(options.certificate_file);
-  if (SSL_CTX_use_PrivateKey_file(context.get(), options.key_file.c_str(), SSL_FILETYPE_PEM) != 1) return file_error(options.key_file);
+  if (SSL_CTX_use_certificate_chain_file(context.get(), options.certificate_file.c_str()) != 1)
+    return file_error(options.certificate_file);
+  if (SSL_CTX_use_PrivateKey_file(context.get(), options.key_file.c_str(), SSL_FILETYPE_PEM) != 1)
+    return file_error(options.key_file);
   if (SSL_CTX_check_private_key(context.get()) != 1) return file_error(options.key_file);
   if (!set_up_tls(context.get(), options)) return file_error(options.client_ca_file);
   return {};

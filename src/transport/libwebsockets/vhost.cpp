@@ -63,7 +63,8 @@ Vhost::~Vhost() {
 
 // -------------------------------------------------------------------------------------------------------- beginning and end
 
-Result<void> Vhost::open(const std::shared_ptr<Vhost>& self, lws_context* context, engine::Handler& handler, std::function<void()> on_event) {
+Result<void> Vhost::open(const std::shared_ptr<Vhost>& self, lws_context* context, engine::Handler& handler,
+                         std::function<void()> on_event) {
   bool is_v6 = false;
   if (auto free = check_address(self->options_.address, self->options_.port, is_v6); !free) return free;
   self->handler_ = &handler;
@@ -75,7 +76,8 @@ Result<void> Vhost::open(const std::shared_ptr<Vhost>& self, lws_context* contex
 }
 
 Result<void> Vhost::listen(lws_context* context, bool is_v6) {
-  static const lws_protocols protocols[] = {{name, &Vhost::on_lws, 0, 4096, 0, nullptr, 0}, {nullptr, nullptr, 0, 0, 0, nullptr, 0}};
+  static const lws_protocols protocols[] = {{name, &Vhost::on_lws, 0, 4096, 0, nullptr, 0},
+                                            {nullptr, nullptr, 0, 0, 0, nullptr, 0}};
   const auto& limits = options_.limits;
   lws_context_creation_info info{};
   info.port = options_.port;
@@ -99,7 +101,9 @@ Result<void> Vhost::listen(lws_context* context, bool is_v6) {
     info.alpn = "http/1.1";
   }
   vhost_ = lws_create_vhost(context, &info);
-  if (vhost_ == nullptr) return unexpected(Errc::io_error, "libwebsockets cannot listen on " + options_.address + ", port " + std::to_string(options_.port));
+  if (vhost_ == nullptr)
+    return unexpected(Errc::io_error,
+                      "libwebsockets cannot listen on " + options_.address + ", port " + std::to_string(options_.port));
   if (!watch_waker()) return unexpected(Errc::io_error, "libwebsockets takes no event descriptor to wake the transport with");
   return {};
 }
@@ -108,7 +112,9 @@ Result<void> Vhost::listen(lws_context* context, bool is_v6) {
 bool Vhost::watch_waker() {
   lws_sock_file_fd_type descriptor;
   descriptor.filefd = ::fcntl(waker_->descriptor(), F_DUPFD_CLOEXEC, 0);  // libwebsockets closes its own
-  return descriptor.filefd >= 0 && lws_adopt_descriptor_vhost(vhost_, LWS_ADOPT_RAW_FILE_DESC, descriptor, name, nullptr) != nullptr;
+  if (descriptor.filefd >= 0)
+    waker_wsi_ = lws_adopt_descriptor_vhost(vhost_, LWS_ADOPT_RAW_FILE_DESC, descriptor, name, nullptr);
+  return waker_wsi_ != nullptr;
 }
 
 void Vhost::close() {
@@ -118,8 +124,13 @@ void Vhost::close() {
   on_event_ = {};
 }
 
+/// libwebsockets 4.1 leaves to its user to close the connections, also that which listens, and frees the vhost when the last is gone.
 void Vhost::destroy() {
-  if (vhost_ != nullptr) lws_vhost_destroy(std::exchange(vhost_, nullptr));
+  if (vhost_ == nullptr) return;
+  for (auto* const connection : connections_) connection->kill();
+  for (auto* const own : {waker_wsi_, listening_wsi_})
+    if (own != nullptr) lws_set_timeout(own, PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC);
+  lws_vhost_destroy(std::exchange(vhost_, nullptr));
 }
 
 void Vhost::on_freed(lws_vhost*, void* self) { static_cast<Vhost*>(self)->forget(); }
@@ -141,7 +152,8 @@ void Vhost::begin_stop() {
 }
 
 bool Vhost::is_busy() const noexcept {
-  return std::any_of(connections_.begin(), connections_.end(), [](const Connection* connection) { return connection->is_busy(); });
+  return std::any_of(connections_.begin(), connections_.end(),
+                     [](const Connection* connection) { return connection->is_busy(); });
 }
 
 // ------------------------------------------------------------------------------------------------------ from the handler
@@ -192,6 +204,8 @@ unsigned char* Vhost::scratch(std::size_t size) {
 int Vhost::on_lws(lws* wsi, lws_callback_reasons reason, void* user, void* in, std::size_t size) noexcept {
   // Returned is whether to refuse; `size` says whether OpenSSL takes the certificate for valid.
   if (reason == LWS_CALLBACK_OPENSSL_PERFORM_CLIENT_CERT_VERIFICATION) return size != 0 ? 0 : 1;
+  if (reason == LWS_CALLBACK_PROTOCOL_INIT || reason == LWS_CALLBACK_PROTOCOL_DESTROY)
+    return 0;  // the latter comes after on_freed()
   Vhost* const vhost = owner_of(wsi);
   if (vhost == nullptr) return 0;
   if (reason == LWS_CALLBACK_OPENSSL_LOAD_EXTRA_SERVER_VERIFY_CERTS)
@@ -199,9 +213,7 @@ int Vhost::on_lws(lws* wsi, lws_callback_reasons reason, void* user, void* in, s
   if (reason == LWS_CALLBACK_WSI_DESTROY) return vhost->remove(wsi), 0;
   try {
     return vhost->dispatch(wsi, reason, in, size);
-  } catch (...) {
-    return -1;
-  }
+  } catch (...) { return -1; }
 }
 
 int Vhost::dispatch(lws* wsi, lws_callback_reasons reason, void* in, std::size_t size) {
@@ -211,10 +223,12 @@ int Vhost::dispatch(lws* wsi, lws_callback_reasons reason, void* in, std::size_t
     return result;
   };
   switch (reason) {
-    case LWS_CALLBACK_FILTER_NETWORK_CONNECTION: return is_open() ? filter(static_cast<int>(reinterpret_cast<std::intptr_t>(in))) : -1;
-    case LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED:
-      find_or_make(wsi);
-      return 0;
+    case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
+      listening_wsi_ = wsi;
+      if (is_open()) return filter(static_cast<int>(reinterpret_cast<std::intptr_t>(in)));
+      lws_set_timeout(wsi, PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC);
+      return -1;
+    case LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED: find_or_make(wsi); return 0;
     case LWS_CALLBACK_RAW_RX_FILE:
       if (!is_open()) return -1;
       waker_->clear();
@@ -247,7 +261,8 @@ int Vhost::dispatch(lws* wsi, lws_callback_reasons reason, void* in, std::size_t
     case LWS_CALLBACK_HTTP_BODY_COMPLETION: return followed(connection->on_body_end());
     case LWS_CALLBACK_HTTP_WRITEABLE: return followed(connection->on_writable());
     case LWS_CALLBACK_TIMER: return connection->on_timer();
-    case LWS_CALLBACK_ADD_HEADERS: return websocket != nullptr ? websocket->add_fields(*static_cast<lws_process_html_args*>(in)) : 0;
+    case LWS_CALLBACK_ADD_HEADERS:
+      return websocket != nullptr ? websocket->add_fields(*static_cast<lws_process_html_args*>(in)) : 0;
     case LWS_CALLBACK_ESTABLISHED: return websocket != nullptr ? followed(websocket->on_open()) : -1;
     case LWS_CALLBACK_RECEIVE: return websocket != nullptr ? followed(websocket->on_received(bytes, size)) : -1;
     default: return websocket != nullptr ? followed(websocket->on_writable()) : -1;
@@ -267,11 +282,14 @@ Connection& Vhost::find_or_make(lws* wsi) {
 }
 
 void Vhost::remove(lws* wsi) noexcept {
+  if (wsi == waker_wsi_) waker_wsi_ = nullptr;
+  if (wsi == listening_wsi_) listening_wsi_ = nullptr;
   Connection* const connection = find(wsi);
   if (connection == nullptr) return;
   lws_set_opaque_user_data(wsi, nullptr);
   connections_.erase(connection);
-  if (const auto counted = addresses_.find(connection->peer()); counted != addresses_.end() && --counted->second == 0) addresses_.erase(counted);
+  if (const auto counted = addresses_.find(connection->peer()); counted != addresses_.end() && --counted->second == 0)
+    addresses_.erase(counted);
   delete connection;
 }
 

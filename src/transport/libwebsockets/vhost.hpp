@@ -44,7 +44,8 @@ class Vhost {
 
   /// Listens, as a vhost of `context`. `self` is kept until libwebsockets frees the vhost.
   /// @param on_event  called after each event that the handler may have something to give after; may be empty
-  static Result<void> open(const std::shared_ptr<Vhost>& self, lws_context* context, engine::Handler& handler, std::function<void()> on_event);
+  static Result<void> open(const std::shared_ptr<Vhost>& self, lws_context* context, engine::Handler& handler,
+                           std::function<void()> on_event);
   /// No handler from here on; open tickets are abandoned, channels closed.
   void close();
   /// After close(): libwebsockets ends the connections as it comes to it.
@@ -97,6 +98,8 @@ class Vhost {
   std::function<void()> on_event_;
   std::shared_ptr<transport::EventWaker> waker_;
   lws_vhost* vhost_ = nullptr;
+  lws* waker_wsi_ = nullptr;
+  lws* listening_wsi_ = nullptr;  ///< known from the first client on
   lws_retry_bo_t keep_alive_{};
   std::shared_ptr<Vhost> self_;  ///< while libwebsockets has a pointer to this
   std::unordered_set<Connection*> connections_;

@@ -67,7 +67,8 @@ int WebSocket::on_received(const char* bytes, std::size_t size) {
     message_.clear();
   }
   const auto limit = vhost_.options().limits.websocket_message_bytes;
-  if (size > limit - std::min(limit, message_.size())) return close(1009, "at most " + std::to_string(limit) + " bytes");
+  if (size + lws_remaining_packet_payload(wsi_) > limit - std::min(limit, message_.size()))
+    return close(1009, "at most " + std::to_string(limit) + " bytes");
   if (size > 0) message_.append(bytes, size);
   if (lws_is_final_fragment(wsi_) == 0 || lws_remaining_packet_payload(wsi_) != 0) return 0;
   return take_message();
