@@ -616,6 +616,129 @@ TEST_CASE("libwebsockets: an event stream goes on until its end", "[transport][l
   REQUIRE(host.run(client, [&] { return host.handler.closed_count == 1; }));
 }
 
+// -------------------------------------------------------------------------------------------------------------------- TLS
+
+namespace {
+
+class SecureHandler final : public TestHandler {
+ public:
+  engine::Outcome handle(const http::Request& request, TimePoint now) override {
+    secure = request.secure;
+    certificate = std::string(request.client_certificate);
+    return TestHandler::handle(request, now);
+  }
+  bool secure = false;
+  std::string certificate;
+};
+
+struct SecureHost {
+  explicit SecureHost(const std::function<void(transport::Tls&)>& change = {}) {
+    transport::Tls tls;
+    tls.certificate_file = folder.put("server.pem", {&own});
+    tls.key_file = folder.put_key("key.pem", own);
+    tls.client_ca_file = folder.put("clients.pem", {&authority});
+    if (change) change(tls);
+    server = make([&](transport::Options& options) { options.tls = tls; });
+    if (const auto started = server->start(handler); !started) throw std::runtime_error(started.error().message);
+  }
+  /// What a client with these settings gets for GET /, and who answers it.
+  std::string ask(SSL_CTX* context) {
+    RawClient raw(server->port());
+    TlsClientSide side(context);
+    side.write(get("/"));
+    std::string text;
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (std::chrono::steady_clock::now() < end && !raw.ended && side.failure.empty() && !contains(text, "hello")) {
+      raw.send(side.give());
+      raw.step();
+      text += side.take(std::exchange(raw.received, {}));
+      server->poll(milliseconds(1), milliseconds(1));
+    }
+    const std::unique_ptr<X509, void (*)(X509*)> shown(SSL_get_peer_certificate(side.get()), X509_free);
+    char name[100] = "";
+    if (shown) X509_NAME_get_text_by_NID(X509_get_subject_name(shown.get()), NID_commonName, name, sizeof name);
+    server_name = name;
+    return text;
+  }
+
+  TlsFolder folder;
+  Certificate authority = make_certificate({"authority", {}, -3600, 3600, true});
+  Certificate own = make_certificate({"robot", "DNS:localhost,IP:127.0.0.1"}, &authority);
+  Certificate operator_ = make_certificate({"operator", {}}, &authority);
+  Certificate stranger = make_certificate({"stranger", {}});
+  SslContext client = tls_client(authority);
+  SecureHandler handler;
+  std::unique_ptr<transport::Transport> server;
+  std::string server_name;
+};
+
+}  // namespace
+
+TEST_CASE("libwebsockets: the certificate of a client is verified and handed on", "[transport][libwebsockets][tls]") {
+  const bool required = GENERATE(false, true);
+  SecureHost host([&](transport::Tls& tls) { tls.require_client_certificate = required; });
+  const auto show = [&](const Certificate& certificate) {
+    SSL_CTX_use_certificate(host.client.get(), certificate.certificate.get());
+    SSL_CTX_use_PrivateKey(host.client.get(), certificate.key.get());
+    return contains(host.ask(host.client.get()), "hello");
+  };
+  CHECK(contains(host.ask(host.client.get()), "hello") == !required);
+  CHECK(host.handler.certificate.empty());
+  CHECK_FALSE(show(host.stranger));
+  CHECK(host.handler.requests == (required ? 0 : 1));
+  CHECK(show(host.operator_));
+  CHECK(host.handler.secure);
+  CHECK(host.handler.certificate == "CN=operator");
+}
+
+TEST_CASE("libwebsockets: TLS is 1.2 or later, and speaks http/1.1", "[transport][libwebsockets][tls]") {
+  SecureHost host;
+  SSL_CTX_set_alpn_protos(host.client.get(), reinterpret_cast<const unsigned char*>("\x02h2\x08http/1.1"), 12);
+  CHECK(contains(host.ask(host.client.get()), "hello"));
+  SSL_CTX_set_max_proto_version(host.client.get(), TLS1_2_VERSION);
+  CHECK(contains(host.ask(host.client.get()), "hello"));
+  SSL_CTX_set_cipher_list(host.client.get(), "ALL:@SECLEVEL=0");
+  SSL_CTX_set_max_proto_version(host.client.get(), TLS1_1_VERSION);
+  CHECK(host.ask(host.client.get()).empty());
+  CHECK(host.handler.requests == 2);
+}
+
+TEST_CASE("libwebsockets: certificates are replaced while it serves", "[transport][libwebsockets][tls]") {
+  SecureHost host;
+  CHECK(contains(host.ask(host.client.get()), "hello"));
+  CHECK(host.server_name == "robot");
+  const auto next = make_certificate({"next", "DNS:localhost"}, &host.authority);
+  host.folder.put("server.pem", {&next});
+  const auto mismatch = host.server->reload_tls();
+  REQUIRE_FALSE(mismatch);
+  CHECK(mismatch.error().code == Errc::io_error);
+  CHECK(contains(host.ask(host.client.get()), "hello"));
+  CHECK(host.server_name == "robot");
+  host.folder.put_key("key.pem", next);
+  REQUIRE(host.server->reload_tls());
+  CHECK(contains(host.ask(host.client.get()), "hello"));
+  CHECK(host.server_name == "next");
+  CHECK(make()->reload_tls().error().code == Errc::invalid_option);
+}
+
+TEST_CASE("libwebsockets: TLS files that are wrong are errors of start()", "[transport][libwebsockets][tls]") {
+  const auto error = [](const std::function<void(transport::Tls&, SecureHost&)>& change) {
+    SecureHost host;
+    transport::Tls tls;
+    tls.certificate_file = host.folder.path("server.pem");
+    tls.key_file = host.folder.path("key.pem");
+    change(tls, host);
+    const auto started = make([&](transport::Options& options) { options.tls = tls; })->start(host.handler);
+    return started ? std::optional<Errc>() : started.error().code;
+  };
+  CHECK(error([](auto& tls, auto&) { tls.certificate_file = "/nowhere"; }) == Errc::io_error);
+  CHECK(error([](auto& tls, auto& host) { tls.key_file = host.folder.put_key("other.pem", host.stranger); }) == Errc::io_error);
+  CHECK(error([](auto& tls, auto& host) { tls.key_file = host.folder.put_key("locked.pem", host.own, "pass"); }) ==
+        Errc::io_error);
+  CHECK(error([](auto& tls, auto&) { tls.client_ca_file = "/nowhere"; }) == Errc::io_error);
+  CHECK(error([](auto& tls, auto&) { tls.require_client_certificate = true; }) == Errc::invalid_option);
+}
+
 // -------------------------------------------------------------------------------------------------------- a host's context
 
 namespace {

@@ -76,9 +76,9 @@ class VhostTransport : public Transport {
   std::optional<SteadyClock::time_point> next_deadline() const { return vhost_->handler().next_deadline(); }
   /// For the next start(): libwebsockets may still have the one that was.
   void renew() { vhost_ = std::make_shared<Vhost>(options_, waker_); }
-  bool deliver(lws_context* context) {
-    if (reload_.exchange(false)) vhost_->reload_tls(context);
-    return vhost_->deliver();
+  /// At the beginning of a turn, so that the next client gets the new certificate.
+  void reload_if_requested() {
+    if (reload_.exchange(false)) vhost_->reload_tls();
   }
 
   const Options options_;
@@ -151,6 +151,7 @@ void OwnContext::serve(milliseconds wait) {
 
 milliseconds OwnContext::poll(std::chrono::microseconds budget, milliseconds wait) {
   if (!is_open()) return milliseconds::max();
+  reload_if_requested();
   const auto end = SteadyClock::now() + budget;
   wait = std::min(wait, max_wait);
   if (const auto due = next_deadline()) wait = std::min(wait, until(*due, now().steady));
@@ -158,7 +159,7 @@ milliseconds OwnContext::poll(std::chrono::microseconds budget, milliseconds wai
     serve(wait);
     if (wait > milliseconds(0)) pause_after_nothing(events);
     wait = milliseconds(0);
-    if ((!deliver(context_) && vhost_->events() == events) || SteadyClock::now() >= end)
+    if ((!vhost_->deliver() && vhost_->events() == events) || SteadyClock::now() >= end)
       break;  // what was given is written in the next round
   }
   auto rest = vhost_->has_connections() ? timer_period : max_wait;
@@ -227,7 +228,8 @@ Result<void> HostContext::start(engine::Handler& handler) {
 /// The host serves: this gives what there is, and sets the time of the next turn.
 milliseconds HostContext::poll(std::chrono::microseconds, milliseconds) {
   if (!is_open()) return milliseconds::max();
-  deliver(context_);
+  reload_if_requested();
+  vhost_->deliver();
   const auto due = next_deadline();
   if (!due) {
     turn_.cancel();

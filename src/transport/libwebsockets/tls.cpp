@@ -4,6 +4,7 @@
 #include <openssl/err.h>
 #include <openssl/ssl.h>
 #include <openssl/x509.h>
+#include <openssl/x509_vfy.h>
 
 #include <memory>
 
@@ -17,19 +18,27 @@ Unexpected file_error(const std::string& path) {
   return unexpected(Errc::io_error, "TLS: " + path + ": " + text);
 }
 
+/// Instead of OpenSSL's own, which asks on the terminal.
+int no_passphrase(char*, int, int, void*) { return 0; }
+
 }  // namespace
+
+Result<void> load_tls(SSL_CTX* context, const transport::Tls& options) {
+  SSL_CTX_set_default_passwd_cb(context, &no_passphrase);
+  ERR_clear_error();
+  if (SSL_CTX_use_certificate_chain_file(context, options.certificate_file.c_str()) != 1)
+    return file_error(options.certificate_file);
+  if (SSL_CTX_use_PrivateKey_file(context, options.key_file.c_str(), SSL_FILETYPE_PEM) != 1)
+    return file_error(options.key_file);
+  if (SSL_CTX_check_private_key(context) != 1) return file_error(options.key_file);
+  if (!set_up_tls(context, options)) return file_error(options.client_ca_file);
+  return {};
+}
 
 Result<void> check_tls_files(const transport::Tls& options) {
   const std::unique_ptr<SSL_CTX, void (*)(SSL_CTX*)> context(SSL_CTX_new(TLS_server_method()), SSL_CTX_free);
   if (!context) return unexpected(Errc::io_error, "TLS: no context");
-  ERR_clear_error();
-  if (SSL_CTX_use_certificate_chain_file(context.get(), options.certificate_file.c_str()) != 1)
-    return file_error(options.certificate_file);
-  if (SSL_CTX_use_PrivateKey_file(context.get(), options.key_file.c_str(), SSL_FILETYPE_PEM) != 1)
-    return file_error(options.key_file);
-  if (SSL_CTX_check_private_key(context.get()) != 1) return file_error(options.key_file);
-  if (!set_up_tls(context.get(), options)) return file_error(options.client_ca_file);
-  return {};
+  return load_tls(context.get(), options);
 }
 
 bool set_up_tls(SSL_CTX* context, const transport::Tls& options) {
@@ -40,7 +49,9 @@ bool set_up_tls(SSL_CTX* context, const transport::Tls& options) {
   static constexpr unsigned char name[] = "lrt";
   SSL_CTX_set_session_id_context(context, name, sizeof name - 1);
   if (options.client_ca_file.empty()) return true;
-  if (SSL_CTX_load_verify_locations(context, options.client_ca_file.c_str(), nullptr) != 1) return false;
+  std::unique_ptr<X509_STORE, void (*)(X509_STORE*)> store(X509_STORE_new(), X509_STORE_free);
+  if (!store || X509_STORE_load_locations(store.get(), options.client_ca_file.c_str(), nullptr) != 1) return false;
+  SSL_CTX_set_cert_store(context, store.release());  // instead of all that the system trusts
   SSL_CTX_set_client_CA_list(context, SSL_load_client_CA_file(options.client_ca_file.c_str()));
   return true;
 }

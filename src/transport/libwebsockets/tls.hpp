@@ -10,6 +10,9 @@ struct ssl_ctx_st;
 
 namespace lrt::libwebsockets {
 
+/// Loads certificate and key, and what set_up_tls() does.
+/// @par Errors  io_error: a file, with the reason
+Result<void> load_tls(ssl_ctx_st* context, const transport::Tls& options);
 /// Loads the files once, for what libwebsockets only logs.
 /// @par Errors  io_error: a file, with the reason
 Result<void> check_tls_files(const transport::Tls& options);

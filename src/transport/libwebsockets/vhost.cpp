@@ -139,11 +139,10 @@ std::uint16_t Vhost::port() const noexcept {
   return vhost_ != nullptr && is_open() ? static_cast<std::uint16_t>(lws_get_vhost_listen_port(vhost_)) : std::uint16_t{0};
 }
 
-void Vhost::reload_tls(lws_context* context) {
-  const auto& tls = *options_.tls;
-  if (lws_tls_cert_updated(context, tls.certificate_file.c_str(), tls.key_file.c_str(), nullptr, 0, nullptr, 0) != 0 &&
-      options_.log)
-    options_.log(LogLevel::error, "TLS: libwebsockets does not take the new certificate");
+/// Unlike lws_tls_cert_updated() this reads the authorities of clients, too, and says what is wrong.
+void Vhost::reload_tls() {
+  if (auto loaded = load_tls(ssl_context_, *options_.tls); !loaded && options_.log)
+    options_.log(LogLevel::error, loaded.error().message);
 }
 
 void Vhost::begin_stop() {
@@ -208,8 +207,10 @@ int Vhost::on_lws(lws* wsi, lws_callback_reasons reason, void* user, void* in, s
     return 0;  // the latter comes after on_freed()
   Vhost* const vhost = owner_of(wsi);
   if (vhost == nullptr) return 0;
-  if (reason == LWS_CALLBACK_OPENSSL_LOAD_EXTRA_SERVER_VERIFY_CERTS)
-    return vhost->options_.tls && set_up_tls(static_cast<SSL_CTX*>(user), *vhost->options_.tls) ? 0 : 1;
+  if (reason == LWS_CALLBACK_OPENSSL_LOAD_EXTRA_SERVER_VERIFY_CERTS) {
+    vhost->ssl_context_ = static_cast<SSL_CTX*>(user);
+    return vhost->options_.tls && set_up_tls(vhost->ssl_context_, *vhost->options_.tls) ? 0 : 1;
+  }
   if (reason == LWS_CALLBACK_WSI_DESTROY) return vhost->remove(wsi), 0;
   try {
     return vhost->dispatch(wsi, reason, in, size);

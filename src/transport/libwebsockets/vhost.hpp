@@ -60,7 +60,7 @@ class Vhost {
   /// Responses or closing handshakes are under way.
   bool is_busy() const noexcept;
   /// Loads the certificate and its key again.
-  void reload_tls(lws_context* context);
+  void reload_tls();
 
   bool is_open() const noexcept { return handler_ != nullptr; }
   std::uint16_t port() const noexcept;
@@ -98,6 +98,7 @@ class Vhost {
   std::function<void()> on_event_;
   std::shared_ptr<transport::EventWaker> waker_;
   lws_vhost* vhost_ = nullptr;
+  ssl_ctx_st* ssl_context_ = nullptr;  ///< of the vhost
   lws* waker_wsi_ = nullptr;
   lws* listening_wsi_ = nullptr;  ///< known from the first client on
   lws_retry_bo_t keep_alive_{};
