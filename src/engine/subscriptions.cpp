@@ -181,9 +181,12 @@ Representations::Attempt Subscriptions::open(Context& context, SubscriptionReque
   const auto choice = http::negotiate(accept, offers.types);
   if (streams && !choice)
     return Outcome(responses_.problem(context, 406, "none of the accepted media types can be sent in an event stream; there are " + offers.list()));
-  if (choice && (streams || offers.variants[*choice].may_be_missing())) {
+  const bool at_once = wanted.protocol == Protocol::websocket && context.request().must_upgrade_now;
+  if (choice && (streams || at_once || offers.variants[*choice].may_be_missing())) {
     wanted.variant = offers.variants[*choice];
-    if (!representations_.ready(*context.resource, wanted.variant, current)) return Representations::Missing{Encodings::of(wanted.variant)};
+    const bool ready = representations_.ready(*context.resource, wanted.variant, current);
+    if (!ready && !at_once) return Representations::Missing{Encodings::of(wanted.variant)};
+    wanted.begins_with_refresh = !ready;
   } else {
     Representations::Selected selected = representations_.select(context, nullptr, current);
     if (auto* missing = std::get_if<Representations::Missing>(&selected)) return *missing;
@@ -301,6 +304,7 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
   ThingNode& thing = *request.observed->thing;
   std::string path = thing.subscriptions.path + "/" + id;
   std::string known_tag = std::move(request.known_tag);
+  const bool begins_with_refresh = request.begins_with_refresh;
   auto made = std::make_unique<SubscriptionResource>(std::move(path), std::move(id), Channel{next_channel_++}, std::move(request), base, created, *this,
                                                      options_.subscriptions, queued_bytes_);
   SubscriptionResource& s = *made;
@@ -315,9 +319,21 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
     ++callbacks_revision_;
   }
   // SPEC 3.6: the first notification at once.
+  if (begins_with_refresh) {
+    values_.refresh(s.observed, Encodings::of(s.its_variant), [this, channel = s.channel](const Result<void>& result, TimePoint) {
+      SubscriptionResource* begun = find(channel);
+      if (begun && result) first_notification(*begun);
+      else if (begun) end(*begun, 1011, "the value could not be read");
+    });
+  } else {
+    first_notification(s);
+  }
+  return s;
+}
+
+void Subscriptions::first_notification(SubscriptionResource& s) {
   if (s.queues()) enqueue(s);
   else changed(s);
-  return s;
 }
 
 void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string reason) {

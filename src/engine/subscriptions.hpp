@@ -96,6 +96,7 @@ class Subscriptions {
   Representations::Attempt open(Context& context, SubscriptionRequest request, bool current);
   http::Response description_response(const Context& context, SubscriptionResource& made) const;
 
+  void first_notification(SubscriptionResource& s);
   void enqueue(SubscriptionResource& s);
   Representation* represent(SubscriptionResource& s);
   subscription::Item item_of(const SubscriptionResource& s, Representation& representation);

@@ -15,6 +15,9 @@ std::vector<std::string_view> names() {
 #if LRT_HAS_LIBWEBSOCKETS
       "libwebsockets",
 #endif
+#if LRT_HAS_LIBWEBSOCKETS
+      "libwebsockets",
+#endif
   };
 }
 

@@ -280,7 +280,7 @@ class WebSocketClient {
     const auto expect = [&](const std::string& line) {
       if (head.find("\r\n" + line + "\r\n") == std::string::npos) throw std::runtime_error("the 101 lacks \"" + line + "\":\n" + head);
     };
-    expect("Upgrade: websocket");
+    if (head.find("\r\nUpgrade: WebSocket\r\n") == std::string::npos) expect("Upgrade: websocket");  // its case is free
     expect("Connection: Upgrade");
     expect("Sec-WebSocket-Accept: " + accept_of(key));
     if (head.find("Sec-WebSocket-Extensions") != std::string::npos) throw std::runtime_error("an extension nobody asked for");

@@ -30,6 +30,7 @@ struct Request {
   bool secure = false;         ///< came over TLS
   std::string_view client_certificate{};  ///< subject of the client's verified certificate (RFC 2253); empty: it showed none
   bool can_upgrade = false;    ///< the transport can turn this connection into a WebSocket
+  bool must_upgrade_now = false;  ///< with can_upgrade: the transport cannot wait with the handshake for a deferred response
   bool can_stream = false;     ///< the transport can send a response that goes on: an event stream
   std::string_view mount{};    ///< path prefix under which a host's own HTTP server serves this, "/robot"; taken off the target
   std::uint16_t local_port = 0;  ///< of that server; 0: the request came over lrt's own transport

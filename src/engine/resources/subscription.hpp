@@ -27,6 +27,7 @@ struct SubscriptionRequest {
   std::string url, secret;  ///< of a callback
   Variant variant;
   subscription::Policy policy;
+  bool begins_with_refresh = false;  ///< the first notification waits until the value has been read
   std::string known_tag;    ///< of the representation that the client of an event stream has
 };
 

@@ -1,0 +1,318 @@
+#include "src/transport/libwebsockets/vhost.hpp"
+
+#include <fcntl.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <openssl/ssl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include <lrt/http/date.hpp>
+
+#include "src/transport/libwebsockets/connection.hpp"
+#include "src/transport/libwebsockets/tls.hpp"
+
+namespace lrt::libwebsockets {
+namespace {
+
+constexpr const char* name = "lrt";
+
+bool is_this_machine(std::string_view address) noexcept { return address == "::1" || address.substr(0, 4) == "127."; }
+
+/// Binds a socket for a moment: libwebsockets does not say why it cannot listen.
+Result<void> check_address(const std::string& address, std::uint16_t port, bool& is_v6) {
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV | AI_PASSIVE;
+  addrinfo* found = nullptr;
+  if (::getaddrinfo(address.c_str(), std::to_string(port).c_str(), &hints, &found) != 0)
+    return unexpected(Errc::invalid_option, "address \"" + address + "\": expected a numeric IPv4 or IPv6 address");
+  const std::unique_ptr<addrinfo, void (*)(addrinfo*)> owned(found, ::freeaddrinfo);
+  is_v6 = found->ai_family == AF_INET6;
+  const int socket = ::socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const int on = 1;
+  ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  const int error = socket < 0 || ::bind(socket, found->ai_addr, found->ai_addrlen) != 0 ? errno : 0;
+  if (socket >= 0) ::close(socket);
+  if (error == 0) return {};
+  return unexpected(error == EADDRINUSE ? Errc::address_in_use : Errc::io_error,
+                    "address " + address + ", port " + std::to_string(port) + ": " + std::strerror(error));
+}
+
+Vhost* owner_of(lws* wsi) noexcept {
+  lws_vhost* const vhost = wsi != nullptr ? lws_get_vhost(wsi) : nullptr;
+  return vhost != nullptr ? static_cast<Vhost*>(lws_vhost_user(vhost)) : nullptr;
+}
+
+}  // namespace
+
+Vhost::Vhost(const transport::TransportOptions& options, std::shared_ptr<EventWaker> waker)
+    : options_(options), clock_(options.clock != nullptr ? *options.clock : system_clock()), waker_(std::move(waker)) {
+  const auto& limits = options_.limits;
+  keep_alive_.secs_since_valid_ping = static_cast<std::uint16_t>(to_seconds(limits.ping_interval));
+  keep_alive_.secs_since_valid_hangup = static_cast<std::uint16_t>(to_seconds(limits.ping_interval) + to_seconds(limits.pong_timeout));
+}
+
+Vhost::~Vhost() {
+  for (auto* const connection : std::exchange(connections_, {})) delete connection;
+}
+
+// -------------------------------------------------------------------------------------------------------- beginning and end
+
+Result<void> Vhost::open(const std::shared_ptr<Vhost>& self, lws_context* context, engine::Handler& handler,
+                         std::function<void()> on_event) {
+  bool is_v6 = false;
+  if (auto free = check_address(self->options_.address, self->options_.port, is_v6); !free) return free;
+  self->handler_ = &handler;
+  self->on_event_ = std::move(on_event);
+  self->self_ = self;
+  auto listening = self->listen(context, is_v6);
+  if (!listening) self->close();
+  return listening;
+}
+
+Result<void> Vhost::listen(lws_context* context, bool is_v6) {
+  static const lws_protocols protocols[] = {{name, &Vhost::on_lws, 0, 4096, 0, nullptr, 0},
+                                            {nullptr, nullptr, 0, 0, 0, nullptr, 0}};
+  const auto& limits = options_.limits;
+  lws_context_creation_info info{};
+  info.port = options_.port;
+  info.iface = options_.address.c_str();
+  info.vhost_name = name;
+  info.protocols = protocols;
+  info.user = this;
+  info.finalize = &Vhost::on_freed;
+  info.finalize_arg = this;
+  info.keepalive_timeout = to_seconds(limits.idle_timeout);
+  info.timeout_secs_ah_idle = static_cast<unsigned>(to_seconds(limits.header_timeout));
+  info.retry_and_idle_policy = &keep_alive_;
+  info.options = LWS_SERVER_OPTION_FAIL_UPON_UNABLE_TO_BIND | (is_v6 ? 0 : LWS_SERVER_OPTION_DISABLE_IPV6);
+  if (options_.tls) {
+    const auto& tls = *options_.tls;
+    info.options |= LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT;
+    if (!tls.client_ca_file.empty()) info.options |= LWS_SERVER_OPTION_REQUIRE_VALID_OPENSSL_CLIENT_CERT;
+    if (!tls.require_client_certificate) info.options |= LWS_SERVER_OPTION_PEER_CERT_NOT_REQUIRED;
+    info.ssl_cert_filepath = tls.certificate_file.c_str();
+    info.ssl_private_key_filepath = tls.key_file.c_str();
+    info.alpn = "http/1.1";
+  }
+  vhost_ = lws_create_vhost(context, &info);
+  if (vhost_ == nullptr)
+    return unexpected(Errc::io_error,
+                      "libwebsockets cannot listen on " + options_.address + ", port " + std::to_string(options_.port));
+  if (!watch_waker()) return unexpected(Errc::io_error, "libwebsockets takes no event descriptor to wake the transport with");
+  return {};
+}
+
+/// Unlike lws_cancel_service() the waker may outlive the context, and needs no lock for that.
+bool Vhost::watch_waker() {
+  lws_sock_file_fd_type descriptor;
+  descriptor.filefd = ::fcntl(waker_->descriptor(), F_DUPFD_CLOEXEC, 0);  // libwebsockets closes its own
+  if (descriptor.filefd >= 0)
+    waker_wsi_ = lws_adopt_descriptor_vhost(vhost_, LWS_ADOPT_RAW_FILE_DESC, descriptor, name, nullptr);
+  return waker_wsi_ != nullptr;
+}
+
+void Vhost::close() {
+  if (handler_ == nullptr) return;
+  for (auto* const connection : connections_) connection->end();
+  handler_ = nullptr;
+  on_event_ = {};
+}
+
+/// libwebsockets 4.1 leaves to its user to close the connections, also that which listens, and frees the vhost when the last is gone.
+void Vhost::destroy() {
+  if (vhost_ == nullptr) return;
+  for (auto* const connection : connections_) connection->kill();
+  for (auto* const own : {waker_wsi_, listening_wsi_})
+    if (own != nullptr) lws_set_timeout(own, PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC);
+  lws_vhost_destroy(std::exchange(vhost_, nullptr));
+}
+
+void Vhost::on_freed(lws_vhost*, void* self) { static_cast<Vhost*>(self)->forget(); }
+
+std::uint16_t Vhost::port() const noexcept {
+  return vhost_ != nullptr && is_open() ? static_cast<std::uint16_t>(lws_get_vhost_listen_port(vhost_)) : std::uint16_t{0};
+}
+
+/// Unlike lws_tls_cert_updated() this reads the authorities of clients, too, and says what is wrong.
+void Vhost::reload_tls() {
+  if (auto loaded = load_tls(ssl_context_, *options_.tls); !loaded && options_.log)
+    options_.log(LogLevel::error, loaded.error().message);
+}
+
+void Vhost::begin_stop() {
+  stopping_ = true;
+  for (auto* const connection : connections_) connection->begin_stop();
+}
+
+bool Vhost::is_busy() const noexcept {
+  return std::any_of(connections_.begin(), connections_.end(),
+                     [](const Connection* connection) { return connection->is_busy(); });
+}
+
+// ------------------------------------------------------------------------------------------------------ from the handler
+
+bool Vhost::deliver() {
+  const auto now = clock_.now();
+  if (!std::exchange(woken_, false) && tickets.empty() && channels.empty()) {
+    const auto due = handler_->next_deadline();
+    if (!due || *due > now.steady) return false;
+  }
+  bool gave = false;
+  while (auto reply = handler_->next_reply(now)) {
+    const auto found = tickets.find(static_cast<std::uint64_t>(reply->ticket));
+    if (found != tickets.end()) {
+      Connection& connection = *found->second;
+      tickets.erase(found);
+      connection.reply(*std::move(reply));
+      gave = true;
+    } else if (reply->channel) {
+      handler_->closed(*reply->channel);
+    }
+  }
+  while (const auto channel = handler_->next_ready(now)) {
+    const auto found = channels.find(static_cast<std::uint64_t>(*channel));
+    if (found == channels.end()) continue;
+    found->second->push();
+    gave = true;
+  }
+  return gave;
+}
+
+std::string_view Vhost::date(TimePoint now) {
+  const auto second = std::chrono::floor<std::chrono::seconds>(now.utc.time_since_epoch());
+  if (second != date_second_) {
+    date_ = http::to_http_date(now.utc);
+    date_second_ = second;
+  }
+  return date_;
+}
+
+unsigned char* Vhost::scratch(std::size_t size) {
+  if (scratch_.size() < LWS_PRE + size) scratch_.resize(LWS_PRE + size);
+  return scratch_.data() + LWS_PRE;
+}
+
+// ----------------------------------------------------------------------------------------------------- from libwebsockets
+
+int Vhost::on_lws(lws* wsi, lws_callback_reasons reason, void* user, void* in, std::size_t size) noexcept {
+  // Returned is whether to refuse; `size` says whether OpenSSL takes the certificate for valid.
+  if (reason == LWS_CALLBACK_OPENSSL_PERFORM_CLIENT_CERT_VERIFICATION) return size != 0 ? 0 : 1;
+  if (reason == LWS_CALLBACK_PROTOCOL_INIT || reason == LWS_CALLBACK_PROTOCOL_DESTROY)
+    return 0;  // the latter comes after on_freed()
+  Vhost* const vhost = owner_of(wsi);
+  if (vhost == nullptr) return 0;
+  if (reason == LWS_CALLBACK_OPENSSL_LOAD_EXTRA_SERVER_VERIFY_CERTS) {
+    vhost->ssl_context_ = static_cast<SSL_CTX*>(user);
+    return vhost->options_.tls && set_up_tls(vhost->ssl_context_, *vhost->options_.tls) ? 0 : 1;
+  }
+  if (reason == LWS_CALLBACK_WSI_DESTROY) return vhost->remove(wsi), 0;
+  try {
+    return vhost->dispatch(wsi, reason, in, size);
+  } catch (...) { return -1; }
+}
+
+int Vhost::dispatch(lws* wsi, lws_callback_reasons reason, void* in, std::size_t size) {
+  ++events_;
+  const auto followed = [this](int result) {
+    if (on_event_) on_event_();
+    return result;
+  };
+  switch (reason) {
+    case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
+      listening_wsi_ = wsi;
+      if (is_open()) return filter(static_cast<int>(reinterpret_cast<std::intptr_t>(in)));
+      lws_set_timeout(wsi, PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC);
+      return -1;
+    case LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED: find_or_make(wsi); return 0;
+    case LWS_CALLBACK_RAW_RX_FILE:
+      if (!is_open()) return -1;
+      waker_->clear();
+      woken_ = true;
+      return followed(0);
+    case LWS_CALLBACK_RAW_ADOPT:  // a client that is no HTTP/1.1 client
+    case LWS_CALLBACK_RAW_RX: return -1;
+    case LWS_CALLBACK_HTTP: return is_open() ? followed(find_or_make(wsi).on_request()) : -1;
+    case LWS_CALLBACK_HTTP_CONFIRM_UPGRADE: return is_open() ? followed(find_or_make(wsi).on_upgrade()) : -1;
+    case LWS_CALLBACK_HTTP_BODY:
+    case LWS_CALLBACK_HTTP_BODY_COMPLETION:
+    case LWS_CALLBACK_HTTP_WRITEABLE:
+    case LWS_CALLBACK_TIMER:
+    case LWS_CALLBACK_ADD_HEADERS:
+    case LWS_CALLBACK_ESTABLISHED:
+    case LWS_CALLBACK_RECEIVE:
+    case LWS_CALLBACK_SERVER_WRITEABLE:
+    case LWS_CALLBACK_CLOSED:
+    case LWS_CALLBACK_CLOSED_HTTP: break;
+    default: return 0;
+  }
+  Connection* const connection = find(wsi);
+  if (connection == nullptr) return 0;
+  if (reason == LWS_CALLBACK_CLOSED || reason == LWS_CALLBACK_CLOSED_HTTP) return connection->end(), followed(0);
+  if (!is_open()) return -1;
+  WebSocket* const websocket = connection->websocket();
+  const auto* const bytes = static_cast<const char*>(in);
+  switch (reason) {
+    case LWS_CALLBACK_HTTP_BODY: return connection->on_body({bytes, size});
+    case LWS_CALLBACK_HTTP_BODY_COMPLETION: return followed(connection->on_body_end());
+    case LWS_CALLBACK_HTTP_WRITEABLE: return followed(connection->on_writable());
+    case LWS_CALLBACK_TIMER: return connection->on_timer();
+    case LWS_CALLBACK_ADD_HEADERS:
+      return websocket != nullptr ? websocket->add_fields(*static_cast<lws_process_html_args*>(in)) : 0;
+    case LWS_CALLBACK_ESTABLISHED: return websocket != nullptr ? followed(websocket->on_open()) : -1;
+    case LWS_CALLBACK_RECEIVE: return websocket != nullptr ? followed(websocket->on_received(bytes, size)) : -1;
+    default: return websocket != nullptr ? followed(websocket->on_writable()) : -1;
+  }
+}
+
+Connection* Vhost::find(lws* wsi) const noexcept { return static_cast<Connection*>(lws_get_opaque_user_data(wsi)); }
+
+Connection& Vhost::find_or_make(lws* wsi) {
+  if (auto* const found = find(wsi)) return *found;
+  auto made = std::make_unique<Connection>(*this, wsi);
+  connections_.insert(made.get());
+  lws_set_opaque_user_data(wsi, made.get());
+  auto& connection = *made.release();
+  if (!is_this_machine(connection.peer())) ++addresses_[connection.peer()];
+  return connection;
+}
+
+void Vhost::remove(lws* wsi) noexcept {
+  if (wsi == waker_wsi_) waker_wsi_ = nullptr;
+  if (wsi == listening_wsi_) listening_wsi_ = nullptr;
+  Connection* const connection = find(wsi);
+  if (connection == nullptr) return;
+  lws_set_opaque_user_data(wsi, nullptr);
+  connections_.erase(connection);
+  if (const auto counted = addresses_.find(connection->peer()); counted != addresses_.end() && --counted->second == 0)
+    addresses_.erase(counted);
+  delete connection;
+}
+
+/// Returns 0 for a client that may come in.
+int Vhost::filter(int descriptor) {
+  const auto& limits = options_.limits;
+  if (stopping_) return -1;
+  if (connections_.size() >= limits.max_connections && !make_room()) return -1;
+  char peer[64] = "";
+  lws_get_peer_simple_fd(descriptor, peer, sizeof peer);
+  const auto counted = addresses_.find(peer);
+  return counted != addresses_.end() && counted->second >= limits.max_connections_per_address ? -1 : 0;
+}
+
+/// Ends the connection that has been idle longest. False: none is.
+bool Vhost::make_room() {
+  Connection* oldest = nullptr;
+  for (auto* const connection : connections_) {
+    if (connection->is_idle() && (oldest == nullptr || connection->idle_since() < oldest->idle_since())) oldest = connection;
+  }
+  if (oldest != nullptr) oldest->kill();
+  return oldest != nullptr;
+}
+
+}  // namespace lrt::libwebsockets

@@ -1,0 +1,116 @@
+#pragma once
+
+#include <libwebsockets.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include <lrt/engine/handler.hpp>
+#include <lrt/transport/transport.hpp>
+
+#include "src/base/event_waker.hpp"
+
+namespace lrt::libwebsockets {
+
+class Connection;
+
+/// Whole seconds, rounded up, as libwebsockets counts times; at least one.
+inline int to_seconds(std::chrono::milliseconds time) noexcept {
+  using std::chrono::seconds;
+  return static_cast<int>(std::max(std::chrono::ceil<seconds>(time), seconds(1)).count());
+}
+
+/// One vhost of an lws_context with its connections: what libwebsockets calls back, and what the handler has for whom.
+///
+/// libwebsockets destroys a vhost in steps, so that callbacks arrive after close(): the vhost keeps its Vhost until then, without a handler.
+///
+/// @par Threads  The one of lws_service().
+class Vhost {
+ public:
+  Vhost(const transport::TransportOptions& options, std::shared_ptr<EventWaker> waker);
+  ~Vhost();
+  Vhost(const Vhost&) = delete;
+  Vhost& operator=(const Vhost&) = delete;
+
+  /// Listens, as a vhost of `context`. `self` is kept until libwebsockets frees the vhost.
+  /// @param on_event  called after each event that the handler may have something to give after; may be empty
+  static Result<void> open(const std::shared_ptr<Vhost>& self, lws_context* context, engine::Handler& handler,
+                           std::function<void()> on_event);
+  /// No handler from here on; open tickets are abandoned, channels closed.
+  void close();
+  /// After close(): libwebsockets ends the connections as it comes to it.
+  void destroy();
+  /// After close(): the caller has destroyed the context, and the vhost with it.
+  void forget() { self_.reset(); }
+
+  /// Gives to the connections what the handler has for them. True if something was given.
+  bool deliver();
+  /// No new connections; every response is the last one of its connection, WebSockets begin to close.
+  void begin_stop();
+  /// Responses or closing handshakes are under way.
+  bool is_busy() const noexcept;
+  /// Loads the certificate and its key again.
+  void reload_tls();
+
+  bool is_open() const noexcept { return handler_ != nullptr; }
+  std::uint16_t port() const noexcept;
+  bool has_connections() const noexcept { return !connections_.empty(); }
+  /// Events so far.
+  std::size_t events() const noexcept { return events_; }
+
+  // For connections.
+  engine::Handler& handler() noexcept { return *handler_; }
+  const transport::TransportOptions& options() const noexcept { return options_; }
+  TimePoint now() const noexcept { return clock_.now(); }
+  bool is_stopping() const noexcept { return stopping_; }
+  std::string_view date(TimePoint now);
+  /// Room for `size` bytes, with what libwebsockets needs before them.
+  unsigned char* scratch(std::size_t size);
+  std::unordered_map<std::uint64_t, Connection*> tickets;   ///< who waits for which deferred response
+  std::unordered_map<std::uint64_t, Connection*> channels;  ///< who carries which channel
+
+ private:
+  static int on_lws(lws* wsi, lws_callback_reasons reason, void* user, void* in, std::size_t size) noexcept;
+  static void on_freed(lws_vhost* vhost, void* self);
+
+  Result<void> listen(lws_context* context, bool is_v6);
+  bool watch_waker();
+  int dispatch(lws* wsi, lws_callback_reasons reason, void* in, std::size_t size);
+  Connection* find(lws* wsi) const noexcept;
+  Connection& find_or_make(lws* wsi);
+  int filter(int descriptor);
+  bool make_room();
+  void remove(lws* wsi) noexcept;
+
+  transport::TransportOptions options_;
+  const Clock& clock_;
+  engine::Handler* handler_ = nullptr;
+  std::function<void()> on_event_;
+  std::shared_ptr<EventWaker> waker_;
+  lws_vhost* vhost_ = nullptr;
+  ssl_ctx_st* ssl_context_ = nullptr;  ///< of the vhost
+  lws* waker_wsi_ = nullptr;
+  lws* listening_wsi_ = nullptr;  ///< known from the first client on
+  lws_retry_bo_t keep_alive_{};
+  std::shared_ptr<Vhost> self_;  ///< while libwebsockets has a pointer to this
+  std::unordered_set<Connection*> connections_;
+  std::unordered_map<std::string, std::size_t> addresses_;  ///< connections from each, but for this machine's
+  std::vector<unsigned char> scratch_;
+  std::chrono::seconds date_second_{-1};
+  std::string date_;
+  std::size_t events_ = 0;
+  bool woken_ = false;
+  bool stopping_ = false;
+};
+
+}  // namespace lrt::libwebsockets
