@@ -15,9 +15,6 @@ std::vector<std::string_view> names() {
 #if LRT_HAS_LIBWEBSOCKETS
       "libwebsockets",
 #endif
-#if LRT_HAS_LIBWEBSOCKETS
-      "libwebsockets",
-#endif
   };
 }
 
