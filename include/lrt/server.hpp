@@ -35,7 +35,7 @@ struct Options {
   std::function<void(std::function<void()>)> executor;
   /// Makes the transport. Empty: the first of transport::names() is used.
   std::function<std::unique_ptr<transport::Transport>(transport::TransportOptions)> transport;
-  /// Allows listening on an address that is not a loopback address without TLS and without an authorizer. Then everybody who can connect to
+  /// Allows listening on an address that is not a loopback address without TLS and without an authorizer. Then every client that can connect to
   /// the port can move the robot (R0.2).
   bool allow_unprotected_network = false;
   /// Certificate and key. If set, the port accepts HTTPS only (R0.2).
@@ -92,7 +92,7 @@ class Server {
   /// @par Threads  Any.
   /// @par Time     No lock, no allocation, at most one system call.
   void wake() noexcept;
-  /// Answers waiting requests with 503, closes connections and ends the threads; run() returns. Waits for a running lambda.
+  /// Responds to waiting requests with 503, closes connections and ends the threads; run() returns. Waits for a running lambda.
   /// @par Threads  Any, also from a lambda.
   void stop() noexcept;
 

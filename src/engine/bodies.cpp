@@ -141,8 +141,8 @@ std::optional<http::Response> Bodies::nonconforming(const Context& context, cons
   return std::nullopt;
 }
 
-/// Looks for a link of relation type to an LDP model other than ldp:Resource and ldp:RDFSource.
-bool asks_for_other_model(std::string_view field) {
+/// Finds a link of relation type to an LDP model other than ldp:Resource and ldp:RDFSource.
+bool requests_other_model(std::string_view field) {
   constexpr std::string_view ldp = "http://www.w3.org/ns/ldp#";
   while (true) {
     const std::size_t open = field.find('<');

@@ -34,7 +34,7 @@ class Bodies {
   /// The value in a body; the response if there is none.
   std::variant<rdf::Value, http::Response> read_value(const Context& context, const rdf::Type& type, const rdf::Facets& facets) const;
   /// The response if a node does not conform to the input shape of the requested resource.
-  /// @param node  nullopt: the body says nothing, which is judged as nothing said about <>
+  /// @param node  nullopt: the body has no such node, and <> without triples is judged
   std::optional<http::Response> nonconforming(const Context& context, const rdf::Graph& graph, std::optional<rdf::TermId> node) const;
 
  private:
@@ -44,7 +44,7 @@ class Bodies {
   const std::string context_document_;
 };
 
-/// Whether a Link field (RFC 8288 3) asks for an LDP interaction model other than ldp:Resource and ldp:RDFSource (LDP 5.2.3.4).
-bool asks_for_other_model(std::string_view field);
+/// Whether a Link field (RFC 8288 3) requests an LDP interaction model other than ldp:Resource and ldp:RDFSource (LDP 5.2.3.4).
+bool requests_other_model(std::string_view field);
 
 }  // namespace lrt::engine

@@ -122,7 +122,7 @@ bool Engine::Impl::is_from_foreign_page(const Context& context) const {
   const http::Request& request = context.request();
   if (is_safe(request.method)) {
     const auto accept = request.find("Accept");
-    const bool subscribes = (request.can_upgrade && http::asks_for_upgrade(request, "websocket")) ||
+    const bool subscribes = (request.can_upgrade && http::requests_upgrade(request, "websocket")) ||
                             (request.can_stream && accept && accept->find(event_stream_type) != std::string_view::npos);
     if (parts.options.allowed_origins.empty() || !subscribes) return false;
   }

@@ -35,7 +35,7 @@ class Invocations {
   Outcome invoke(ActionResource& action, Context& context);
   /// DELETE of an invocation.
   Outcome remove(InvocationResource& invocation, Context& context);
-  /// The Action goes. Requests that wait for its invocations are answered 404.
+  /// The Action goes. Requests that wait for its invocations get 404.
   void removed(ActionResource& action, TimePoint now);
 
   /// Fails the invocations that the host has not begun in time: a robot must not carry out commands of long ago.
@@ -57,7 +57,7 @@ class Invocations {
   static void leave_queue(InvocationResource& invocation);
   /// Once it has ended, or with `return=representation` at once.
   http::Response response_for(const Context& context, const InvocationResource& invocation) const;
-  /// 202: the invocation goes on, its resource tells how.
+  /// 202: the invocation continues, and its resource shows its status.
   http::Response accepted(const Context& context, const InvocationResource& invocation) const;
 
   const EngineOptions& options_;

@@ -51,7 +51,7 @@ struct Parts {
   Representations representations;   ///< GET, HEAD, OPTIONS, conditions
   Bodies bodies;                     ///< bytes to values
   ChangeScanner scanner;             ///< finding changes of observed resources
-  Subscriptions subscriptions;       ///< telling subscribers
+  Subscriptions subscriptions;       ///< notifying subscribers
   SavedSubscriptions saved;          ///< callbacks over a restart
   Invocations invocations;           ///< the life of commands
   RootResource root;

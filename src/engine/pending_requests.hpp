@@ -35,7 +35,7 @@ class PendingRequests {
   /// The call that the request waits for. It is cancelled when the client goes or the time is over.
   void waits_for(Ticket ticket, std::shared_ptr<CancelToken> token);
   bool is_pending(Ticket ticket) const { return pending_.count(static_cast<std::uint64_t>(ticket)) != 0; }
-  /// Goes on with a request: its context at that time, with the resource if it is still there. nullptr: nobody waits any more.
+  /// Goes on with a request: its context at that time, with the resource if it is still there. nullptr: the request is not pending any more.
   Context* resume(Ticket ticket, TimePoint now);
 
   void respond(Ticket ticket, http::Response response, std::optional<Channel> channel = {});

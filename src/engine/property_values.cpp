@@ -110,7 +110,7 @@ void PropertyValues::refresh(Resource& resource, Encodings encodings, Done done)
 
 void PropertyValues::refresh(PropertyResource& property, Encodings encodings, Done done) {
   PropertyRefresh& state = property.refresh_state;
-  // When the host does not poll, most of so many requests have been answered 503 already: they are let go.
+  // When the host does not poll, most of so many requests have got 503 already: they are dropped.
   if (state.waiters.size() + state.next_waiters.size() >= 2 * options_.max_waiting_requests) {
     std::vector<PropertyRefresh::Waiter> waiters = std::exchange(state.waiters, {});
     for (auto& w : std::exchange(state.next_waiters, {})) waiters.push_back(std::move(w));
@@ -247,7 +247,7 @@ void PropertyValues::end(PropertyResource& property, const Result<void>& result,
   state.running = false;
   state.token = nullptr;
   std::vector<PropertyRefresh::Waiter> waiters = std::exchange(state.waiters, std::exchange(state.next_waiters, {}));
-  // First, so that what the waiters ask for next waits for a later refresh.
+  // First, so that a refresh that a waiter starts is a later one.
   if (!state.waiters.empty()) start(property);
   for (auto& w : waiters) w.done(result, now);
 }

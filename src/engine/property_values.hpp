@@ -81,7 +81,7 @@ class PropertyValues {
   void take_published(PropertyResource& property);
   /// A client has written this value.
   void set(PropertyResource& property, Sample sample);
-  /// The property goes: all who wait get Errc::closed.
+  /// The property is removed: all waiters get Errc::closed.
   void cancel(PropertyResource& property, TimePoint now);
 
  private:

@@ -46,7 +46,7 @@ Result<void> read_documents(rdf::Graph& all, const std::vector<std::string>& doc
   return {};
 }
 
-/// Each media type once, as clients ask for it; numbers where octets are wanted.
+/// Each media type once, as clients request it; numbers where there are octets.
 Result<void> check_formats(model::PropertySpec& property, const std::string& name) {
   if (property.octets && !rdf::octets_of(*property.type))
     return unexpected(Errc::invalid_option, name + ": octets() needs a number or lists of numbers");
@@ -68,7 +68,7 @@ Result<void> check_formats(model::PropertySpec& property, const std::string& nam
   return {};
 }
 
-/// Everything that the user said of a Thing, but its Turtle.
+/// Everything that the user registers with a Thing, except its Turtle.
 Result<void> check(model::ThingSpec& described) {
   model::ThingSpec* const spec = &described;
   const auto check_iris = [&](const std::vector<std::string>& iris, const char* what) -> Result<void> {

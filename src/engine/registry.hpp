@@ -32,7 +32,7 @@ class Registry {
   /// Gives the resource an id and its path.
   /// @return false: another resource has the path
   bool add(Resource& resource);
-  /// Takes the path back: observers are told, cached representations go. To be called before a resource goes.
+  /// Takes the path back: observers are notified, cached representations are removed. To be called before a resource is destroyed.
   void remove(Resource& resource);
 
   /// @param path  percent-encoded as canonical_path() does it

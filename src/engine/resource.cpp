@@ -10,7 +10,7 @@ namespace lrt::engine {
 
 namespace {
 
-/// The router asks methods() first, so this is a kind of resource that allows a method it does not have.
+/// The engine checks methods() first, so this is a kind of resource that allows a method it does not have.
 [[noreturn]] void announced_only(const Resource& resource, const char* method) {
   throw std::logic_error(resource.path + " allows " + method + " and does not implement it");
 }
@@ -37,10 +37,10 @@ std::string Resource::described_by(const std::string& base) const { return thing
 
 void Resource::mark_changed() {
   ++revision;
-  tell_observers();
+  notify_observers();
 }
 
-void Resource::tell_observers() {
+void Resource::notify_observers() {
   for (std::size_t i = 0; i < observers.size(); ++i) observers[i]->resource_changed();
 }
 

@@ -59,7 +59,7 @@ struct Representation {
 /// What a subscription learns about the resource that it observes.
 class Observer {
  public:
-  /// The variant that it wants to be told.
+  /// The variant of its notifications.
   virtual Variant variant() const noexcept = 0;
   /// The representations of the resource have changed.
   virtual void resource_changed() = 0;
@@ -98,7 +98,7 @@ struct Description {
   const EngineView& engine;
 };
 
-/// Anything that has a URI: what it allows, says, links to, and takes. A new kind of resource is one class derived from this.
+/// Anything that has a URI: what it allows, describes, links to, reads and takes. A new kind of resource is one class derived from this.
 ///
 /// Functions that act get the parts of the engine; functions that describe read only.
 class Resource {
@@ -118,7 +118,7 @@ class Resource {
   /// The fragment of the shape that judges its bodies, "rotation" or "actions/rotate/input".
   virtual std::string input_shape() const { return {}; }
 
-  // What it says.
+  // What it describes.
   virtual void describe(const Description& d) const = 0;
   /// Its types, stated wherever it is linked to (SPEC 2).
   virtual void describe_types(About& about) const = 0;
@@ -161,7 +161,7 @@ class Resource {
   /// Takes over what other threads have left, where that calls no user code.
   virtual void refresh() {}
 
-  // Who observes it (R0.12, R0.14).
+  // Observers (R0.12, R0.14).
   virtual bool observable() const noexcept { return false; }
   /// Its changes overtake those of others: commands before telemetry.
   virtual bool is_urgent() const noexcept { return false; }
@@ -172,9 +172,9 @@ class Resource {
   /// Callbacks that observe it are saved, because it is there again after a restart.
   virtual bool survives_restart() const noexcept { return observable(); }
 
-  /// Its representations have changed: tells the observers.
+  /// Its representations have changed: notifies the observers.
   virtual void mark_changed();
-  void tell_observers();
+  void notify_observers();
   void add_observer(Observer& observer, ChangeScanner& scanner);
   void remove_observer(Observer& observer, ChangeScanner& scanner);
 

@@ -83,9 +83,9 @@ std::optional<Protocol> Subscriptions::requested_protocol(const Context& context
   const http::Request& request = context.request();
   if (request.method != "GET" || !context.resource->observable()) return std::nullopt;
   if (request.find("Upgrade")) {
-    if (request.can_upgrade && http::asks_for_upgrade(request, "websocket")) return Protocol::websocket;
+    if (request.can_upgrade && http::requests_upgrade(request, "websocket")) return Protocol::websocket;
     // RFC 9110 7.8: Upgrade has no meaning in HTTP/1.0.
-    if (request.version >= 11 && (http::asks_for_upgrade(request, "callback") || http::asks_for_upgrade(request, "webhook"))) return Protocol::callback;
+    if (request.version >= 11 && (http::requests_upgrade(request, "callback") || http::requests_upgrade(request, "webhook"))) return Protocol::callback;
   }
   const auto accept = request.find("Accept");
   if (!request.can_stream || !accept || accept->find("event-stream") == std::string_view::npos) return std::nullopt;
@@ -169,7 +169,7 @@ Representations::Attempt Subscriptions::open(Context& context, SubscriptionReque
   std::optional<std::string_view> accept = context.accept();
   std::optional<std::string> parameter;
   if (streams) {
-    // Accept asks for the stream itself. What is in its events the query says, among the media types that are text.
+    // Accept selects the stream itself. The query selects the media type in its events, among those that are text.
     parameter = query_parameter(context.request().target, "accept");
     accept = parameter ? std::optional<std::string_view>(*parameter) : std::nullopt;
     for (std::size_t i = offers.types.size(); i-- > 0;) {
@@ -232,7 +232,7 @@ http::Response Subscriptions::description_response(const Context& context, Subsc
 
 Outcome Subscriptions::create(Context& context) {
   const auto problem = [&](int status, std::string detail) { return responses_.problem(context, status, std::move(detail)); };
-  if (asks_for_other_model(context.request().joined("Link"))) return problem(409, "members of this container are ldp:RDFSource");
+  if (requests_other_model(context.request().joined("Link"))) return problem(409, "members of this container are ldp:RDFSource");
   if (!makes_callbacks()) return problem(403, "this server may call no receiver: it makes no web callbacks");
   auto read = bodies_.read(context);
   if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
@@ -251,7 +251,7 @@ Outcome Subscriptions::create(Context& context) {
   if (auto response = bodies_.nonconforming(context, graph, node)) return *std::move(response);
   if (nodes.empty()) return problem(422, "body: expected triples about <> or one subscription, found none");
 
-  // The shape may be the user's own and ask for less than is needed here.
+  // The shape may be the user's own and require less than is needed here.
   const auto object = [&](Iri predicate) -> std::optional<std::string> {
     const auto p = graph.find(predicate);
     const auto found = p ? graph.object(nodes.front(), *p) : std::nullopt;
@@ -409,7 +409,7 @@ subscription::Item Subscriptions::item_of(const SubscriptionResource& s, Represe
   return {s.protocol == Protocol::event_stream ? representations_.event_of(representation) : representation.body, representation.tag};
 }
 
-/// Names the channel to whoever delivers, unless it was named already.
+/// Names the channel to the transport or the deliverer, unless it was named already.
 void Subscriptions::announce(SubscriptionResource& s) {
   if (s.ready_announced || s.next_notification || s.under_way || s.backlog.empty()) return;
   s.ready_announced = true;
@@ -447,12 +447,12 @@ std::optional<subscription::Item> Subscriptions::next_item(SubscriptionResource&
   return item;
 }
 
-void Subscriptions::tell_of_structure() {
-  if (told_structure_ == registry_.structure()) return;
-  told_structure_ = registry_.structure();
+void Subscriptions::notify_of_structure() {
+  if (notified_structure_ == registry_.structure()) return;
+  notified_structure_ = registry_.structure();
   fills_queues_ = true;
   for (const auto& [number, s] : by_channel_) {
-    if (s->observed.state(told_structure_) == s->observed.state(0)) continue;  // it does not depend on the structure
+    if (s->observed.state(notified_structure_) == s->observed.state(0)) continue;  // it does not depend on the structure
     if (s->queues()) {
       changed(*s);
     } else {
@@ -487,10 +487,10 @@ std::optional<Channel> Subscriptions::next_ready(TimePoint now) {
       fills_queues_ = false;
       if (!marked_.empty() && !scanner_.is_scanning()) scanner_.start();
     }
-    tell_of_structure();
+    notify_of_structure();
   } catch (const std::exception& e) {
     fills_queues_ = false;
-    responses_.log(LogLevel::error, std::string("observers could not be told of a change: ") + e.what());
+    responses_.log(LogLevel::error, std::string("observers could not be notified of a change: ") + e.what());
   }
   for (std::deque<Channel>* list : {&urgent_, &ready_}) {  // commands and closes first
     while (!list->empty()) {
@@ -584,7 +584,7 @@ void Subscriptions::delivered(Channel channel, const subscription::DeliveryResul
     s->last_error.clear();
     return announce(*s);
   }
-  s->last_error = result.error.empty() ? "the receiver answered " + std::to_string(result.status) : result.error;
+  s->last_error = result.error.empty() ? "the receiver responded with " + std::to_string(result.status) : result.error;
   ++s->revision;
   if (result.status == 410 || result.refused) {
     responses_.log(LogLevel::info, s->path + " ends: " + s->last_error);

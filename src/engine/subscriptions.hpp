@@ -31,8 +31,8 @@ namespace lrt::engine {
 /// be moved by any subscriber, without end.
 inline constexpr std::string_view notification_field = "Lrt-Notification-Of";
 
-/// Subscriptions: made by Upgrade, event stream, or POST; told of changes; ended. Messages are pulled: a channel is named once, and
-/// whoever delivers asks for its next message when the subscriber can take it.
+/// Subscriptions: made by Upgrade, event stream, or POST; notified of changes; ended. Messages are pulled: a channel is named once, and
+/// the transport or the deliverer takes its next message when the subscriber can take it.
 class Subscriptions {
  public:
   using Instant = std::chrono::steady_clock::time_point;
@@ -102,7 +102,7 @@ class Subscriptions {
   subscription::Item item_of(const SubscriptionResource& s, Representation& representation);
   void announce(SubscriptionResource& s);
   std::optional<subscription::Item> next_item(SubscriptionResource& s, TimePoint now);
-  void tell_of_structure();
+  void notify_of_structure();
 
   const EngineOptions& options_;
   Registry& registry_;
@@ -127,7 +127,7 @@ class Subscriptions {
   bool fills_queues_ = false;                           ///< a scan, whose share of time is bounded, is under way
   std::vector<Channel> marked_;                         ///< with a queue, and changed between two scans
   std::size_t queued_bytes_ = 0;                        ///< of all subscribers
-  std::uint64_t told_structure_ = 1;
+  std::uint64_t notified_structure_ = 1;
 };
 
 /// A number of seconds from 0 to max_interval; nullopt: it is something else.

@@ -39,7 +39,7 @@ std::string format_link(std::string_view target, std::string_view rel, std::stri
   if (!type.empty()) {
     link += "; type=\"";
     for (const char c : type)
-      if (c != '"' && c != '\\' && c != '<') link += c;  // take_back() looks for the '<' that begins a link
+      if (c != '"' && c != '\\' && c != '<') link += c;  // take_back() searches the '<' that begins a link
     link += '"';
   }
   return link;

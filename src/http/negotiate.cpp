@@ -116,7 +116,7 @@ bool split_type(std::string_view text, Type& out) noexcept {
   return out.type != "*" || out.subtype == "*";
 }
 
-/// Whether an offer has a parameter that a range asks for. charset=utf-8 is true of all that lrt offers; JSON-LD's own profiles are
+/// Whether an offer has a parameter that a range requires. charset=utf-8 is true of all that lrt offers; JSON-LD's own profiles are
 /// preferences that need not be met (JSON-LD 1.1, appendix C).
 bool offers_parameter(const Type& offer, const Parameter& wanted) noexcept {
   std::string_view rest = offer.parameters;

@@ -247,7 +247,7 @@ std::optional<Refusal> parse_lines(std::string_view header, Request& request) {
   // *( field-name ":" OWS field-value OWS CRLF ) CRLF (RFC 9112 5)
   request.fields.clear();
   for (bool first = true;; first = false) {
-    if (at >= header.size()) return Refusal{400, "head: expected an empty line, found the end at byte " + std::to_string(at)};
+    if (at >= header.size()) return Refusal{400, "header section: expected an empty line, found the end at byte " + std::to_string(at)};
     const std::size_t name_at = at;
     at = token_end(header, at);
     if (at == name_at) {
@@ -267,7 +267,7 @@ std::optional<Refusal> parse_lines(std::string_view header, Request& request) {
     at += 2;
   }
   at += 2;
-  if (at != header.size()) return Refusal{400, "head: found bytes after the empty line, at byte " + std::to_string(at)};
+  if (at != header.size()) return Refusal{400, "header section: found bytes after the empty line, at byte " + std::to_string(at)};
   return std::nullopt;
 }
 

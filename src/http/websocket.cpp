@@ -32,7 +32,7 @@ bool is_key(std::string_view text) noexcept {
 
 }  // namespace
 
-bool asks_for_upgrade(const Request& request, std::string_view protocol) noexcept {
+bool requests_upgrade(const Request& request, std::string_view protocol) noexcept {
   return has_member(request, "Upgrade", protocol, '/');
 }
 
@@ -42,7 +42,7 @@ std::optional<Refusal> check_websocket(const Request& request) {
   if (!request.body.empty()) {
     return Refusal{400, "WebSocket: expected no body, found one of " + std::to_string(request.body.size()) + " bytes"};
   }
-  if (!asks_for_upgrade(request, "websocket")) return Refusal{400, "Upgrade: expected \"websocket\""};
+  if (!requests_upgrade(request, "websocket")) return Refusal{400, "Upgrade: expected \"websocket\""};
   if (!has_member(request, "Connection", "upgrade", ',')) return Refusal{400, "Connection: expected \"upgrade\" (RFC 9110 7.8)"};
   const std::size_t versions = request.count("Sec-WebSocket-Version");
   if (versions != 1 || request.find("Sec-WebSocket-Version") != "13") {

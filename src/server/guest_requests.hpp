@@ -58,7 +58,7 @@ class GuestRequests {
 
  private:
   std::unordered_map<std::uint64_t, std::optional<engine::Reply>> replies_;
-  std::unordered_map<std::uint64_t, bool> channels_;  ///< named since it was asked last
+  std::unordered_map<std::uint64_t, bool> channels_;  ///< named since the last is_ready()
   std::condition_variable changed_;
 };
 

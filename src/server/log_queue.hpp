@@ -28,7 +28,7 @@ class LogQueue {
     lines_.take_all([this](const std::pair<LogLevel, std::string>& line) {
       try {
         callback_(line.first, line.second);
-      } catch (...) {  // there is nobody to tell
+      } catch (...) {  // an error in the log callback cannot be logged
       }
     });
   }

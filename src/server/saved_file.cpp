@@ -39,7 +39,7 @@ class Descriptor {
   int number_;
 };
 
-/// What did not succeed, as errno tells.
+/// The step that failed, with its errno.
 struct Failure {
   std::string step;
   int error;
@@ -96,7 +96,7 @@ std::optional<Failure> write_whole(const std::string& link, const std::string& t
 
 }  // namespace
 
-/// Shared with its thread, which may be left behind by a disk that does not answer.
+/// Shared with its thread, which is detached if the disk does not respond.
 class SavedFile::Writer {
  public:
   Writer(std::string path, LogCallback log) : path_(std::move(path)), log_(std::move(log)) {}
@@ -121,7 +121,7 @@ class SavedFile::Writer {
       lock.unlock();
       thread_.join();
     } else {
-      log_ = nullptr;  // the host's, who is going
+      log_ = nullptr;  // the host's, which may be destroyed now
       thread_.detach();
     }
   }

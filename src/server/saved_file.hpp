@@ -10,7 +10,7 @@
 
 namespace lrt {
 
-/// Keeps the newest text for one path on disk, whole: who reads the file finds this text or the one before it, also after a power cut.
+/// Keeps the newest text for one path on disk, whole: a reader of the file finds this text or the one before it, also after a power cut.
 ///
 /// A text is written beside the file, to `path.new`, and renamed when all of it is on the disk. The file is readable by its owner only
 /// (0600), whatever it was before. If `path` is a symbolic link, the file it leads to is replaced and the link stays. What could not
@@ -20,7 +20,7 @@ namespace lrt {
 class SavedFile {
  public:
   SavedFile(std::string path, LogCallback log);
-  /// Writes what waits; after five seconds of a disk that does not answer the thread is left to itself.
+  /// Writes what waits. If the disk does not respond for five seconds, the thread is detached.
   ~SavedFile();
   SavedFile(const SavedFile&) = delete;
   SavedFile& operator=(const SavedFile&) = delete;

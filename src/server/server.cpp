@@ -21,7 +21,7 @@ namespace lrt {
 namespace {
 
 constexpr auto forever = std::chrono::milliseconds::max();
-/// A thread of a host's HTTP server looks for its deadline at least so often.
+/// A thread of a host's HTTP server checks its deadline at least this often.
 constexpr std::chrono::milliseconds longest_guest_wait{50};
 /// Of one turn on a loop that the host has other work for, too.
 constexpr std::chrono::microseconds host_loop_budget{200};
@@ -158,8 +158,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       guests_.notify();
     }
     const auto me = std::this_thread::get_id();
-    if (serving_ == me) return;  // from a lambda: whoever serves finishes when it returns
-    // Each thread is joined by the first who comes, without a lock: a lambda on one of them may be stopping too.
+    if (serving_ == me) return;  // from a lambda: the serving thread finishes when it returns
+    // Each thread is joined by the first caller, without a lock: a lambda on one of them may be stopping too.
     std::thread io, runner;
     {
       const std::lock_guard lock(threads_mutex_);
@@ -286,12 +286,12 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
  private:
-  /// The right to be inside the transport. Nobody waits for it: who finds it taken does without.
+  /// The right to enter the transport. It is tried, never waited for.
   class Turn {
    public:
     explicit Turn(Impl& impl) : impl_(impl) {
-      std::thread::id nobody;
-      mine_ = impl_.serving_.compare_exchange_strong(nobody, std::this_thread::get_id());
+      std::thread::id none;
+      mine_ = impl_.serving_.compare_exchange_strong(none, std::this_thread::get_id());
     }
     ~Turn() {
       if (mine_) impl_.serving_ = std::thread::id();
@@ -380,7 +380,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     log_.flush();
   }
 
-  /// Waits for the response to a request of a guest. The calling thread sees to its deadline, in case nobody polls.
+  /// Waits for the response to a request of a guest. The calling thread handles its deadline, because the host may not poll.
   engine::Reply wait_for_reply(engine::Ticket ticket) {
     std::unique_lock lock(mutex_);
     while (true) {
@@ -406,9 +406,9 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
 
   /// Nothing about the file stops the start.
   void restore() {
-    constexpr std::size_t most_bytes = 16 * 1024 * 1024;
+    constexpr std::size_t max_bytes = 16 * 1024 * 1024;
     const std::string& path = options_.subscriptions_file;
-    Result<std::optional<std::string>> text = SavedFile::load(path, most_bytes);
+    Result<std::optional<std::string>> text = SavedFile::load(path, max_bytes);
     Result<void> restored;
     if (!text) restored = Unexpected{text.error()};
     else if (*text) restored = engine_.restore(**text);
@@ -420,7 +420,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     saved_.emplace(path, waking_log());
   }
 
-  /// The end: what waits is answered, then everything closes. Inside the transport.
+  /// The end: waiting requests get their response, then everything closes. Inside the transport.
   void finish() noexcept {
     if (finished_) return;
     try {
@@ -488,7 +488,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   std::deque<UniqueFunction<void()>> due_;                // taken, not yet run: the host's thread only
   EventWaker rest_;                            // where run() waits when there is nothing to do
   std::atomic<bool> stopping_{false}, finished_{false}, descriptor_is_used_{false};
-  std::atomic<std::thread::id> serving_{};                // who is inside the transport
+  std::atomic<std::thread::id> serving_{};                // the thread inside the transport
   std::mutex threads_mutex_;                              // guards io_ and runner_, not the joining
   std::thread io_, runner_;
 };

@@ -37,7 +37,7 @@ void on_signal(int) {
 class Echo final : public engine::Handler {
  public:
   engine::Outcome handle(const http::Request& request, TimePoint) override {
-    if (!request.can_upgrade || !http::asks_for_upgrade(request, "websocket")) return refused(426, "there are only WebSockets here");
+    if (!request.can_upgrade || !http::requests_upgrade(request, "websocket")) return refused(426, "there are only WebSockets here");
     if (auto refusal = http::check_websocket(request)) return refused(refusal->status, std::move(refusal->reason));
     const engine::Channel channel{++last_channel_};
     open_.try_emplace(channel);

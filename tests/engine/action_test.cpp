@@ -37,7 +37,7 @@ struct Acting {
 
 }  // namespace
 
-TEST_CASE("a synchronous action without output answers 204 with the Location of its invocation", "[engine][R0.7][R0.8]") {
+TEST_CASE("a synchronous action without output responds 204 with the Location of its invocation", "[engine][R0.7][R0.8]") {
   SampleRobot robot;
   Bench bench;
   bench.add(robot.arm());
@@ -57,7 +57,7 @@ TEST_CASE("a synchronous action without output answers 204 with the Location of 
   CHECK(bench.get("/arm/actions/turn").links_to("http://localhost/arm/actions/turn/i1", "related"));
 }
 
-TEST_CASE("a synchronous action with output answers 200 with it", "[engine][rdf_xml][R0.7][R0.8]") {
+TEST_CASE("a synchronous action with output responds 200 with it", "[engine][rdf_xml][R0.7][R0.8]") {
   SampleRobot robot;
   Bench bench;
   bench.add(robot.arm());
@@ -123,7 +123,7 @@ TEST_CASE("an action that throws fails its invocation: 500; one that is declined
   CHECK(missing(bench.get("/other/actions/async/i4"), "<other/actions/async/i4> lrt:status lrt:failed ; lrt:error \"it threw: before it moved\" .") == "");
 }
 
-TEST_CASE("an asynchronous action answers 204 at once, and its invocation tells how it goes", "[engine][R0.7][R0.8]") {
+TEST_CASE("an asynchronous action responds 204 at once, and its invocation has the status", "[engine][R0.7][R0.8]") {
   Acting a;
   const Bench::Sent sent = a.bench.send("POST /arm/actions/act");
   REQUIRE_FALSE(sent.ticket);
@@ -155,7 +155,7 @@ TEST_CASE("an asynchronous action that fails says why", "[engine][R0.6]") {
   CHECK(a.status("i1") == "failed");
 }
 
-TEST_CASE("dropping a Responder ends the invocation as failed: 500 for who waits", "[engine][R0.6]") {
+TEST_CASE("dropping a Responder ends the invocation as failed: 500 for a waiting client", "[engine][R0.6]") {
   Acting a;
   const auto waiting = a.bench.send("POST /arm/actions/act\nPrefer: wait=10");
   a.bench.run();
@@ -199,7 +199,7 @@ TEST_CASE("an action that throws after it has moved its Responder fails, and the
   CHECK(missing(bench.get("/arm/actions/act/i1"), "<arm/actions/act/i1> lrt:status lrt:failed .") == "");
 }
 
-TEST_CASE("a Responder answers from any thread, and outlives its engine", "[engine][R0.8]") {
+TEST_CASE("a Responder works from any thread, and outlives its engine", "[engine][R0.8]") {
   std::optional<Responder> late;
   {
     Acting a(ActionPolicy::parallel(3));
@@ -220,7 +220,7 @@ TEST_CASE("a Responder answers from any thread, and outlives its engine", "[engi
   other.join();
 }
 
-TEST_CASE("Prefer: respond-async makes a synchronous action answer 202 at once", "[engine][R0.6][R0.7]") {
+TEST_CASE("Prefer: respond-async makes a synchronous action respond 202 at once", "[engine][R0.6][R0.7]") {
   SampleRobot robot;
   Bench bench;
   bench.add(robot.arm());
@@ -235,7 +235,7 @@ TEST_CASE("Prefer: respond-async makes a synchronous action answer 202 at once",
   CHECK(missing(bench.get("/arm/actions/home/i1"), "<arm/actions/home/i1> lrt:status lrt:succeeded .") == "");
 }
 
-TEST_CASE("Prefer: wait= waits for the end, or answers 202 when the time is over", "[engine][R0.6][R0.7]") {
+TEST_CASE("Prefer: wait= waits for the end, or responds 202 when the time is over", "[engine][R0.6][R0.7]") {
   Acting a(ActionPolicy::parallel(2));
   const auto first = a.bench.send("POST /arm/actions/act\nPrefer: wait=5");
   const auto second = a.bench.send("POST /arm/actions/act\nPrefer: respond-async, wait=5");

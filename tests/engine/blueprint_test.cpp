@@ -11,7 +11,7 @@ using namespace lrt::test;
 
 namespace {
 
-/// The components of a validation report in an answer, in order.
+/// The components of a validation report in a response, in order.
 std::vector<std::string> components(const Answer& answer) {
   std::vector<std::string> names;
   const rdf::Graph report = answer.graph();
@@ -90,7 +90,7 @@ TEST_CASE("a pushed property promises a value from the first publish on", "[engi
   CHECK(bench.get("/t/blueprint").tag() != published);
 }
 
-TEST_CASE("Figure 5: a body that the shape excludes is answered with the report, and no lambda is called", "[engine][R0.6][R1.11]") {
+TEST_CASE("Figure 5: a body that the shape excludes gets the report, and no lambda is called", "[engine][R0.6][R1.11]") {
   const struct {
     const char* said;
     std::vector<std::string> expected;

@@ -54,7 +54,7 @@ std::string description(const std::string& more = {}, const std::string& url = "
 
 }  // namespace
 
-TEST_CASE("GET with Upgrade: callback makes a subscription, described in the answer", "[engine][R0.13][R0.16]") {
+TEST_CASE("GET with Upgrade: callback makes a subscription, described in the response", "[engine][R0.13][R0.16]") {
   Arm arm;
   for (const char* upgrade : {"callback", "webhook", "Callback"}) {
     const Answer made = arm.bench.ask(std::string("GET /arm/angle\nUpgrade: ") + upgrade + "\nCallback: http://127.0.0.1:9/receiver");
@@ -87,7 +87,7 @@ TEST_CASE("a callback that is missing, no URL or not allowed makes nothing", "[e
   }
   CHECK(arm.bench.ask("GET /arm/angle\nHost: localhost:9000\nUpgrade: callback\nCallback: http://127.0.0.1:9001/").status == 201);
 
-  Arm closed(allowing({}));  // the default: nobody may be called
+  Arm closed(allowing({}));  // the default: no receiver may be called
   CHECK(closed.bench.ask("GET /arm/angle" + callback).status == 403);
 }
 
@@ -172,7 +172,7 @@ TEST_CASE("a failed notification is tried again after longer and longer pauses, 
   CHECK(arm.describe("i1").find("lastError") == std::string::npos);
 }
 
-TEST_CASE("after the stated failures a callback is suspended, then removed; an answer revives it", "[engine][R0.16][delivery]") {
+TEST_CASE("after the stated failures a callback is suspended, then removed; a response resumes it", "[engine][R0.16][delivery]") {
   engine::EngineOptions options = allowing();
   options.subscriptions.callbacks.attempts = 3;
   options.subscriptions.callbacks.suspended_attempts = 2;
@@ -192,7 +192,7 @@ TEST_CASE("after the stated failures a callback is suspended, then removed; an a
   };
   for (int i = 0; i < 3; ++i) REQUIRE(fail({503}));
   CHECK(arm.describe("i1").find("lrt:suspended true") != std::string::npos);
-  CHECK(arm.describe("i1").find("the receiver answered 503") != std::string::npos);
+  CHECK(arm.describe("i1").find("the receiver responded with 503") != std::string::npos);
   for (int i = 0; i < 20; ++i) arm.publish(i);  // nothing is queued for it
   const auto now = arm.bench.clock.now().steady;
   REQUIRE(fail({200}));
@@ -248,7 +248,7 @@ TEST_CASE("POST to the container makes a callback as the Upgrade form does", "[e
   CHECK(notice->fields.find("Content-Type") == "application/n-triples");
 }
 
-TEST_CASE("a description that the shape refuses is answered 422 with the report and constrainedBy", "[engine][SPEC 3.5][LDP 4.2.1.6]") {
+TEST_CASE("a description that the shape refuses gets 422 with the report and constrainedBy", "[engine][SPEC 3.5][LDP 4.2.1.6]") {
   Arm arm;
   const auto post = [&](const std::string& text) { return arm.bench.turtle("POST", "/arm/subscriptions", text); };
   for (const std::string& bad :
@@ -273,7 +273,7 @@ TEST_CASE("a description that the shape refuses is answered 422 with the report 
   CHECK(post("this is no Turtle").status == 400);
   CHECK(arm.bench.ask("POST /arm/subscriptions\nContent-Type: text/plain\n\nx").status == 415);
   CHECK(arm.bench.get("/arm/subscriptions").linked("related").empty());
-  // The subject may be a blank node, and <> need not be said.
+  // The subject may be a blank node, and <> need not occur.
   CHECK(post("[] hybrit:onResource <http://localhost/arm/angle> ; hybrit:callbackURL <http://127.0.0.1:9/> .").status == 201);
 }
 

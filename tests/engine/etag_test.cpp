@@ -117,7 +117,7 @@ TEST_CASE("a property that counts every sample changes with each", "[engine][R0.
   CHECK(missing(second, "<arm/sample> dcterms:modified \"2026-11-21T10:38:39.001000Z\"^^xsd:dateTime .") == "");
 }
 
-TEST_CASE("If-None-Match answers 304 with the tag and without a body", "[engine][R0.6][R0.11]") {
+TEST_CASE("If-None-Match responds 304 with the tag and without a body", "[engine][R0.6][R0.11]") {
   Robot r;
   const Answer a = r.bench.get("/arm/angle");
   for (const std::string& field : {a.tag(), "W/" + a.tag(), "\"x\", " + a.tag(), std::string("*")}) {
@@ -138,7 +138,7 @@ TEST_CASE("If-None-Match answers 304 with the tag and without a body", "[engine]
   CHECK(r.bench.ask("GET /arm/angle\nIf-Match: x").status == 400);
 }
 
-TEST_CASE("a pulled value is looked at before a condition is", "[engine][R0.11]") {
+TEST_CASE("a pulled value is read before a condition is judged", "[engine][R0.11]") {
   Robot r;
   const std::string tag = r.bench.get("/arm/count").tag();
   r.robot.count = 100;
@@ -203,7 +203,7 @@ TEST_CASE("If-Match guards DELETE and POST too", "[engine][R0.11]") {
   CHECK(r.robot.homed == 0);
 }
 
-TEST_CASE("answers that depend on Accept say so", "[engine][R0.11]") {
+TEST_CASE("responses that depend on Accept have Vary", "[engine][R0.11]") {
   Robot r;
   for (const char* request : {"GET /arm", "HEAD /arm", "GET /arm\nAccept: image/png", "GET /nowhere", "PATCH /arm", "GET /arm\nIf-None-Match: *"}) {
     CAPTURE(request);

@@ -14,7 +14,7 @@ using namespace lrt::test;
 
 namespace {
 
-/// What a camera gives: what is said of it in RDF, and the picture.
+/// What a camera gives: its description in RDF, and the picture.
 struct Frame {
   std::uint32_t number = 0;
   std::uint16_t width = 0, height = 0;
@@ -73,7 +73,7 @@ TEST_CASE("a property has the formats that its encoders make, and describes them
   CHECK(jpeg.links_to("http://localhost/head/image?accept=text/turtle", "describedby"));
   CHECK(jpeg.links_to("http://localhost/head/image?accept=image/jpeg", "alternate"));
   CHECK(camera.bench.get("/head/image?accept=image/jpeg").body == all_bytes);
-  CHECK(camera.get("image/webp,image/*,*/*;q=0.8").body == all_bytes);  // what <img> of a browser asks for
+  CHECK(camera.get("image/webp,image/*,*/*;q=0.8").body == all_bytes);  // what <img> of a browser requests
   CHECK(camera.get("*/*").field("Content-Type") == "text/turtle");
   CHECK(camera.get("application/json").body == R"({"number":3,"width":640,"height":480})");
   CHECK(camera.encoded == 1);
@@ -255,10 +255,10 @@ TEST_CASE("a precondition that names a representation which is there makes no ot
   CHECK(bench.ask("PUT /a/v\nContent-Type: text/plain\nIf-Match: " + tag + "\n\n2").status == 412);
   v.publish(1);
   bench.look();
-  CHECK(bench.ask("PUT /a/v\nContent-Type: text/plain\nIf-Match: " + tag + "\n\n2").status == 204);  // nobody has asked for it since
+  CHECK(bench.ask("PUT /a/v\nContent-Type: text/plain\nIf-Match: " + tag + "\n\n2").status == 204);  // not requested since
 }
 
-TEST_CASE("numbers are octets where that is asked for, both ways, with their layout described", "[engine][R0.5][R1.2]") {
+TEST_CASE("numbers are octets on request, both ways, with their layout described", "[engine][R0.5][R1.2]") {
   Bench bench;
   std::array<double, 3> joints{0.5, -1, 2};
   std::vector<float> scan{1, 2};
@@ -320,7 +320,7 @@ TEST_CASE("octets of a matrix have the shape of the present value, and a ragged 
   CHECK(octets().body.empty());
   CHECK(described("0", "\"0\"^^xsd:nonNegativeInteger \"0\"^^xsd:nonNegativeInteger") == "");
 
-  // Two free lengths are not told by a number of octets: they are for reading only.
+  // A number of octets does not determine two free lengths: they are for reading only.
   rows = {{1, 2}};
   const Answer put = bench.ask("PUT /a/m\nContent-Type: application/octet-stream\n\n" + octets().body);
   CHECK(put.status == 415);

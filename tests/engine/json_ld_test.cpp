@@ -84,7 +84,7 @@ TEST_CASE("the context is a resource that may be kept, and changes its name when
   CHECK(other.bench.get("/ns/context.jsonld").says("\"mine\": \"http://mine/\""));
 }
 
-TEST_CASE("who cannot fetch the context asks for it in the document", "[engine][R1.2]") {
+TEST_CASE("a client that cannot fetch the context requests it in the document", "[engine][R1.2]") {
   Robot r;
   const Answer answer = r.get("/arm/angle", inlined);
   CHECK(answer.status == 200);

@@ -36,7 +36,7 @@ struct Counting {
 
 }  // namespace
 
-TEST_CASE("what needs no lambda is answered though the host never polls", "[engine][R0.4]") {
+TEST_CASE("resources without a lambda are served though the host never polls", "[engine][R0.4]") {
   Counting c;
   for (const char* path : {"/", "/arm", "/arm/blueprint", "/arm/subscriptions", "/arm/pushed", "/arm/actions/sync", "/arm/c"}) {
     CAPTURE(path);
@@ -105,7 +105,7 @@ TEST_CASE("an asynchronous command that is not begun in time fails and is not ca
   CHECK(c.commands == 0);
 }
 
-TEST_CASE("a client that would not wait so long is answered 202, and its command still begins", "[engine][R0.7]") {
+TEST_CASE("a client that would not wait so long gets 202, and its command still begins", "[engine][R0.7]") {
   Counting c;
   const auto sent = c.bench.send("POST /arm/actions/sync\nPrefer: wait=1");
   c.bench.clock.advance(seconds(1));
@@ -114,7 +114,7 @@ TEST_CASE("a client that would not wait so long is answered 202, and its command
   CHECK(c.commands == 1);
 }
 
-TEST_CASE("a command that runs when its time is over is answered 202 and goes on", "[engine][R0.6]") {
+TEST_CASE("a command that runs when its time is over gets 202 and goes on", "[engine][R0.6]") {
   Bench bench;
   std::optional<Bench::Sent> sent;
   bool seen = false;
@@ -154,7 +154,7 @@ TEST_CASE("more waiting requests than the limit are 503 at once, and do nothing"
   CHECK(c.bench.get("/arm/p").status == 200);
 }
 
-TEST_CASE("clients that leave make room and call off what has not begun", "[engine][R0.6]") {
+TEST_CASE("clients that disconnect free their places and cancel what has not begun", "[engine][R0.6]") {
   engine::EngineOptions options;
   options.max_waiting_requests = 2;
   Counting c(options);
@@ -185,7 +185,7 @@ TEST_CASE("reads that come while one runs share the next one", "[engine][R0.5]")
   CHECK(c.reads <= 2);
 }
 
-TEST_CASE("a value is never older than the request that it answers", "[engine][R0.5]") {
+TEST_CASE("a value is never older than its request", "[engine][R0.5]") {
   Bench bench;
   int value = 1;
   std::optional<Bench::Sent> second;
@@ -205,7 +205,7 @@ TEST_CASE("a value is never older than the request that it answers", "[engine][R
   CHECK(missing(*bench.answer(*second), "<arm/p> vom:numericalValue \"2\"^^xsd:int .") == "");
 }
 
-TEST_CASE("stop answers what waits with 503 and closes; later requests get the same", "[engine][R0.6]") {
+TEST_CASE("stop responds 503 to waiting requests and closes; later requests get the same", "[engine][R0.6]") {
   Counting c;
   const auto read = c.bench.send("GET /arm/p");
   const auto write = c.bench.send(Bench::turtle_request("PUT", "/arm/p", number_body("1")));

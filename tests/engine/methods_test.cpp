@@ -40,7 +40,7 @@ const std::string ldp = "http://www.w3.org/ns/ldp#";
 
 }  // namespace
 
-TEST_CASE("OPTIONS on every resource tells what it allows, and GET and HEAD tell the same", "[engine][rdf_xml][R0.10]") {
+TEST_CASE("OPTIONS on every resource has the methods that it allows, and GET and HEAD have the same", "[engine][rdf_xml][R0.10]") {
   Robot r;
   for (const Allowed& resource : resources) {
     CAPTURE(resource.path);
@@ -64,7 +64,7 @@ TEST_CASE("OPTIONS on every resource tells what it allows, and GET and HEAD tell
   CHECK(r.bench.ask("OPTIONS /nowhere").status == 404);
 }
 
-TEST_CASE("OPTIONS * tells what the server can", "[engine][R0.10]") {
+TEST_CASE("OPTIONS * has the methods of the server", "[engine][R0.10]") {
   Robot r;
   const Answer a = r.bench.ask("OPTIONS *");
   CHECK(a.status == 204);
@@ -108,7 +108,7 @@ TEST_CASE("HEAD has the status and fields of GET", "[engine][R0.5][R0.11]") {
     }
 }
 
-TEST_CASE("every answer about a resource says its LDP type", "[engine][R0.9]") {
+TEST_CASE("every response about a resource has its LDP type", "[engine][R0.9]") {
   Robot r;
   for (const Allowed& resource : resources) {
     const bool container = std::string(resource.path) == "/" || std::string(resource.path) == "/arm/waypoints" ||
@@ -163,7 +163,7 @@ TEST_CASE("a refused PUT or POST says what constrains it", "[engine][R0.9][R1.11
   check(r.bench.ask("POST /arm"), 405);
 }
 
-TEST_CASE("a POST may not ask for a member that is a container", "[engine][R0.5]") {
+TEST_CASE("a POST may not request a member that is a container", "[engine][R0.5]") {
   Robot r;
   const std::string member =
       "<> maths:x [ vom:numericalValue 1 ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:unit unit:M ] ;"

@@ -12,7 +12,7 @@
 using namespace lrt;
 using namespace lrt::test;
 
-TEST_CASE("a representation is Turtle unless Accept asks for something else", "[engine][rdf_xml][R1.2]") {
+TEST_CASE("a representation is Turtle unless Accept selects another", "[engine][rdf_xml][R1.2]") {
   SampleRobot robot;
   Bench bench;
   bench.add(robot.arm());

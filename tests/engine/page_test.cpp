@@ -25,7 +25,7 @@ void check_harmless(const Answer& a) {
 }
 }  // namespace
 
-TEST_CASE("a browser gets the same page from every resource, and who takes anything gets Turtle", "[engine][R0.3][R1.2]") {
+TEST_CASE("a browser gets the same page from every resource, and a client that accepts anything gets Turtle", "[engine][R0.3][R1.2]") {
   SampleRobot robot;
   Bench bench;
   bench.add(robot.arm());
@@ -94,7 +94,7 @@ TEST_CASE("the page has a tag of its own: 304, 412, HEAD, ranges", "[engine][R0.
   CHECK(part.body == "<!doctype html>");
 }
 
-TEST_CASE("a WebSocket is never told in HTML, whatever a browser accepts", "[engine][R0.17]") {
+TEST_CASE("a WebSocket never gets HTML, whatever a browser accepts", "[engine][R0.17]") {
   SampleRobot robot;
   Bench bench;
   bench.add(robot.arm());

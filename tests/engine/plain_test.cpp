@@ -27,7 +27,7 @@ struct Robot {
 
 }  // namespace
 
-TEST_CASE("a property answers its bare value in JSON, text and CBOR", "[engine][R1.2]") {
+TEST_CASE("a property has its bare value in JSON, text and CBOR", "[engine][R1.2]") {
   Robot r;
   r.robot.angle_handle->publish(43.6);
   CHECK(r.get("/arm/angle", "application/json").body == "43.6");
@@ -74,7 +74,7 @@ TEST_CASE("the parameter accept of a target does what Accept does", "[engine][R0
   CHECK(r.bench.ask("GET /arm/count?other=1&accept=text/plain;q=0.1,application/json;q=0.2\nAccept: text/turtle").body == "7");
 }
 
-TEST_CASE("a client that takes anything gets Turtle, plain values are for who asks for them", "[engine][R1.2]") {
+TEST_CASE("a client that accepts anything gets Turtle, and plain values are sent on request", "[engine][R1.2]") {
   Robot r;
   for (const char* accept : {"*/*", "text/*", "text/turtle, application/json", "application/json;q=0.9, */*"})
     CHECK(r.get("/arm/count", accept).field("Content-Type") == "text/turtle");
@@ -192,7 +192,7 @@ TEST_CASE("what is no JSON, not of the type or in another unit is refused with i
   CHECK(r.json("gains", many + "]").status == 413);
 }
 
-TEST_CASE("actions and collections take plain values, and answer with them where that is preferred", "[engine][R0.5][R0.8]") {
+TEST_CASE("actions and collections take plain values, and respond with them where that is preferred", "[engine][R0.5][R0.8]") {
   Robot r;
   CHECK(r.send("POST", "/arm/actions/turn", "application/json", "90").status == 204);
   CHECK(r.robot.turned_to == 90);

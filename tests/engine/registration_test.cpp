@@ -74,7 +74,7 @@ TEST_CASE("what is no path, IRI, Turtle or text is refused when the thing is add
   CHECK(refusal(bench, with([&](Thing& t) { t.collection<int>("c").add(good, relative); })) == Errc::expected_iri);
   CHECK(refusal(bench, with([&](Thing& t) { t.add_turtle("<> <http://example.org/x> ] ."); })) == Errc::expected_rdf);
   CHECK(refusal(bench, with([&](Thing& t) { t.add_turtle("<> a x:Undeclared ."); })) == Errc::expected_rdf);
-  // What would make a representation that nobody can read.
+  // What would make a representation that no client can read.
   CHECK(refusal(bench, with([&](Thing& t) { t.add(good, Object::typed("1", relative)); })) == Errc::expected_iri);
   CHECK(refusal(bench, with([&](Thing& t) { t.add(good, Object::resource("a/../b")); })) == Errc::expected_iri);
   CHECK(refusal(bench, with([&](Thing& t) { t.add(good, Object::tagged("x", "no tag")); })) != not_refused);
@@ -169,7 +169,7 @@ TEST_CASE("remove takes a thing and all its resources away", "[engine][R0.3]") {
   CHECK(bench.get("/arm/angle").status == 200);
 }
 
-TEST_CASE("requests that wait when their thing is removed are answered, and no lambda of it begins any more", "[engine][R0.6]") {
+TEST_CASE("requests that wait when their thing is removed get a response, and no lambda of it begins any more", "[engine][R0.6]") {
   Bench bench;
   int calls = 0;
   const auto make = [&] {

@@ -25,7 +25,7 @@ const std::vector<std::string> all_paths = {"/", "/ns/lrt", "/arm", "/arm/bluepr
 
 }  // namespace
 
-TEST_CASE("every resource has a URI of its own and answers GET with Turtle there", "[engine][R0.3][R1.1][R1.2]") {
+TEST_CASE("every resource has a URI of its own and responds to GET with Turtle there", "[engine][R0.3][R1.1][R1.2]") {
   Robot r;
   REQUIRE(r.bench.ask("POST /arm/actions/home").status == 204);
   REQUIRE(r.bench.turtle("POST", "/arm/waypoints",

@@ -46,7 +46,7 @@ class CountingWaker final : public Waker {
 
 }  // namespace
 
-TEST_CASE("an opened WebSocket is told at once what GET would answer, and again after each change", "[engine][R0.12][R0.14][R0.15]") {
+TEST_CASE("an opened WebSocket gets at once the representation of GET, and again after each change", "[engine][R0.12][R0.14][R0.15]") {
   Arm arm;
   const Channel channel = arm.bench.open("/arm/angle");
   CHECK(arm.bench.messages(channel) == std::vector<std::string>{body(arm.bench, "/arm/angle")});
@@ -79,7 +79,7 @@ TEST_CASE("the opening response names the subscription, which lives as long as t
   CHECK(arm.bench.get("/arm/subscriptions/i1").status == 404);
 }
 
-TEST_CASE("deleting its subscription closes a socket with 1000, after which nothing more is told", "[engine][R0.12][paper 5.3]") {
+TEST_CASE("deleting its subscription closes a socket with 1000, after which no message follows", "[engine][R0.12][paper 5.3]") {
   Arm arm;
   const Channel channel = arm.bench.open("/arm/angle");
   arm.publish(30);
@@ -106,7 +106,7 @@ TEST_CASE("the media type is negotiated by Accept, or by ?accept= where a browse
   CHECK(members(arm.bench, "/arm").size() == 2);
 }
 
-TEST_CASE("a handshake of another version is answered 426, a bad one 400, and an upgrade where nothing is observable is ignored",
+TEST_CASE("a handshake of another version gets 426, a bad one 400, and an upgrade where nothing is observable is ignored",
           "[engine][R0.12][RFC 6455 4.4]") {
   Arm arm;
   const auto ask = [&](const std::string& text) {
@@ -126,14 +126,14 @@ TEST_CASE("a handshake of another version is answered 426, a bad one 400, and an
   CHECK(members(arm.bench, "/arm").empty());
 }
 
-TEST_CASE("a subscriber who is slow gets the newest value, and the ones between are counted", "[engine][R0.12][delivery]") {
+TEST_CASE("a slow subscriber gets the newest value, and the ones between are counted", "[engine][R0.12][delivery]") {
   Arm arm;
   const Channel channel = arm.bench.open("/arm/angle");
   (void)arm.bench.messages(channel);
   for (int i = 1; i <= 5; ++i) {
     arm.publish(i);
     while (arm.bench.engine.next_ready(arm.bench.clock.now())) {
-    }  // told, but the client takes nothing
+    }  // notified, but the client takes nothing
   }
   const auto push = arm.bench.engine.next_push(channel, arm.bench.clock.now());
   REQUIRE(push);
@@ -178,7 +178,7 @@ TEST_CASE("a queue is bounded in bytes too", "[engine][delivery]") {
   CHECK(bytes <= 1000);
 }
 
-TEST_CASE("a request that finds news does not render for queues, a look does", "[engine][delivery]") {
+TEST_CASE("a request that finds a change makes no representation for queues, a scan does", "[engine][delivery]") {
   Arm arm;
   const Channel channel = arm.bench.open("/arm/angle?queueLength=100");
   (void)arm.bench.messages(channel);
@@ -211,7 +211,7 @@ TEST_CASE("all queues together are bounded in bytes", "[engine][limits]") {
   CHECK(bytes <= 4000 + 5 * 1000);
 }
 
-TEST_CASE("pages elsewhere may not send commands, nor open WebSockets where the integrator says who may", "[engine][security]") {
+TEST_CASE("pages of other origins may not send commands, nor open WebSockets if allowed_origins has entries", "[engine][security]") {
   engine::EngineOptions options;
   options.allowed_origins = {"https://dashboard.example"};
   for (const bool named : {false, true}) {
@@ -221,14 +221,14 @@ TEST_CASE("pages elsewhere may not send commands, nor open WebSockets where the 
     CHECK(post("null") == 403);
     CHECK(post("http://localhost") == 204);
     CHECK(post("https://dashboard.example") == (named ? 204 : 403));
-    CHECK(arm.bench.ask("GET /arm/angle\nOrigin: http://evil.example").status == 200);  // whose page cannot read the answer
+    CHECK(arm.bench.ask("GET /arm/angle\nOrigin: http://evil.example").status == 200);  // whose page cannot read the response
     CHECK(arm.bench.upgrade("/arm/angle", "Origin: http://evil.example\n").answer.status == (named ? 403 : 101));
     CHECK(arm.bench.upgrade("/arm/angle", "Origin: https://dashboard.example\n").channel);
     CHECK(arm.robot.homed == (named ? 2 : 1));
   }
 }
 
-TEST_CASE("between two notifications lies the interval that the subscriber asked for", "[engine][delivery]") {
+TEST_CASE("between two notifications is the interval that the subscriber requested", "[engine][delivery]") {
   Arm arm;
   const Channel channel = arm.bench.open("/arm/angle?minimumInterval=0.5");
   CHECK(arm.bench.messages(channel).size() == 1);
@@ -268,7 +268,7 @@ TEST_CASE("every sample that is kept reaches a subscriber with a queue, in order
   CHECK(missing(bench.get("/arm/subscriptions/i1"), "<http://localhost/arm/subscriptions/i1> lrt:dropped 3 .") == "");
 }
 
-TEST_CASE("a pulled property is read while somebody observes it: at its rate, or when the robot says", "[engine][delivery]") {
+TEST_CASE("a pulled property is read while a client observes it: at its rate, or after changed()", "[engine][delivery]") {
   int reads = 0;
   double value = 1;
   Bench bench;
@@ -335,7 +335,7 @@ TEST_CASE("a subscription to a pulled property that cannot be read is refused as
   CHECK(bench.messages(bench.open("/arm/broken")).size() == 1);
 }
 
-TEST_CASE("who observes the state is told of every property's change, who observes the thing of its structure", "[engine][R0.12]") {
+TEST_CASE("observers of the state are notified of every property's change, observers of the thing of its structure", "[engine][R0.12]") {
   double speed = 1;
   Bench bench;
   Thing arm{"arm"};
@@ -365,7 +365,7 @@ TEST_CASE("who observes the state is told of every property's change, who observ
   CHECK(bench.pushes().empty());
 }
 
-TEST_CASE("who observes an action hears of new invocations, who observes an invocation of status and progress", "[engine][R0.12]") {
+TEST_CASE("observers of an action are notified of new invocations, observers of an invocation of status and progress", "[engine][R0.12]") {
   Arm arm;
   const Channel action = arm.bench.open("/arm/actions/grip");
   (void)arm.bench.pushes();
@@ -387,7 +387,7 @@ TEST_CASE("who observes an action hears of new invocations, who observes an invo
   arm.robot.grips[0].progress(0.7);
   arm.bench.look();
   while (arm.bench.engine.next_ready(arm.bench.clock.now())) {
-  }  // named, and not asked yet
+  }  // named, and next_push() was not called yet
   std::move(arm.robot.grips[0]).succeed();
   arm.bench.collect();
   told.clear();
@@ -402,7 +402,7 @@ TEST_CASE("who observes an action hears of new invocations, who observes an invo
   CHECK(std::any_of(end.begin(), end.end(), [&](const auto& p) { return p.first == channel && p.second.close == 1001; }));
 }
 
-TEST_CASE("the last representation of an invocation is told before its socket closes", "[engine][R0.12]") {
+TEST_CASE("the last representation of an invocation is sent before its socket closes", "[engine][R0.12]") {
   engine::EngineOptions options;
   options.max_finished_invocations = 0;
   Arm arm(options);
@@ -453,12 +453,12 @@ TEST_CASE("there are as many subscriptions as the limit says; then 503 with Retr
   CHECK(arm.bench.upgrade("/arm/angle").channel);
 }
 
-TEST_CASE("publish makes no system call while the engine looks by itself, and one when it sleeps", "[engine][control loop]") {
+TEST_CASE("publish makes no system call while the engine scans by itself, and one when it sleeps", "[engine][control loop]") {
   auto waker = std::make_shared<CountingWaker>();
   Arm arm;
   arm.bench.engine.set_waker(waker);
   arm.robot.angle_handle->publish(1);
-  CHECK(waker->count == 0);  // nobody observes
+  CHECK(waker->count == 0);  // no observer
   const Channel channel = arm.bench.open("/arm/angle");
   waker->count = 0;
   const auto before = allocations;

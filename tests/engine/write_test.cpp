@@ -32,7 +32,7 @@ struct Robot {
 
 }  // namespace
 
-TEST_CASE("PUT replaces the value, answers 204, and GET shows it", "[engine][R0.5][R0.7]") {
+TEST_CASE("PUT replaces the value, responds 204, and GET shows it", "[engine][R0.5][R0.7]") {
   Robot r;
   const Answer a = r.put("angle", number_body("43.6", "maths:Degree"));
   CHECK(a.status == 204);
@@ -116,7 +116,7 @@ TEST_CASE("a float holds what fits a float", "[engine][R0.6]") {
   CHECK(value == 3.4e38F);
 }
 
-TEST_CASE("a unit must be said, once is enough, and all that is said must be the declared one", "[engine][R0.6]") {
+TEST_CASE("a unit must be given, once is enough, and each that is given must be the declared one", "[engine][R0.6]") {
   Robot r;
   CHECK(r.degrees("1", "vom:unit maths:Degree") == 204);
   CHECK(r.degrees("1", "qudt:unit unit:DEG") == 204);
@@ -214,7 +214,7 @@ TEST_CASE("broken Turtle is 400 with its line, and nothing is called", "[engine]
   CHECK(r.robot.angle == 10);
 }
 
-TEST_CASE("other media types and codings are 415, which tells what is taken", "[engine][rdf_xml][R0.6]") {
+TEST_CASE("other media types and codings are 415, with those that are accepted", "[engine][rdf_xml][R0.6]") {
   Robot r;
   const std::set<std::string> types = {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json",
                                        "application/json", "text/plain", "application/cbor"};

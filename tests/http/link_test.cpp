@@ -36,7 +36,7 @@ TEST_CASE("what a URI may not have is percent-encoded in a link", "[http][R0.9]"
         std::string_view("</gr%C3%B6/%3C%22%7B%7D%7C%5E%60%5C%3E%20%0D%0A%41%254%25>; rel=\"http://r/%C3%B6#a%20b up%22\""));
 }
 
-TEST_CASE("lines keep to 4 KiB, all to the budget, and what is cut is told by one link at the end", "[http][R0.9]") {
+TEST_CASE("lines keep to 4 KiB, all to the budget, and one link at the end leads to the rest", "[http][R0.9]") {
   for (const std::size_t budget : {64U, 100U, 999U, 4096U, 4097U, 8192U, 20000U}) {
     for (const std::size_t count : {1U, 2U, 3U, 20U, 100U, 101U, 1000U}) {
       CAPTURE(budget, count);
@@ -80,7 +80,7 @@ TEST_CASE("a line is filled up to its last byte and not beyond", "[http][R0.9]")
   CHECK(longest == 4096);
 }
 
-TEST_CASE("a long link to the rest takes the room of others", "[http][R0.9]") {
+TEST_CASE("a long link to the rest takes the space of others", "[http][R0.9]") {
   http::LinkWriter writer(500);
   for (int i = 0; i < 100; ++i) writer.add("/" + std::to_string(i), "related");
   http::Fields fields;

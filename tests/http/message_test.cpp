@@ -56,7 +56,7 @@ TEST_CASE("nothing in a value can start another field", "[http][R0.1]") {
   CHECK(fields.list().size() == 2);
 }
 
-TEST_CASE("a head has Date and Content-Length, for HEAD the length that GET would have", "[http][R0.1]") {
+TEST_CASE("a header section has Date and Content-Length, for HEAD the length that GET would have", "[http][R0.1]") {
   http::Response response;
   response.fields.add("ETag", "\"a\"");
   response.set_body("12345");

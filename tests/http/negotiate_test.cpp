@@ -16,7 +16,7 @@ std::string pick(const char* accept) {
 
 }  // namespace
 
-TEST_CASE("Turtle is the answer when Accept is absent or leaves a choice", "[http][R1.1]") {
+TEST_CASE("Turtle is the variant when Accept is absent or leaves a choice", "[http][R1.1]") {
   CHECK(http::negotiate(std::nullopt, offers) == std::size_t{0});
   for (const char* open :
        {"", "  ", "*/*", " */* ", "*/*;q=0.1", "text/*", "text/turtle, application/json", "application/json, text/turtle",

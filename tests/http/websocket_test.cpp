@@ -40,15 +40,15 @@ int status_of(const Request& asked) {
 
 }  // namespace
 
-TEST_CASE("a protocol is asked for by any member of any Upgrade field, whatever its case and version", "[http][R0.12][R0.13]") {
-  CHECK(asks_for_upgrade(request({{"Upgrade", "websocket"}}), "websocket"));
-  CHECK(asks_for_upgrade(request({{"upgrade", "WebSocket"}}), "websocket"));
-  CHECK(asks_for_upgrade(request({{"Upgrade", "h2c,  websocket/13 , callback"}}), "websocket"));
-  CHECK(asks_for_upgrade(request({{"Upgrade", "h2c"}, {"Host", "a"}, {"UPGRADE", ",, callback"}}), "callback"));
-  CHECK_FALSE(asks_for_upgrade(request({}), "websocket"));
-  CHECK_FALSE(asks_for_upgrade(request({{"Upgrade", ""}}), "websocket"));
-  CHECK_FALSE(asks_for_upgrade(request({{"Upgrade", "websocket2, web socket, x/websocket"}}), "websocket"));
-  CHECK_FALSE(asks_for_upgrade(request({{"X-Upgrade", "websocket"}}), "websocket"));
+TEST_CASE("a protocol is requested by any member of any Upgrade field, whatever its case and version", "[http][R0.12][R0.13]") {
+  CHECK(requests_upgrade(request({{"Upgrade", "websocket"}}), "websocket"));
+  CHECK(requests_upgrade(request({{"upgrade", "WebSocket"}}), "websocket"));
+  CHECK(requests_upgrade(request({{"Upgrade", "h2c,  websocket/13 , callback"}}), "websocket"));
+  CHECK(requests_upgrade(request({{"Upgrade", "h2c"}, {"Host", "a"}, {"UPGRADE", ",, callback"}}), "callback"));
+  CHECK_FALSE(requests_upgrade(request({}), "websocket"));
+  CHECK_FALSE(requests_upgrade(request({{"Upgrade", ""}}), "websocket"));
+  CHECK_FALSE(requests_upgrade(request({{"Upgrade", "websocket2, web socket, x/websocket"}}), "websocket"));
+  CHECK_FALSE(requests_upgrade(request({{"X-Upgrade", "websocket"}}), "websocket"));
 }
 
 TEST_CASE("an opening handshake is one as RFC 6455 4.2.1 has it", "[http][R0.12]") {

@@ -43,7 +43,7 @@ std::size_t threads() {
   return static_cast<std::size_t>(std::distance(begin(tasks), end(tasks)));
 }
 
-/// A joint whose every part asks the host.
+/// A joint whose every part needs the host.
 struct Joint {
   explicit Joint(Server& server) {
     Thing thing{"joint"};
@@ -160,7 +160,7 @@ Options on(asio::io_context& io) {
   return options;
 }
 
-/// A client on the same io_context, which nobody else drives: says what it is told and collects what comes.
+/// A client on the same io_context: sends what it is given and collects what comes.
 class Visitor {
  public:
   Visitor(asio::io_context& io, std::uint16_t port) : socket_(io) {
@@ -171,7 +171,7 @@ class Visitor {
     out_ = std::move(bytes);
     asio::async_write(socket_, asio::buffer(out_), [](const error_code&, std::size_t) {});
   }
-  /// Calls `then` with the answer of an HTTP request.
+  /// Calls `then` with the response to an HTTP request.
   void ask(const std::string& line, std::string more, std::function<void(int status, std::string body)> then) {
     then_ = std::move(then);
     const auto at = more.find("\r\n\r\n");
@@ -215,7 +215,7 @@ class Visitor {
   std::function<void(int, std::string)> then_;
 };
 
-/// Has the same answer for every request.
+/// Has the same response for every request.
 struct Handler final : engine::Handler {
   engine::Outcome handle(const http::Request&, TimePoint) override {
     ++requests;
@@ -248,7 +248,7 @@ TEST_CASE("a server on a host's io_context needs Io::in_poll", "[server]") {
   CHECK(run_out(io));
 }
 
-TEST_CASE("who runs the io_context serves, calls lambdas and has its own handlers called, without a thread of lrt", "[server][R0.12]") {
+TEST_CASE("the thread that runs the io_context serves, calls lambdas and its own handlers, without a thread of lrt", "[server][R0.12]") {
   asio::io_context io;
   const auto threads_before = threads();
   Server server = Server::create(on(io)).value();
@@ -439,7 +439,7 @@ TEST_CASE("stop ends the host's run, from wherever it is called", "[server]") {
     int status = 0;
     visitor.ask("POST /joint/actions/act", "", [&](int s, const std::string&) { status = s; });
     CHECK(run_out(io));
-    CHECK(status != 0);  // 204 or 503: it was answered
+    CHECK(status != 0);  // 204 or 503: there was a response
     CHECK(visitor.ended);
   }
   SECTION("from a lambda that is run where the request is read") {
@@ -518,7 +518,7 @@ TEST_CASE("a turn that is queued already when the transport goes does nothing", 
   for (int last = -1; last != turns;) last = turns, io.poll();
   const int before = turns;
   const Socket client(transport->port());  // the descriptor is readable
-  // asio looks at its descriptors, which queues the turn behind this; what that finds is:
+  // asio polls its descriptors, which queues the turn behind this; what that finds is:
   asio::post(io, [&] {
     transport->stop();
     if (destroyed) transport.reset();

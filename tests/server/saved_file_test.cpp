@@ -97,7 +97,7 @@ TEST_CASE("a file that nothing was saved to is not touched", "[server][saved_fil
   CHECK(names_in(folder).empty());
 }
 
-TEST_CASE("a reader finds one of the texts, whole, whenever it looks", "[server][saved_file]") {
+TEST_CASE("a reader finds one of the texts, whole, at any time", "[server][saved_file]") {
   const Folder folder;
   const std::string path = folder / "state";
   put(path, std::string(200'000, 'z'));
@@ -121,7 +121,7 @@ TEST_CASE("a reader finds one of the texts, whole, whenever it looks", "[server]
   CHECK(torn == 0);
 }
 
-TEST_CASE("a text that cannot be written leaves the old one in its place, and is told once", "[server][saved_file]") {
+TEST_CASE("a text that cannot be written leaves the old one in its place, and is logged once", "[server][saved_file]") {
   const Folder folder;
   const std::string path = folder / "state";
   put(path, "old");
@@ -160,7 +160,7 @@ TEST_CASE("a full disk leaves the old text", "[server][saved_file]") {
   CHECK(names_in(folder) == std::vector<std::string>{"state"});
 }
 
-TEST_CASE("places where no file can be are told, not thrown", "[server][saved_file]") {
+TEST_CASE("places where no file can be are errors, not exceptions", "[server][saved_file]") {
   const Folder folder;
   put(folder / "file", "text");
   fs::create_directories(folder / "directory/full");
@@ -208,10 +208,10 @@ TEST_CASE("a symbolic link stays, and what it leads to is replaced", "[server][s
   fs::create_symlink("circle", folder / "circle");
   Log log;
   { SavedFile(folder / "circle", log.callback()).save("x"); }
-  CHECK(log.lines().size() <= 1);  // replaced, or told
+  CHECK(log.lines().size() <= 1);  // replaced, or logged
 }
 
-TEST_CASE("loading tells a missing file from one that cannot be had", "[server][saved_file]") {
+TEST_CASE("loading distinguishes a missing file from an unreadable one", "[server][saved_file]") {
   const Folder folder;
   put(folder / "file", "12345");
   CHECK(SavedFile::load(folder / "missing", 10).value() == std::nullopt);

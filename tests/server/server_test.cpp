@@ -120,7 +120,7 @@ TEST_CASE("any loopback address will do", "[server][R0.2]") {
   else CHECK(server.error().code == Errc::io_error);  // a machine without IPv6
 }
 
-TEST_CASE("with its own thread pushed and static resources are answered though the host never polls", "[server][R0.4]") {
+TEST_CASE("with its own thread pushed and static resources are served though the host never polls", "[server][R0.4]") {
   Server server = make();
   Thing thing{"arm"};
   auto pushed = thing.property<double>("pushed");
@@ -135,7 +135,7 @@ TEST_CASE("with its own thread pushed and static resources are answered though t
   CHECK(missing(a, "<arm/pushed> vom:numericalValue \"1.5\"^^xsd:double .", server.url()) == "");
 }
 
-TEST_CASE("a pulled property is 503 when the host does not poll, and is not read later for nobody", "[server][R0.6]") {
+TEST_CASE("a pulled property is 503 when the host does not poll, and is not read later without a client", "[server][R0.6]") {
   Options options = any_port();
   options.engine.host_timeout = milliseconds(1);
   Server server = make(std::move(options));
@@ -298,7 +298,7 @@ TEST_CASE("stop from a lambda ends run", "[server]") {
   Socket client(server.port());
   client.send("POST /arm/actions/stop\nHost: 127.0.0.1:" + std::to_string(server.port()));
   CHECK(running.wait_for(seconds(10)) == std::future_status::ready);
-  eventually([&] {  // answered or closed cleanly
+  eventually([&] {  // a response or a clean close
     const auto answer = client.receive(milliseconds(10));
     return client.ended() || (answer && (answer->status == 503 || answer->status == 204));
   });
@@ -332,7 +332,7 @@ TEST_CASE("start twice is start once", "[server]") {
   CHECK(Socket(server.port()).ask("GET /\nHost: 127.0.0.1:" + std::to_string(server.port())).status == 200);
 }
 
-TEST_CASE("stop answers requests in flight with 503, or closes", "[server][R0.6]") {
+TEST_CASE("stop responds 503 to requests in flight, or closes", "[server][R0.6]") {
   Server server = make();
   Thing thing{"arm"};
   thing.property("p", [] { return 1; });
@@ -369,7 +369,7 @@ TEST_CASE("destruction with requests in flight, responders kept, and things publ
   }
 }
 
-TEST_CASE("a waiting request is answered as soon as a responder answers, from any thread", "[server][R0.8]") {
+TEST_CASE("a waiting request gets its response as soon as a Responder is used, from any thread", "[server][R0.8]") {
   for (const Io io : all_io) {
     Server server = make(any_port(io));
     std::optional<Responder> kept;
@@ -385,7 +385,7 @@ TEST_CASE("a waiting request is answered as soon as a responder answers, from an
   }
 }
 
-TEST_CASE("an executor runs the lambdas of things that ask for it", "[server][R0.5]") {
+TEST_CASE("an executor runs the lambdas of Things with Dispatch::executor", "[server][R0.5]") {
   std::mutex mutex;
   std::vector<std::function<void()>> handed;
   Options options = any_port();
@@ -432,7 +432,7 @@ TEST_CASE("a server is moved while it serves", "[server]") {
   CHECK_THROWS(Socket(port).ask("GET /\nHost: 127.0.0.1:" + std::to_string(port)));
 }
 
-TEST_CASE("lambdas on the I/O thread answer without the host", "[server][R0.5]") {
+TEST_CASE("lambdas on the I/O thread run without the host", "[server][R0.5]") {
   Options options = any_port();
   options.engine.dispatch = Dispatch::io_thread;
   Server server = make(std::move(options));

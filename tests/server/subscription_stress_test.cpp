@@ -36,7 +36,7 @@ using std::chrono::steady_clock;
 
 namespace {
 
-/// A stranger's receiver: one thread, answers 204 to all but paths that begin with /hang, remembers the last body of each path.
+/// A receiver: one thread, responds 204 to all but paths that begin with /hang, remembers the last body of each path.
 class SmallReceiver {
  public:
   SmallReceiver() : listener_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
@@ -121,7 +121,7 @@ class SmallReceiver {
   std::thread thread_;
 };
 
-/// A WebSocket that answers what a client must, and remembers the last message.
+/// A WebSocket that responds where a client must, and remembers the last message.
 class Watcher {
  public:
   Watcher(std::uint16_t port, std::string path) : client_(port), path_(std::move(path)) { client_.send(WebSocketClient::handshake(path_)); }
@@ -264,8 +264,8 @@ class Client {
     }
     for (auto& w : kept_) w->step();
   }
-  /// After calm: everyone who still observes has the newest representation. At first nobody asks for anything: a GET would make the
-  /// server look, and hide a wake-up that was lost.
+  /// After calm: every observer has the newest representation. At first no client sends a request: a GET would make the
+  /// server scan, and hide a wake-up that was lost.
   void settle() {
     wait_for("has not the last value", [this] { return who_waits(); });
     wait_for("has not what GET answers", [this] { return who_is_late(); });

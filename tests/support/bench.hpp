@@ -23,7 +23,7 @@ class Bench {
  public:
   explicit Bench(engine::EngineOptions options = {}) : engine(with_fakes(std::move(options))) {}
 
-  /// A request that was sent: answered at once, or by a ticket.
+  /// A request that was sent: its response, or its ticket.
   struct Sent {
     std::optional<engine::Ticket> ticket;
     Answer answer;
@@ -52,7 +52,7 @@ class Bench {
       for (engine::Job& job : jobs) job.run();
     }
   }
-  /// Takes what the engine has to answer by now.
+  /// Takes the replies that the engine has by now.
   void collect() {
     while (auto reply = engine.next_reply(clock.now())) {
       if (reply->channel) channels_.emplace(reply->ticket, *reply->channel);
@@ -60,7 +60,7 @@ class Bench {
     }
   }
 
-  /// The answer if it has come.
+  /// The response if it has come.
   std::optional<Answer> answer(const Sent& sent) {
     if (!sent.ticket) return sent.answer;
     collect();
@@ -69,7 +69,7 @@ class Bench {
     return found->second;
   }
 
-  /// Sends, runs jobs, and returns the answer.
+  /// Sends, runs jobs, and returns the response.
   Answer ask(const std::string& text) {
     const Sent s = send(text);
     run();
@@ -127,7 +127,7 @@ class Bench {
       if (c == channel && push.message) bodies.push_back(*push.message);
     return bodies;
   }
-  /// Lets the engine look for what has been published.
+  /// Makes the engine scan for published values.
   void look() { clock.advance(std::chrono::milliseconds(1)); }
 
   FakeClock clock;

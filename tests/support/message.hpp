@@ -77,7 +77,7 @@ inline std::vector<Link> parse_links(std::string_view field) {
   }
 }
 
-/// A response with what tests ask of one.
+/// A response with what tests need.
 struct Answer {
   int status = 0;
   http::Fields fields;

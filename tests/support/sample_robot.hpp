@@ -19,7 +19,7 @@ struct Pose {
   std::optional<double> tolerance;
 };
 
-/// A robot that has one of everything, and does what it is told. Its state is open to tests.
+/// A robot that has one of everything. Its state is open to tests.
 class SampleRobot {
  public:
   double angle = 10;            ///< [deg], pushed, writable, -90 to 90
@@ -32,7 +32,7 @@ class SampleRobot {
   bool locked = false;          ///< writes are refused
   double turned_to = -1;        ///< by action turn
   int homed = 0;                ///< calls of action home
-  std::vector<Responder> grips; ///< of action grip, for the test to answer
+  std::vector<Responder> grips; ///< of action grip, for the test to use
   std::vector<std::string> stops;
   std::optional<Property<double>> angle_handle;
 

@@ -60,7 +60,7 @@ class Socket {
     pass({});
   }
 
-  /// The answer if it is complete now. Waits at most `wait` for bytes.
+  /// The response if it is complete now. Waits at most `wait` for bytes.
   std::optional<Answer> receive(std::chrono::milliseconds wait = std::chrono::milliseconds(0)) {
     if (auto answer = parse()) return answer;
     pollfd item{descriptor_, POLLIN, 0};

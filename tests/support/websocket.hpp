@@ -164,7 +164,7 @@ class FrameReader {
   bool closed_ = false;
 };
 
-/// A WebSocket client of its own socket that never blocks: step() sends and receives what is possible now. It answers nothing by itself.
+/// A WebSocket client of its own socket that never blocks: step() sends and receives what is possible now. It sends nothing by itself.
 class WebSocketClient {
  public:
   static constexpr const char* key = "dGhlIHNhbXBsZSBub25jZQ==";  // RFC 6455 1.3
@@ -234,11 +234,11 @@ class WebSocketClient {
   }
   std::string close_reason() const { return close_code() == 0 || frames.back().payload.empty() ? "" : frames.back().payload.substr(2); }
 
-  std::size_t answers_before = 0;  ///< HTTP answers (with Content-Length) before that of the handshake
+  std::size_t answers_before = 0;  ///< HTTP responses (with Content-Length) before that of the handshake
   std::string before;              ///< their bytes
-  std::string head;                ///< of the answer to the handshake
+  std::string head;                ///< header section of the response to the handshake
   int status = 0;                  ///< 0: there is none yet
-  std::string body;                ///< of an answer that is no 101, as far as it has come
+  std::string body;                ///< of a response that is no 101, as far as it has come
   std::deque<Frame> frames;
   bool ended = false;   ///< the server closed the connection
   bool failed = false;  ///< ... with RST

@@ -112,7 +112,7 @@ TEST_CASE("a host that sleeps on the descriptor serves requests, and is not woke
   REQUIRE(host.run_to_answers(again, 1));
 }
 
-TEST_CASE("the descriptor tells of a wake from another thread", "[transport][threads]") {
+TEST_CASE("the descriptor is readable after a wake from another thread", "[transport][threads]") {
   Host host;
   auto client = host.client();
   client.send(get("/defer"));
@@ -129,7 +129,7 @@ TEST_CASE("the descriptor tells of a wake from another thread", "[transport][thr
   CHECK(host.is_quiet());
 }
 
-TEST_CASE("the descriptor tells of times that are over", "[transport]") {
+TEST_CASE("the descriptor is readable when a time is over", "[transport]") {
   transport::Limits limits;
   limits.header_timeout = milliseconds(30);
   limits.linger_timeout = milliseconds(30);
@@ -139,7 +139,7 @@ TEST_CASE("the descriptor tells of times that are over", "[transport]") {
   slow.send("GET / HT");
   REQUIRE(host.run({&silent, &slow}, [&] { return silent.ended && !slow.received.empty(); }));
   CHECK(statuses(parse_answers(slow.received)) == std::vector{408});
-  // The end of lingering is seen by nobody but the server.
+  // Only the server sees the end of lingering.
   while (host.server->poll(milliseconds(1), milliseconds(0)) != milliseconds::max()) {
     REQUIRE(::poll(&host.item, 1, 20'000) == 1);
     REQUIRE(++host.wakes < 50);
@@ -147,7 +147,7 @@ TEST_CASE("the descriptor tells of times that are over", "[transport]") {
   CHECK(host.is_quiet());
 }
 
-TEST_CASE("the descriptor tells of what the handler has for a WebSocket, when it is due", "[transport][R0.14]") {
+TEST_CASE("the descriptor is readable when the handler has something due for a WebSocket", "[transport][R0.14]") {
   Host host;
   WebSocketClient client(host.server->port());
   client.send(WebSocketClient::handshake("/ws"));
@@ -155,7 +155,7 @@ TEST_CASE("the descriptor tells of what the handler has for a WebSocket, when it
   for (std::size_t i = 1; i <= 5; ++i) {
     host.handler.news.push_back(std::to_string(i));
     host.handler.due = std::chrono::steady_clock::now() + microseconds(1500);
-    if (i == 1) host.server->waker()->wake();  // as a handler does whose deadline comes sooner than it said
+    if (i == 1) host.server->waker()->wake();  // as a handler does whose deadline becomes earlier
     else host.server->poll(milliseconds(1), milliseconds(0));
     REQUIRE(host.run({&client}, [&] { return client.frames.size() == i; }));
     CHECK(client.frames[i - 1].payload == std::to_string(i));
@@ -180,7 +180,7 @@ TEST_CASE("the descriptor stays readable while a budget leaves something over", 
     REQUIRE(host.run_to_answers(client, 200));
     CHECK(host.wakes >= 100);
   }
-  SECTION("deferred answers") {
+  SECTION("deferred responses") {
     std::vector<RawClient> clients;
     for (std::size_t i = 1; i <= 5; ++i) {
       clients.push_back(host.client());
@@ -191,7 +191,7 @@ TEST_CASE("the descriptor stays readable while a budget leaves something over", 
     host.server->waker()->wake();
     for (auto& client : clients) REQUIRE(host.run_to_answers(client, 1));
   }
-  SECTION("clients who come at once, and whose time is over at once") {
+  SECTION("clients that come at once, and whose time is over at once") {
     std::vector<RawClient> clients;
     for (int i = 0; i < 40; ++i) clients.push_back(host.client());
     for (auto& client : clients) REQUIRE(host.run({&client}, [&] { return client.ended; }));

@@ -55,7 +55,7 @@ bool set_loopback(bool up) {
 
 enum Outcome { good = 0, no_namespace = 77, not_served, not_alive, not_again };
 
-/// In a process of its own, whose network nobody else has.
+/// In a process of its own with a network of its own.
 int lose_the_interface() {
   if (::unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0 && ::unshare(CLONE_NEWNET) != 0) return no_namespace;
   if (!set_loopback(true)) return no_namespace;

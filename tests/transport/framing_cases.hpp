@@ -9,7 +9,7 @@ namespace lrt::test {
 struct FramingCase {
   const char* name;
   std::string bytes;
-  std::vector<int> statuses;  ///< of all final answers
+  std::vector<int> statuses;  ///< of all final responses
   bool closes;
 };
 
@@ -141,7 +141,7 @@ inline std::vector<FramingCase> framing_cases() {
        {400},
        true},
 
-      // Sizes; the tests leave the limits of the head at 16384 and of its lines at 8000, and set the body's to 1000000.
+      // Sizes; the tests leave the limits of the header section at 16384 and of its lines at 8000, and set the body's to 1000000.
       {"a request line above the limit", "GET /" + S(20'000, 'a') + " HTTP/1.1\r\nHost: a\r\n\r\n", {414}, true},
       {"a request line of exactly the limit", "GET /head?" + S(8000 - 19, 'a') + " HTTP/1.1\r\nHost: a\r\n\r\n" + next, {200, 200}, false},
       {"a request line one byte above the limit", "GET /head?" + S(8000 - 18, 'a') + " HTTP/1.1\r\nHost: a\r\n\r\n" + next, {414}, true},

@@ -1,6 +1,6 @@
 #pragma once
 
-// What the transport tests share: a handler that defers on demand, a clock that is moved by hand, a raw client, and answers taken apart.
+// What the transport tests share: a handler that defers on demand, a clock that is moved by hand, a raw client, and a parser of responses.
 
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -46,7 +46,7 @@ class HandClock final : public Clock {
   std::atomic<std::int64_t> milliseconds_{0};
 };
 
-/// GET / says hello; POST / echoes; /head tells the request's head; /defer answers when complete() says so; /big?n has n bytes;
+/// GET / sends hello; POST / echoes; /head sends the request's header section; /defer responds after complete(); /big?n has n bytes;
 /// /none is 204, /same 304; anything else 404.
 class TestHandler : public engine::Handler {
  public:
@@ -116,7 +116,7 @@ struct Answer {
 
 inline bool contains(std::string_view text, std::string_view part) { return text.find(part) != std::string_view::npos; }
 
-/// Takes a stream of answers apart. Interim answers are left out. `heads` says which answers (by index) belong to HEAD requests.
+/// Parses a stream of responses. Interim responses are left out. `heads` are the indices of responses to HEAD requests.
 inline std::vector<Answer> parse_answers(std::string_view bytes, const std::set<std::size_t>& heads = {}) {
   std::vector<Answer> answers;
   while (!bytes.empty()) {

@@ -51,7 +51,7 @@ struct Host : TestHost {
 
 }  // namespace
 
-TEST_CASE("framing on the socket is as in the session, and the connection closes without losing the answer",
+TEST_CASE("framing on the socket is as in the session, and the connection closes without losing the response",
           "[transport][R0.1]") {
   Host host;
   for (const auto& item : framing_cases()) {
@@ -86,7 +86,7 @@ TEST_CASE("framing on the socket does not depend on how the bytes arrive", "[tra
   }
 }
 
-TEST_CASE("10 MiB of head or body are refused with an answer that the client reads", "[transport][R0.1]") {
+TEST_CASE("10 MiB of header section or body are refused with a response that the client reads", "[transport][R0.1]") {
   const std::string much(10 * 1024 * 1024, 'a');
   const std::pair<int, std::string> cases[] = {
       {414, "GET /" + much + " HTTP/1.1\r\nHost: a\r\n\r\n"},
@@ -127,7 +127,7 @@ TEST_CASE("a body just within the limit arrives whole", "[transport]") {
   CHECK(host.handler.peer == "127.0.0.1");
 }
 
-TEST_CASE("pipelined requests are answered in order with a deferred answer among them", "[transport][R0.1]") {
+TEST_CASE("pipelined requests get their responses in order with a deferred response among them", "[transport][R0.1]") {
   Host host;
   auto client = host.client();
   client.send(get("/") + get("/defer") + get("/head") + get("/big?100000") + get("/"));
@@ -153,7 +153,7 @@ TEST_CASE("100 Continue comes before the body is sent", "[transport][R0.1]") {
   CHECK(parse_answers(client.received)[0].body == "robot");
 }
 
-TEST_CASE("HEAD has the head of GET and no body", "[transport][R0.1]") {
+TEST_CASE("HEAD has the header section of GET and no body", "[transport][R0.1]") {
   Host host;
   auto client = host.client();
   client.send("HEAD /big?5000 HTTP/1.1\r\nHost: a\r\n\r\n" + get("/"));
@@ -178,7 +178,7 @@ TEST_CASE("one connection carries 10,000 requests", "[transport][R0.1]") {
   CHECK(parse_answers(client.received).size() == 10'001);
 }
 
-TEST_CASE("clients that are slow are told so by the clock of the options", "[transport]") {
+TEST_CASE("slow clients get 408 by the clock of the options", "[transport]") {
   HandClock clock;
   auto options = on_any_port();
   options.clock = &clock;
@@ -216,7 +216,7 @@ TEST_CASE("clients that are slow are told so by the clock of the options", "[tra
   CHECK(statuses(parse_answers(idle.received)) == std::vector{204});
 }
 
-TEST_CASE("a client must complete the head of its first request within header_timeout of being accepted", "[transport][R0.1]") {
+TEST_CASE("a client must complete the header section of its first request within header_timeout of being accepted", "[transport][R0.1]") {
   HandClock clock;
   auto options = on_any_port();
   options.clock = &clock;
@@ -239,7 +239,7 @@ TEST_CASE("a client must complete the head of its first request within header_ti
   CHECK(silent.received.empty());
   REQUIRE(host.run_to_answers(late, 1));
   CHECK(statuses(parse_answers(late.received)) == std::vector{408});
-  served.send("GET / HT");  // a later head has its time from its first byte
+  served.send("GET / HT");  // a later header section has its time from its first byte
   host.run({&served}, [&] { return served.all_sent(); });
   host.settle();
   clock.advance(options.limits.header_timeout - milliseconds(1));
@@ -249,7 +249,7 @@ TEST_CASE("a client must complete the head of its first request within header_ti
   CHECK(statuses(parse_answers(served.received)) == std::vector{200, 200});
 }
 
-TEST_CASE("bytes that trickle in do not prolong the time of a head", "[transport]") {
+TEST_CASE("bytes that trickle in do not prolong the time of a header section", "[transport]") {
   HandClock clock;
   auto options = on_any_port();
   options.clock = &clock;
@@ -265,7 +265,7 @@ TEST_CASE("bytes that trickle in do not prolong the time of a head", "[transport
   CHECK(statuses(parse_answers(client.received)) == std::vector{408});
 }
 
-TEST_CASE("a client that takes no bytes of an answer is given up", "[transport]") {
+TEST_CASE("a client that takes no bytes of a response is given up", "[transport]") {
   HandClock clock;
   auto options = on_any_port();
   options.clock = &clock;
@@ -274,7 +274,7 @@ TEST_CASE("a client that takes no bytes of an answer is given up", "[transport]"
   client.paused = true;
   client.send(get("/big?30000000"));
   REQUIRE(host.run_until_handled(client, 1));
-  for (int i = 0; i < 20; ++i) {  // what the system still had room for is progress, and is in the end no more
+  for (int i = 0; i < 20; ++i) {  // bytes that the system still buffers are progress, and end
     host.settle();
     clock.advance(options.limits.write_timeout + milliseconds(1));
   }
@@ -284,7 +284,7 @@ TEST_CASE("a client that takes no bytes of an answer is given up", "[transport]"
   CHECK(client.received.size() < 30'000'000);
 }
 
-TEST_CASE("a large answer arrives whole at a client that reads slowly", "[transport]") {
+TEST_CASE("a large response arrives whole at a client that reads slowly", "[transport]") {
   Host host;
   auto client = host.client(4096);
   client.paused = true;
@@ -330,7 +330,7 @@ TEST_CASE("a client killed in any state leaves the others alone", "[transport]")
   host.settle();
 }
 
-TEST_CASE("a client that closes its side after the request gets the answer", "[transport]") {
+TEST_CASE("a client that closes its side after the request gets the response", "[transport]") {
   Host host;
   auto client = host.client();
   client.send(get("/") + get("/defer"));
@@ -344,7 +344,7 @@ TEST_CASE("a client that closes its side after the request gets the answer", "[t
   CHECK(statuses(parse_answers(client.received)) == std::vector{200, 200});
 }
 
-TEST_CASE("connections above the limit are told 503, and there is room again when one leaves", "[transport]") {
+TEST_CASE("connections above the limit get 503, until one disconnects", "[transport]") {
   auto options = on_any_port();
   options.limits.max_connections = 2;
   Host host(options);
@@ -370,7 +370,7 @@ TEST_CASE("connections above the limit are told 503, and there is room again whe
   CHECK(statuses(parse_answers(fourth.received)) == std::vector{200});
 }
 
-TEST_CASE("silent connections do not keep anybody out: the one that is idle longest makes room", "[transport][R0.1]") {
+TEST_CASE("silent connections exclude no client: the one that is idle for longest is closed", "[transport][R0.1]") {
   auto options = on_any_port();
   options.limits.max_connections = 4;
   Host host(options);
@@ -390,7 +390,7 @@ TEST_CASE("silent connections do not keep anybody out: the one that is idle long
   CHECK(open == 3);
 }
 
-TEST_CASE("room is made by who is idle longest, and by nobody who waits for an answer or has sent something",
+TEST_CASE("the connection that is idle for longest is closed for a new one, and none that waits for a response or has sent bytes",
           "[transport][R0.1]") {
   auto options = on_any_port();
   options.limits.max_connections = 5;
@@ -429,7 +429,7 @@ TEST_CASE("room is made by who is idle longest, and by nobody who waits for an a
   }
 }
 
-TEST_CASE("of many clients at once each gets its answer, however few connections there may be", "[transport][R0.1]") {
+TEST_CASE("of many clients at once each gets its response, however few connections there may be", "[transport][R0.1]") {
   auto options = on_any_port();
   options.limits.max_connections = 20;
   for (const auto budget : {std::chrono::microseconds(0), std::chrono::microseconds(100'000)}) {
@@ -449,7 +449,7 @@ TEST_CASE("of many clients at once each gets its answer, however few connections
   }
 }
 
-TEST_CASE("each refused client is told 503, however many there are", "[transport][R0.1]") {
+TEST_CASE("each refused client gets 503, however many there are", "[transport][R0.1]") {
   auto options = on_any_port();
   options.limits.max_connections = 1;
   Host host(options);
@@ -478,7 +478,7 @@ TEST_CASE("poll leaves what its budget does not cover to the next poll, which do
   auto options = on_any_port();
   options.clock = &clock;
   Host host(options);
-  SECTION("deferred answers") {
+  SECTION("deferred responses") {
     std::vector<RawClient> clients;
     for (std::size_t i = 0; i < 5; ++i) {
       clients.push_back(host.client());
@@ -554,7 +554,7 @@ TEST_CASE("without descriptors clients are refused, and served again when there 
   host.settle();
   ::setrlimit(RLIMIT_NOFILE, &before);
   idle.step();
-  CHECK(idle.ended);  // to make room, in vain; the others are left alone
+  CHECK(idle.ended);  // for the new one, in vain; the others are kept
   clock.advance(milliseconds(200));
   served.send(get("/"));
   REQUIRE(host.run_to_answers(served, 2));
@@ -563,7 +563,7 @@ TEST_CASE("without descriptors clients are refused, and served again when there 
   REQUIRE(host.run_to_answers(later, 1));
 }
 
-TEST_CASE("the last descriptor serves to tell clients that there are no more", "[transport]") {
+TEST_CASE("the last descriptor serves to refuse clients with 503", "[transport]") {
   Host host;
   auto first = host.client();
   auto second = host.client();
@@ -587,7 +587,7 @@ TEST_CASE("the last descriptor serves to tell clients that there are no more", "
   REQUIRE(host.run_to_answers(later, 1));
 }
 
-TEST_CASE("when descriptors run out, who is idle longest makes room", "[transport]") {
+TEST_CASE("when descriptors run out, the connection that is idle for longest is closed", "[transport]") {
   Host host;
   auto idle = host.client(), busy = host.client();
   idle.send(get("/"));
@@ -611,7 +611,7 @@ TEST_CASE("when descriptors run out, who is idle longest makes room", "[transpor
   CHECK_FALSE(busy.ended);
 }
 
-TEST_CASE("stop answers what the handler still gives and 503 for the rest", "[transport]") {
+TEST_CASE("stop sends the responses that the handler still gives and 503 for the rest", "[transport]") {
   Host host;
   auto answered = host.client();
   auto forgotten = host.client();
@@ -694,7 +694,7 @@ TEST_CASE("poll allocates nothing when there is nothing to do, and nothing for a
   client.step();
   const auto before_request = allocations.load();
   for (int i = 0; i < 20; ++i) host.server->poll(milliseconds(1), milliseconds(1));
-  // cpp-httplib takes heads apart into strings of its own.
+  // cpp-httplib parses header sections into strings of its own.
   CHECK(allocations.load() - before_request <= of_handler);
   CHECK(host.handler.requests == 5);
 }

@@ -67,7 +67,7 @@ class Channels final : public engine::Handler {
       return engine::Deferred{tickets.back()};
     }
     if (path == "/events" && request.can_stream) return engine::Streamed{add(path), event_stream()};
-    if (path == "/forbidden" || !request.can_upgrade || !http::asks_for_upgrade(request, "websocket")) {
+    if (path == "/forbidden" || !request.can_upgrade || !http::requests_upgrade(request, "websocket")) {
       response.status = 403;
       response.set_body("no");
       return response;
@@ -163,7 +163,7 @@ struct ChannelHost {
 
 // ------------------------------------------------------------------------------------------------------------------- HTTP
 
-TEST_CASE("libwebsockets: requests of one connection are answered one after another", "[transport][libwebsockets]") {
+TEST_CASE("libwebsockets: requests of one connection are handled one after another", "[transport][libwebsockets]") {
   TestHost host(make());
   auto client = host.client();
   client.send(get("/") + request("HEAD", "/") + get("/none") + get("/same") + get("/nowhere"));
@@ -357,7 +357,7 @@ TEST_CASE("libwebsockets: a long response goes out as the client takes it", "[tr
   CHECK(parse_answers(client.received)[0].body == std::string(10'000'000, 'b'));
 }
 
-TEST_CASE("libwebsockets: an idle connection makes room for a new one", "[transport][libwebsockets]") {
+TEST_CASE("libwebsockets: an idle connection is closed for a new one", "[transport][libwebsockets]") {
   TestHost host(make([](transport::TransportOptions& options) { options.limits.max_connections = 2; }));
   auto idle = host.client(), waiting = host.client();
   idle.send(get("/"));
@@ -384,7 +384,7 @@ TEST_CASE("libwebsockets: the number of requests of a connection has a limit", "
   CHECK(contains(answers[1].head, "\r\nConnection: close\r\n"));
 }
 
-TEST_CASE("libwebsockets: a body that does not come is answered 408", "[transport][libwebsockets]") {
+TEST_CASE("libwebsockets: a body that does not come gets 408", "[transport][libwebsockets]") {
   TestHost host(make([](transport::TransportOptions& options) { options.limits.body_timeout = milliseconds(20); }));
   auto client = host.client();
   client.send(request("POST", "/", "Content-Length: 5\r\n", "abc"));
@@ -415,7 +415,7 @@ TEST_CASE("libwebsockets: it listens on IPv6", "[transport][libwebsockets]") {
   CHECK(host.handler.peer == "::1");
 }
 
-TEST_CASE("libwebsockets: stop answers what can be answered, abandons the rest, and start begins anew",
+TEST_CASE("libwebsockets: stop responds where it can, abandons the rest, and start begins anew",
           "[transport][libwebsockets]") {
   TestHost host(make([](transport::TransportOptions& options) { options.limits.stop_timeout = milliseconds(50); }));
   auto answered = host.client(), left = host.client();
@@ -494,7 +494,7 @@ TEST_CASE("libwebsockets: messages go both ways, whole, in order", "[transport][
   CHECK(client.frames[6].payload == "last");
 }
 
-TEST_CASE("libwebsockets: a WebSocket is closed with the code that tells why", "[transport][libwebsockets][websocket]") {
+TEST_CASE("libwebsockets: a WebSocket is closed with the code of the reason", "[transport][libwebsockets][websocket]") {
   const auto code = [](const std::function<void(WebSocketClient&, ChannelHost&)>& act) {
     ChannelHost host([](transport::TransportOptions& options) { options.limits.max_websocket_messages = 3; });
     WebSocketClient client(host.server->port());
@@ -641,7 +641,7 @@ struct SecureHost {
     server = make([&](transport::TransportOptions& options) { options.tls = tls; });
     if (const auto started = server->start(handler); !started) throw std::runtime_error(started.error().message);
   }
-  /// What a client with these settings gets for GET /, and who answers it.
+  /// What a client with these settings gets for GET /, and from which server.
   std::string ask(SSL_CTX* context) {
     RawClient raw(server->port());
     TlsClientSide side(context);
@@ -807,13 +807,13 @@ TEST_CASE("libwebsockets: a vhost of the host's context is served by lws_service
   CHECK(handler.closed_count == 1);
   REQUIRE(run(client, [&] { return client.close_code() != 0 || client.ended; }));
   client.end();
-  server->waker()->wake();  // nobody is there
+  server->waker()->wake();  // there is no connection
   REQUIRE(run(client, [&] {
     try {
       RawClient{port};
       return false;
     } catch (const std::runtime_error&) {
-      return true;  // nobody listens
+      return true;  // no listener
     }
   }));
   REQUIRE(server->start(handler));

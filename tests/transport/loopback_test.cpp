@@ -41,7 +41,7 @@ struct Watcher {
 
 }  // namespace
 
-TEST_CASE("loopback answers at once, or from poll when the answer is deferred", "[transport][threads]") {
+TEST_CASE("loopback responds at once, or from poll when the response is deferred", "[transport][threads]") {
   TestHandler handler;
   transport::Loopback loopback;
   REQUIRE(loopback.start(handler));
@@ -64,7 +64,7 @@ TEST_CASE("loopback answers at once, or from poll when the answer is deferred", 
   CHECK(answers.back() == "late");
 }
 
-TEST_CASE("loopback checks heads as a socket would", "[transport][R0.1]") {
+TEST_CASE("loopback checks header sections as a socket would", "[transport][R0.1]") {
   TestHandler handler;
   transport::Loopback loopback;
   REQUIRE(loopback.start(handler));
@@ -101,7 +101,7 @@ TEST_CASE("what loopback still owes when it stops is 503, and the ticket is aban
   CHECK(handler.abandoned == handler.open);
 }
 
-TEST_CASE("loopback leaves answers that its budget does not cover to the next poll, which does not wait", "[transport]") {
+TEST_CASE("loopback leaves responses that its budget does not cover to the next poll, which does not wait", "[transport]") {
   TestHandler handler;
   transport::Loopback loopback;
   REQUIRE(loopback.start(handler));
@@ -116,7 +116,7 @@ TEST_CASE("loopback leaves answers that its budget does not cover to the next po
   CHECK(loopback.poll(std::chrono::microseconds(0), std::chrono::minutes(10)) == std::chrono::milliseconds::max());
 }
 
-TEST_CASE("loopback has the handler look for news, which web callbacks wait for", "[transport][loopback][R0.13]") {
+TEST_CASE("loopback makes the handler scan for changes, which web callbacks wait for", "[transport][loopback][R0.13]") {
   struct Looking final : TestHandler {
     std::optional<engine::Channel> next_ready(TimePoint) override { return looks++ < 3 ? std::optional(engine::Channel{1}) : std::nullopt; }
     int looks = 0;

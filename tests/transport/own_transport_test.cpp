@@ -38,7 +38,7 @@ struct Host : TestHost {
 
 }  // namespace
 
-TEST_CASE("a transport of one's own answers all framing cases, whichever way their bytes arrive", "[transport][own][R0.1]") {
+TEST_CASE("a transport of one's own handles all framing cases, whichever way their bytes arrive", "[transport][own][R0.1]") {
   Host host;
   const bool bytewise = GENERATE(false, true);
   for (const auto& item : framing_cases()) {
@@ -75,7 +75,7 @@ TEST_CASE("a transport of one's own refuses lines over the limit", "[transport][
   }
 }
 
-TEST_CASE("a transport of one's own refuses 10 MiB with an answer that the client reads", "[transport][own][R0.1]") {
+TEST_CASE("a transport of one's own refuses 10 MiB with a response that the client reads", "[transport][own][R0.1]") {
   const std::string much(10 * 1024 * 1024, 'a');
   const std::pair<int, std::string> cases[] = {
       {414, "GET /" + much + " HTTP/1.1\r\nHost: a\r\n\r\n"},
@@ -92,7 +92,7 @@ TEST_CASE("a transport of one's own refuses 10 MiB with an answer that the clien
   }
 }
 
-TEST_CASE("a transport of one's own answers pipelined requests in order, a deferred and a large one among them", "[transport][own][R0.1]") {
+TEST_CASE("a transport of one's own responds to pipelined requests in order, a deferred and a large one among them", "[transport][own][R0.1]") {
   Host host;
   auto client = host.client(4096);
   client.send(get("/") + get("/defer") + "HEAD /big?5000 HTTP/1.1\r\nHost: a\r\n\r\n" + get("/big?3000000") + get("/"));
@@ -186,7 +186,7 @@ TEST_CASE("a transport of one's own survives clients that are killed in any stat
   CHECK(host.is_well());
 }
 
-TEST_CASE("a client of a transport of one's own that closes its side after the request gets the answer", "[transport][own]") {
+TEST_CASE("a client of a transport of one's own that closes its side after the request gets the response", "[transport][own]") {
   Host host;
   auto client = host.client();
   client.send(get("/") + get("/defer"));
@@ -200,7 +200,7 @@ TEST_CASE("a client of a transport of one's own that closes its side after the r
   CHECK(statuses(parse_answers(client.received)) == std::vector{200, 200});
 }
 
-TEST_CASE("a transport of one's own answers a request that ends too early", "[transport][own][R0.1]") {
+TEST_CASE("a transport of one's own responds to a request that ends too early", "[transport][own][R0.1]") {
   Host host;
   for (const std::string start : {"GET / HT", "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\n\r\nhe"}) {
     auto client = host.client();
@@ -212,7 +212,7 @@ TEST_CASE("a transport of one's own answers a request that ends too early", "[tr
   }
 }
 
-TEST_CASE("a transport of one's own tells clients over the limit so, and there is room again when one leaves", "[transport][own]") {
+TEST_CASE("a transport of one's own responds 503 to clients over the limit, until one disconnects", "[transport][own]") {
   auto options = on_any_port();
   options.limits.max_connections = 1;
   Host host(options);
@@ -261,7 +261,7 @@ TEST_CASE("a transport of one's own leaves to the next poll what the budget does
   for (int i = 0; i < 1000 && host.handler.requests < 20; ++i) {
     const auto before = host.handler.requests;
     const auto due = host.server->poll(microseconds(0), milliseconds(1));
-    CHECK(host.handler.requests <= before + 2);  // what was read, and what goes on when its answer has left
+    CHECK(host.handler.requests <= before + 2);  // what was read, and what continues after its response
     if (before > 0 && host.handler.requests < 20) {
       CHECK(due == milliseconds(0));
       CHECK(host.calls(milliseconds(1000)));  // a host that sleeps on descriptor() comes back
@@ -289,7 +289,7 @@ TEST_CASE("the descriptor of a transport of one's own is readable when a time ha
   CHECK(host.calls());
 }
 
-TEST_CASE("stop of a transport of one's own answers what the handler still gives and 503 for the rest", "[transport][own]") {
+TEST_CASE("stop of a transport of one's own sends the responses that the handler still gives and 503 for the rest", "[transport][own]") {
   Host host;
   auto answered = host.client(), forgotten = host.client(), idle = host.client();
   answered.send(get("/defer"));

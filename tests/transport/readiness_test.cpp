@@ -42,7 +42,7 @@ class Ready final : public Watched {
 
 }  // namespace
 
-TEST_CASE("who is always ready does not keep the others waiting, however small the budget", "[transport]") {
+TEST_CASE("a descriptor that is always ready does not delay the others, however small the budget", "[transport]") {
   Readiness readiness;
   REQUIRE(readiness.open());
   std::string log;
@@ -80,7 +80,7 @@ TEST_CASE("events that are left over do not outlive those they are for", "[trans
   CHECK(log == "AA");
 }
 
-TEST_CASE("a socket may be handed over to another who watches", "[transport]") {
+TEST_CASE("a socket may be handed over to another Watched", "[transport]") {
   Readiness readiness;
   REQUIRE(readiness.open());
   std::string log;

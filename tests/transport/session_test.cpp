@@ -124,7 +124,7 @@ TEST_CASE("a refusal of a field that frames the body says what was found and whe
   }
 }
 
-TEST_CASE("the time of the first head runs from the beginning, that of later ones from their first byte", "[transport]") {
+TEST_CASE("the time of the first header section runs from the beginning, that of later ones from their first byte", "[transport]") {
   Run run;
   CHECK(run.session.timed_phase() == Session::Phase::header);
   const auto begin = run.session.epoch();
@@ -196,7 +196,7 @@ TEST_CASE("100 Continue is sent once, and only when the body is waited for", "[t
   }
 }
 
-TEST_CASE("pipelined requests wait for a deferred answer and come in order", "[transport][R0.1]") {
+TEST_CASE("pipelined requests wait for a deferred response and come in order", "[transport][R0.1]") {
   Run run;
   run.receive(get("/") + get("/defer") + get("/head") + get("/defer") + get("/"));
   CHECK(statuses(parse_answers(run.written)) == std::vector{200});
@@ -212,7 +212,7 @@ TEST_CASE("pipelined requests wait for a deferred answer and come in order", "[t
   CHECK(run.session.phase() == Session::Phase::idle);
 }
 
-TEST_CASE("what is buffered behind a deferred answer is bounded", "[transport]") {
+TEST_CASE("what is buffered behind a deferred response is bounded", "[transport]") {
   Run run;
   run.receive(get("/defer"));
   std::size_t taken = 0;
@@ -234,7 +234,7 @@ TEST_CASE("HEAD, 204 and 304 have no body, and 204 has no length", "[transport][
   for (const auto& answer : answers) CHECK(contains(answer.head, "\r\nDate: Sun, 06 Nov 1994 08:49:37 GMT\r\n"));
 }
 
-TEST_CASE("the last request that a connection may carry is answered with close", "[transport]") {
+TEST_CASE("the response to the last request that a connection may carry has Connection: close", "[transport]") {
   transport::Limits limits;
   limits.max_requests_per_connection = 3;
   Run run(limits);
@@ -246,7 +246,7 @@ TEST_CASE("the last request that a connection may carry is answered with close",
   CHECK(run.is_over());
 }
 
-TEST_CASE("a request cut off by the end of input is refused, a whole one answered", "[transport][R0.1]") {
+TEST_CASE("a request cut off by the end of input is refused, a whole one is handled", "[transport][R0.1]") {
   const auto cut = [](std::string_view bytes) {
     Run run;
     run.receive(bytes);
@@ -264,7 +264,7 @@ TEST_CASE("a request cut off by the end of input is refused, a whole one answere
   CHECK(cut(get("/") + "GET") == std::vector{200, 400});
 }
 
-TEST_CASE("the end of input does not cancel a deferred answer", "[transport]") {
+TEST_CASE("the end of input does not cancel a deferred response", "[transport]") {
   Run run;
   run.receive(get("/defer") + get("/"));
   run.session.end_of_input(run.clock.now());
@@ -274,7 +274,7 @@ TEST_CASE("the end of input does not cancel a deferred answer", "[transport]") {
   CHECK(run.session.phase() == Session::Phase::closed);
 }
 
-TEST_CASE("an expired phase is answered where somebody waits for an answer", "[transport]") {
+TEST_CASE("an expired phase gets a response where the client waits for one", "[transport]") {
   const auto expire = [](std::string_view bytes, Session::Phase phase) {
     Run run;
     run.receive(bytes);
@@ -319,7 +319,7 @@ TEST_CASE("a request is a view of its header section until the response, however
   }
 }
 
-TEST_CASE("a line of the head above the limit is refused as soon as it is, and says which", "[transport][R0.1]") {
+TEST_CASE("a line of the header section above the limit is refused at once, with its name", "[transport][R0.1]") {
   transport::Limits limits;
   limits.max_line_bytes = 100;
   limits.max_header_bytes = 1000;

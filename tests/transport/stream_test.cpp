@@ -489,7 +489,7 @@ TEST_CASE("stop() ends event streams properly, and those that are not read after
   CHECK_FALSE(client.failed);
 }
 
-TEST_CASE("an event stream is never closed to make room", "[transport][stream]") {
+TEST_CASE("an event stream is never closed for a new connection", "[transport][stream]") {
   auto options = on_any_port();
   options.limits.max_connections = 1;
   Host host(options);

@@ -25,7 +25,7 @@ using std::chrono::milliseconds;
 
 namespace {
 
-/// A TestHandler that remembers what TLS said of the request, and echoes on WebSockets at /ws.
+/// A TestHandler that stores the TLS facts of the request, and echoes on WebSockets at /ws.
 class TlsHandler final : public engine::Handler {
  public:
   engine::Outcome handle(const http::Request& request, TimePoint now) override {
@@ -165,7 +165,7 @@ void offer(SSL_CTX* context, std::string_view protocols) {
 
 }  // namespace
 
-TEST_CASE("requests over TLS are answered and known to be secure", "[transport][tls][R0.2]") {
+TEST_CASE("requests over TLS are served and known to be secure", "[transport][tls][R0.2]") {
   Host host;
   CHECK(host.server->capabilities().tls);
   const int version = GENERATE(TLS1_2_VERSION, TLS1_3_VERSION);
@@ -204,7 +204,7 @@ TEST_CASE("framing over TLS is as in the session", "[transport][tls][R0.1][R0.2]
   }
 }
 
-TEST_CASE("pipelined requests over TLS are answered in order with a deferred answer among them", "[transport][tls][R0.1]") {
+TEST_CASE("pipelined requests over TLS get their responses in order with a deferred response among them", "[transport][tls][R0.1]") {
   Host host;
   auto client = host.client();
   std::string after;
@@ -228,7 +228,7 @@ TEST_CASE("what TLS has decrypted is read on although the socket has no more", "
   auto client = host.client();
   REQUIRE(host.run_to_handshake(client));
   host.settle({&client});
-  SECTION("by HTTP, after a deferred answer") {
+  SECTION("by HTTP, after a deferred response") {
     std::string bytes = get("/defer");
     std::size_t count = 1;
     for (; bytes.size() < 69'500; ++count) bytes += get("/none");
@@ -405,7 +405,7 @@ TEST_CASE("TLS below 1.2 is refused by an alert", "[transport][tls][R0.2]") {
   CHECK(host.is_well());
 }
 
-TEST_CASE("a client that only speaks h2 is refused by an alert; who speaks http/1.1 too, or says nothing, is served", "[transport][tls][R0.2]") {
+TEST_CASE("a client with h2 only is refused by an alert; one with http/1.1 or without ALPN is served", "[transport][tls][R0.2]") {
   Host host;
   using S = std::string_view;
   offer(host.context.get(), S("\x02h2", 3));
@@ -422,7 +422,7 @@ TEST_CASE("a client that only speaks h2 is refused by an alert; who speaks http/
   CHECK(S(reinterpret_cast<const char*>(chosen), size) == "http/1.1");
 }
 
-TEST_CASE("plain HTTP on the TLS port is told so", "[transport][tls][R0.2]") {
+TEST_CASE("plain HTTP on the TLS port gets a plain 400", "[transport][tls][R0.2]") {
   Host host;
   for (const std::string& text : {get("/"), std::string("G"), std::string("OPTIONS * HTTP/1.1\r\nHost: a\r\n\r\n"), "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 200000\r\n\r\n" + std::string(200'000, 'x')}) {
     INFO(text.substr(0, 20));
@@ -486,7 +486,7 @@ TEST_CASE("new keys of TLS 1.3 are taken", "[transport][tls][R0.2]") {
   REQUIRE(host.run_to_answers(client, 2));
 }
 
-TEST_CASE("a handshake has the time of the first head", "[transport][tls][R0.2]") {
+TEST_CASE("a handshake has the time of the first header section", "[transport][tls][R0.2]") {
   HandClock clock;
   Host host([&](auto& options) { options.clock = &clock; });
   auto silent = host.raw();
@@ -521,7 +521,7 @@ TEST_CASE("a handshake has the time of the first head", "[transport][tls][R0.2]"
   CHECK(served.side->closed);
 }
 
-TEST_CASE("a client that takes no bytes of an answer over TLS is given up, one that takes few is not", "[transport][tls][R0.2]") {
+TEST_CASE("a client that takes no bytes of a response over TLS is given up, one that takes few is not", "[transport][tls][R0.2]") {
   HandClock clock;
   Host host([&](auto& options) { options.clock = &clock; });
   auto client = host.client(65536);
@@ -538,7 +538,7 @@ TEST_CASE("a client that takes no bytes of an answer over TLS is given up, one t
     CHECK_FALSE(client.ended);
   }
   client.raw.paused = true;
-  for (int i = 0; i < 20; ++i) {  // what the system still had room for is progress, and is in the end no more
+  for (int i = 0; i < 20; ++i) {  // bytes that the system still buffers are progress, and end
     host.settle({&client});
     clock.advance(host.options.limits.write_timeout + milliseconds(1));
   }
@@ -574,7 +574,7 @@ TEST_CASE("an end without close_notify cuts a request only where framing says so
   }
 }
 
-TEST_CASE("connections above the limit are told 503 over TLS, and a handshake is not idle", "[transport][tls][R0.2]") {
+TEST_CASE("connections above the limit get 503 over TLS, and a handshake is not idle", "[transport][tls][R0.2]") {
   Host host([](auto& options) { options.limits.max_connections = 1; });
   auto first = host.raw();
   first.send(TlsClientSide(host.context.get()).give().substr(0, 100));

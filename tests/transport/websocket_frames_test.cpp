@@ -69,7 +69,7 @@ class Owner {
       }
       if (input.empty() || !frames->wants_input()) return;
       const auto size = std::min(pace_.in, input.size());
-      frames->receive(std::string(input.substr(0, size)));  // a copy, so that nobody reads it later
+      frames->receive(std::string(input.substr(0, size)));  // a copy, so that a later read is an error
       check();
       input.erase(0, size);
     }
@@ -279,7 +279,7 @@ TEST_CASE("several messages that come at once are heard one by one, in order", "
   }
 }
 
-TEST_CASE("messages that nobody asks for wait, and no input is wanted", "[transport][R0.12]") {
+TEST_CASE("messages that are not taken wait, and no input is wanted", "[transport][R0.12]") {
   WebSocketFramer framer;
   Owner owner(framer);
   owner.hears_one = true;
@@ -311,7 +311,7 @@ TEST_CASE("a large message is sent from where it is", "[transport][R0.12]") {
   CHECK((owner.said[0].payload == *message));
 }
 
-TEST_CASE("output stays the same until something is said or sent", "[transport][R0.12]") {
+TEST_CASE("output stays the same until a call or sent() changes it", "[transport][R0.12]") {
   WebSocketFramer framer;
   Owner owner(framer);
   owner.held = true;
@@ -331,7 +331,7 @@ TEST_CASE("output stays the same until something is said or sent", "[transport][
 
 // ------------------------------------------------------------------------------------------------------------------------ limits
 
-TEST_CASE("a message over the limit is answered with 1009", "[transport][R0.12]") {
+TEST_CASE("a message over the limit gets 1009", "[transport][R0.12]") {
   WebSocketFramer framer;
   refuses(framer, text(text_of(101)).bytes(), 1009, 0, 100);
   refuses(framer, part(Frame::text, text_of(60), false).bytes() + part(Frame::continuation, text_of(41), true).bytes(), 1009, 0, 100);
@@ -365,7 +365,7 @@ TEST_CASE("a message of exactly the limit passes, in one frame or many", "[trans
 
 // -------------------------------------------------------------------------------------------------------------------- violations
 
-TEST_CASE("frames that break RFC 6455 5 are answered with 1002", "[transport][R0.12]") {
+TEST_CASE("frames that break RFC 6455 5 get 1002", "[transport][R0.12]") {
   WebSocketFramer framer;
   const auto refused = [&](const char* what, const std::string& bytes) {
     INFO(what);
@@ -414,7 +414,7 @@ TEST_CASE("a length with its highest bit set is refused", "[transport][R0.12]") 
   }
 }
 
-TEST_CASE("text that is no UTF-8 is answered with 1007", "[transport][R0.12]") {
+TEST_CASE("text that is no UTF-8 gets 1007", "[transport][R0.12]") {
   WebSocketFramer framer;
   for (const std::string wrong : {"\x80", "\xBF", "\xC0\x80", "\xC1\xBF", "\xC2", "\xC2\x41", "\xE0\x9F\xBF", "\xE2\x82", "\xE2\x28\xA1", "\xED\xA0\x80",
                                   "\xED\xBF\xBF", "\xF0\x8F\xBF\xBF", "\xF0\x90\x8D", "\xF4\x90\x80\x80", "\xF5\x80\x80\x80", "\xFE", "\xFF"}) {
@@ -439,7 +439,7 @@ TEST_CASE("text that is no UTF-8 is answered with 1007", "[transport][R0.12]") {
 
 // ----------------------------------------------------------------------------------------------------------------- ping and pong
 
-TEST_CASE("a ping is answered with its payload", "[transport][R0.12]") {
+TEST_CASE("a ping gets its payload", "[transport][R0.12]") {
   WebSocketFramer framer;
   for (const auto& pace : paces)
     for (const std::size_t size : {0, 1, 124, 125}) {
@@ -452,7 +452,7 @@ TEST_CASE("a ping is answered with its payload", "[transport][R0.12]") {
     }
 }
 
-TEST_CASE("a ping behind a message that has not left is answered after it, and what follows waits", "[transport][R0.12]") {
+TEST_CASE("the pong to a ping behind a message that has not been sent comes after it, and what follows waits", "[transport][R0.12]") {
   WebSocketFramer framer;
   for (const auto& pace : paces) {
     INFO(str(pace));
@@ -493,7 +493,7 @@ TEST_CASE("a client that pings and does not read makes nothing grow, and has its
   for (std::size_t i = 1; i < owner.said.size(); ++i) REQUIRE((owner.said[i].opcode == Frame::pong && owner.said[i].payload == text_of(125)));
 }
 
-TEST_CASE("pongs that nobody asked for are ignored", "[transport][R0.12]") {
+TEST_CASE("unsolicited pongs are ignored", "[transport][R0.12]") {
   WebSocketFramer framer;
   for (const auto& pace : paces) {
     Owner owner(framer, 4096, pace);
@@ -524,7 +524,7 @@ TEST_CASE("a ping of ours is empty, and its pong is no message", "[transport][R0
 
 // ----------------------------------------------------------------------------------------------------------------------- closing
 
-TEST_CASE("a client's close is answered with its code, and then it is over", "[transport][R0.12]") {
+TEST_CASE("a client's close gets its code, and then it is over", "[transport][R0.12]") {
   WebSocketFramer framer;
   for (const auto& pace : paces)
     for (const unsigned code : {1000U, 1001U, 1002U, 1003U, 1007U, 1008U, 1009U, 1010U, 1011U, 3000U, 3999U, 4000U, 4999U})
@@ -538,7 +538,7 @@ TEST_CASE("a client's close is answered with its code, and then it is over", "[t
       }
 }
 
-TEST_CASE("a close without a code is answered", "[transport][R0.12]") {
+TEST_CASE("a close without a code gets a close", "[transport][R0.12]") {
   WebSocketFramer framer;
   for (const auto& pace : paces) {
     Owner owner(framer, 4096, pace);
@@ -548,7 +548,7 @@ TEST_CASE("a close without a code is answered", "[transport][R0.12]") {
   }
 }
 
-TEST_CASE("it is closing until the answer to a close has left", "[transport][R0.12]") {
+TEST_CASE("it is closing until the response to a close has been sent", "[transport][R0.12]") {
   WebSocketFramer framer;
   Owner owner(framer);
   owner.held = true;
@@ -561,7 +561,7 @@ TEST_CASE("it is closing until the answer to a close has left", "[transport][R0.
   CHECK(owner.state() == WebSocketFrames::State::closed);
 }
 
-TEST_CASE("a close that must not be sent is answered with 1002", "[transport][R0.12]") {
+TEST_CASE("a close that must not be sent gets 1002", "[transport][R0.12]") {
   WebSocketFramer framer;
   refuses(framer, Frame{Frame::close, "\x03"}.bytes(), 1002);
   for (const unsigned code : {0U, 1U, 999U, 1004U, 1005U, 1006U, 1015U, 1016U, 2000U, 2999U, 5000U, 65535U}) {
@@ -571,7 +571,7 @@ TEST_CASE("a close that must not be sent is answered with 1002", "[transport][R0
   }
 }
 
-TEST_CASE("a close whose reason is no UTF-8 is answered with an error", "[transport][R0.12]") {
+TEST_CASE("a close whose reason is no UTF-8 gets an error", "[transport][R0.12]") {
   WebSocketFramer framer;
   for (const auto& pace : paces)
     for (const char* reason : {"\xFF", "a\xC3", "\xED\xA0\x80"}) {
@@ -595,7 +595,7 @@ TEST_CASE("what comes behind a close is not read", "[transport][R0.12]") {
   }
 }
 
-TEST_CASE("our close is complete when the client has answered it", "[transport][R0.12]") {
+TEST_CASE("our close is complete when the client has closed", "[transport][R0.12]") {
   WebSocketFramer framer;
   for (const auto& pace : paces)
     for (const std::string& answer : {closing(1000).bytes(), closing(4001, "bye").bytes(), Frame{Frame::close, ""}.bytes()}) {
@@ -658,7 +658,7 @@ TEST_CASE("what is wrong about a message that comes while our close waits makes 
   }
 }
 
-TEST_CASE("messages that came before our close and were not asked for are dropped", "[transport][R0.12]") {
+TEST_CASE("messages that came before our close and were not taken are dropped", "[transport][R0.12]") {
   WebSocketFramer framer;
   for (const auto& pace : paces) {
     Owner owner(framer, 4096, pace);
@@ -677,7 +677,7 @@ TEST_CASE("messages that came before our close and were not asked for are droppe
   CHECK_FALSE(frames->next());
 }
 
-TEST_CASE("our close comes after the message that is leaving", "[transport][R0.12]") {
+TEST_CASE("our close comes after the message that is being sent", "[transport][R0.12]") {
   WebSocketFramer framer;
   for (const auto& pace : paces) {
     INFO(str(pace));
@@ -709,7 +709,7 @@ TEST_CASE("our close comes after the message that is leaving", "[transport][R0.1
   }
 }
 
-TEST_CASE("a close that comes while a message leaves is answered after it", "[transport][R0.12]") {
+TEST_CASE("the response to a close that comes while a message is being sent comes after it", "[transport][R0.12]") {
   WebSocketFramer framer;
   for (const auto& pace : paces) {
     INFO(str(pace));
@@ -727,7 +727,7 @@ TEST_CASE("a close that comes while a message leaves is answered after it", "[tr
   }
 }
 
-TEST_CASE("a violation while a message leaves is answered after it", "[transport][R0.12]") {
+TEST_CASE("the close after a violation while a message is being sent comes after it", "[transport][R0.12]") {
   WebSocketFramer framer;
   for (const auto& pace : paces) {
     Owner owner(framer, 4096, pace);
@@ -773,7 +773,7 @@ TEST_CASE("closes that cross make one close each", "[transport][R0.12]") {
   }
 }
 
-TEST_CASE("a ping behind our close is not answered", "[transport][R0.12]") {
+TEST_CASE("a ping behind our close gets no pong", "[transport][R0.12]") {
   WebSocketFramer framer;
   for (const auto& pace : paces) {
     INFO(str(pace));
@@ -851,7 +851,7 @@ TEST_CASE("frames of one WebSocketFramer do not meet", "[transport][R0.12]") {
   }
 }
 
-TEST_CASE("what is heard and said does not depend on how the bytes are cut", "[transport][R0.12]") {
+TEST_CASE("what is received and sent does not depend on how the bytes are cut", "[transport][R0.12]") {
   WebSocketFramer framer;
   for (unsigned seed = 0; seed < 400; ++seed) {
     INFO("seed " << seed);

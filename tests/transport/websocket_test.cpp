@@ -28,7 +28,7 @@ using std::chrono::milliseconds;
 
 namespace {
 
-/// GET /later upgrades when accept() says so, /forced upgrades whatever was asked for, any other path upgrades who asks for it and
+/// GET /later upgrades when accept() says so, /forced upgrades any request, any other path upgrades requests with Upgrade and
 /// says hello to the rest. /echo sends back. What the transport may not do is remembered in `wrong`.
 class Handler final : public engine::Handler {
  public:
@@ -44,7 +44,7 @@ class Handler final : public engine::Handler {
     const std::string path(request.target);
     http::Response response;
     if (path == "/forced") return engine::Upgraded{new_channel(path), response};
-    if (!http::asks_for_upgrade(request, "websocket")) {
+    if (!http::requests_upgrade(request, "websocket")) {
       response.set_body("hello");
       return response;
     }
@@ -237,7 +237,7 @@ const std::string euro = "\xE2\x82\xAC";
 
 // ------------------------------------------------------------------------------------------------------------- handshake
 
-TEST_CASE("a handshake is answered with 101, the handler's fields and Date, and what the handler has for the channel",
+TEST_CASE("a handshake gets 101, the handler's fields and Date, and what the handler has for the channel",
           "[transport][R0.12][R0.14]") {
   Host host;
   CHECK(host.server->capabilities().websocket);
@@ -322,7 +322,7 @@ TEST_CASE("a refused handshake leaves a connection that can try again", "[transp
   }
 }
 
-TEST_CASE("requests before the upgrade are answered first", "[transport][R0.1][R0.12]") {
+TEST_CASE("requests before the upgrade get their responses first", "[transport][R0.1][R0.12]") {
   Host host;
   auto client = host.connect();
   client->answers_before = 3;
@@ -438,7 +438,7 @@ TEST_CASE("messages of every length and kind are echoed as they came", "[transpo
   CHECK(client->frames[0].payload == "\xF0\x9F\xA4\x96 " + euro);
 }
 
-TEST_CASE("a fragmented message is assembled, and control frames in between are answered at once", "[transport][R0.14]") {
+TEST_CASE("a fragmented message is assembled, and control frames in between get a response at once", "[transport][R0.14]") {
   Host host;
   auto client = host.open();
   client->send(Frame{Frame::text, "one ", false});
@@ -478,7 +478,7 @@ TEST_CASE("frames have one meaning however the bytes are split", "[transport]") 
   CHECK(host.handler.open.empty());
 }
 
-TEST_CASE("hundreds of pings in one segment are all answered", "[transport]") {
+TEST_CASE("hundreds of pings in one segment all get pongs", "[transport]") {
   auto options = on_any_port();
   options.limits.max_websocket_messages = 4000;
   Host host(options);
@@ -490,7 +490,7 @@ TEST_CASE("hundreds of pings in one segment are all answered", "[transport]") {
   for (std::size_t i = 0; i < 3000; ++i) REQUIRE(client->frames[i].payload == std::to_string(i));
 }
 
-TEST_CASE("the handler is asked for more after each message, and channels it names are served in its order", "[transport]") {
+TEST_CASE("the handler is called for more after each message, and channels it names are served in its order", "[transport]") {
   Host host;
   auto first = host.open("/a");
   const auto a = host.last();
@@ -682,7 +682,7 @@ TEST_CASE("pings are counted as messages are, and many of them are not one step 
   CHECK(pongs() >= 990);
 }
 
-TEST_CASE("a WebSocket counts as a connection, and is not closed to make room", "[transport][R0.1]") {
+TEST_CASE("a WebSocket counts as a connection, and is not closed for a new one", "[transport][R0.1]") {
   auto options = on_any_port();
   options.limits.max_connections = 2;
   Host host(options);
@@ -711,7 +711,7 @@ TEST_CASE("a client that closes gets its code back, and the connection ends with
     else client->send_close(code, "because");
     client->send_text("after the close");
     REQUIRE(host.run_to_end(*client));
-    // A close without a code may be answered without one (RFC 6455 5.5.1), or with 1000.
+    // The response to a close without a code may have none (RFC 6455 5.5.1), or 1000.
     CHECK((client->close_code() == code || (code == 0 && (client->close_code() == 1000 || client->close_code() == 1005))));
     CHECK_FALSE(client->failed);
     client->end();
@@ -720,7 +720,7 @@ TEST_CASE("a client that closes gets its code back, and the connection ends with
   CHECK(host.handler.open.empty());
 }
 
-TEST_CASE("the handler closes with its code and reason, after what it said before", "[transport][R0.14]") {
+TEST_CASE("the handler closes with its code and reason, after its earlier messages", "[transport][R0.14]") {
   Host host;
   auto client = host.open();
   host.handler.say(host.last(), "last words");
@@ -765,7 +765,7 @@ TEST_CASE("the client's half of a close is awaited for close_timeout", "[transpo
   host.handler.say(host.last(), Push{nullptr, true, 1000, ""});
   auto babbling = host.open();
   host.handler.say(host.last(), Push{nullptr, true, 1000, ""});
-  auto open_end = host.open();  // answers, and does not end the connection
+  auto open_end = host.open();  // responds, and does not end the connection
   host.handler.say(host.last(), Push{nullptr, true, 1000, ""});
   open_end->send_close(1000);
   host.settle({mute.get(), babbling.get(), open_end.get()});
@@ -776,13 +776,13 @@ TEST_CASE("the client's half of a close is awaited for close_timeout", "[transpo
   host.settle({mute.get(), babbling.get()});
   CHECK_FALSE(mute->ended);
   CHECK_FALSE(babbling->ended);
-  CHECK(host.handler.open.size() == 2);  // the answered one is over
+  CHECK(host.handler.open.size() == 2);  // the one with a response is over
   CHECK(host.server->poll(milliseconds(1), milliseconds(0)) == milliseconds(1));
   host.clock.advance(milliseconds(1));
   REQUIRE(host.run_to_end(*mute));
   REQUIRE(host.run_to_end(*babbling));
   CHECK(host.handler.open.empty());
-  CHECK(host.server->poll(milliseconds(1), milliseconds(0)) == milliseconds::max());  // nobody is left, nothing is due
+  CHECK(host.server->poll(milliseconds(1), milliseconds(0)) == milliseconds::max());  // no client is left, nothing is due
 }
 
 // ------------------------------------------------------------------------------------------------------------- keep-alive
@@ -843,7 +843,7 @@ TEST_CASE("a client that was pinged and says something else lives, and is pinged
   CHECK_FALSE(client->ended);
 }
 
-TEST_CASE("a client that answers pings lives on without a word", "[transport]") {
+TEST_CASE("a connection stays open while its client responds to pings", "[transport]") {
   Host host;
   auto client = host.open();
   for (int round = 0; round < 20; ++round) {
@@ -899,7 +899,7 @@ TEST_CASE("a client that reads slowly gets every message whole", "[transport]") 
   auto client = host.open("/a", 4096);
   client->paused = true;
   for (int i = 0; i < 12; ++i) host.handler.say(host.last(), std::string(1'000'000, static_cast<char>('a' + i)));
-  client->send(Frame{Frame::ping, "between"});  // its answer waits for the message that is on its way
+  client->send(Frame{Frame::ping, "between"});  // its pong waits for the message that is being sent
   host.settle({client.get()});
   CHECK(host.handler.open[host.last()].queue.size() > 0);
   for (int i = 0; i < 4; ++i) {  // never done, always some progress
@@ -1100,7 +1100,7 @@ TEST_CASE("a client that vanishes in any state is noticed, and its channel close
   REQUIRE(host.run_to_frames(*other, 1));
 }
 
-TEST_CASE("a push to a client that has just vanished harms nobody", "[transport]") {
+TEST_CASE("a push to a client that has just vanished has no effect on others", "[transport]") {
   Host host;
   for (int i = 0; i < 20; ++i) {
     auto client = host.open("/a");
@@ -1116,7 +1116,7 @@ TEST_CASE("a push to a client that has just vanished harms nobody", "[transport]
 
 // ---------------------------------------------------------------------------------------------------------------- the end
 
-TEST_CASE("stop closes every WebSocket with 1001 and waits for the answers", "[transport]") {
+TEST_CASE("stop closes every WebSocket with 1001 and waits for the clients' closes", "[transport]") {
   Host host;
   auto polite = host.open();
   auto mute = host.open();

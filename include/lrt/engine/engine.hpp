@@ -71,7 +71,7 @@ struct EngineOptions {
   std::shared_ptr<const PageSource> page;              ///< HTML for people; nullptr: none. Server sets its own
 };
 
-/// User code to be run where its Dispatch says, with io_thread: soon, by whoever drives the engine. It may also be dropped. It never throws.
+/// User code to be run where its Dispatch says; with io_thread: soon, by the thread that drives the engine. It may also be dropped. It never throws.
 struct Job {
   Dispatch where = Dispatch::in_poll;
   UniqueFunction<void()> run;
@@ -103,7 +103,7 @@ class Engine final : public Handler {
   /// Called when a job or Responder has left something for next_reply().
   void set_waker(std::shared_ptr<Waker> waker);
 
-  /// Asks the authorizer. Its errors and exceptions are a Result.
+  /// Calls the authorizer. Its errors and exceptions are a Result.
   Result<Access> authorize(const http::Request& request) const;
   Outcome handle(const http::Request& request, const Result<Access>& access, TimePoint now);
   Outcome handle(const http::Request& request, TimePoint now) override { return handle(request, authorize(request), now); }
@@ -114,7 +114,7 @@ class Engine final : public Handler {
   std::optional<Push> next_push(Channel channel, TimePoint now) override;
   void closed(Channel channel) noexcept override;
 
-  // Web callbacks: as with WebSockets the engine names a channel once, and the deliverer asks until there is nothing.
+  // Web callbacks: as with WebSockets the engine names a channel once, and the deliverer calls next_notification() until it returns nullopt.
   /// Whether EngineOptions::subscriptions is in order; to be called before anything else.
   /// @par Errors  invalid_option
   Result<void> check() const;

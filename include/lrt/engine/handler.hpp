@@ -14,17 +14,15 @@
 
 namespace lrt::engine {
 
-/// Names a request whose answer comes later. Never 0, never used twice by one handler.
+/// Names a request whose response is deferred. Never 0, never used twice by one handler.
 enum class Ticket : std::uint64_t {};
 using subscription::Channel;
 
-/// The answer is known.
-using Answered = http::Response;
-/// The answer comes from Handler::next_reply() under this ticket.
+/// The response comes from Handler::next_reply() under this ticket.
 struct Deferred {
   Ticket ticket;
 };
-/// The request becomes a WebSocket (RFC 6455); its handshake passed http::check_websocket(). The transport answers 101 with the fields of
+/// The request becomes a WebSocket (RFC 6455); its handshake passed http::check_websocket(). The transport sends 101 with the fields of
 /// `response` and those of RFC 6455 4.2.2, and from then on carries the messages of the channel. Never without `can_upgrade`.
 struct Upgraded {
   Channel channel;
@@ -38,10 +36,10 @@ struct Streamed {
   Channel channel;
   http::Response response;
 };
-/// What becomes of a request.
-using Outcome = std::variant<Answered, Deferred, Upgraded, Streamed>;
+/// The result of handling a request: a response, or how the response will come.
+using Outcome = std::variant<http::Response, Deferred, Upgraded, Streamed>;
 
-/// A deferred answer that has become ready: a response. With `channel` it is Upgraded where the status is 101, else Streamed.
+/// A deferred response that is ready. With `channel` it is Upgraded where the status is 101, else Streamed.
 struct Reply {
   Ticket ticket;
   http::Response response;
@@ -50,16 +48,16 @@ struct Reply {
 
 /// What goes to a subscriber next: one message, or with `close` the end. An event stream just ends there.
 struct Push {
-  std::shared_ptr<const std::string> message;  ///< shared by all who get the same; one frame, or one whole event of an event stream
+  std::shared_ptr<const std::string> message;  ///< shared by all channels with the same bytes; one frame, or one whole event of an event stream
   bool text = true;                            ///< RFC 6455 5.6: UTF-8; else binary
   std::uint16_t close = 0;                     ///< RFC 6455 7.4.1: not 0: close with this code; no further push follows
   std::string reason{};                        ///< of the close; UTF-8, at most 123 bytes
 };
 
-/// What a transport serves: requests in, answers out, messages to subscribers; no I/O.
+/// What a transport serves: requests in, responses out, messages to subscribers; no I/O.
 ///
-/// Messages are pulled: the handler says once that a channel has something (next_ready), the transport asks for it when it can write
-/// (next_push), again and again until there is nothing more; then the handler will say so anew. A client that does not read costs one
+/// Messages are pulled: the handler says once that a channel has something (next_ready), the transport takes it when it can write
+/// (next_push), until there is nothing more; then the handler will name the channel anew. A client that does not read costs one
 /// message on its way and nothing else.
 ///
 /// @par Threads  all functions are called by the transport, from one thread at a time.
@@ -67,20 +65,20 @@ class Handler {
  public:
   virtual ~Handler() = default;
 
-  /// Answers a complete request or promises to. Never throws, and does not call the transport. The views of `request` live for the call.
+  /// Responds to a complete request or defers the response. Never throws, and does not call the transport. The views of `request` live for the call.
   virtual Outcome handle(const http::Request& request, TimePoint now) = 0;
-  /// The next deferred answer that is ready or overdue by `now`; call until nullopt after wake() and after next_deadline().
+  /// The next deferred response that is ready or overdue by `now`; call until nullopt after wake() and after next_deadline().
   virtual std::optional<Reply> next_reply(TimePoint now) = 0;
   /// When next_reply() and next_ready() should be called next even if nothing wakes the transport; nullopt: not before a wake. By the
   /// clock that `now` is of; may be past, which means at once. It becomes earlier only in calls of this class, or with a wake.
   virtual std::optional<std::chrono::steady_clock::time_point> next_deadline() const = 0;
-  /// The client of a deferred answer is gone, or the transport stops; the ticket is forgotten. A client that has only ended its sending
-  /// still wants its answer.
+  /// The client of a deferred response is gone, or the transport stops; the ticket is forgotten. A client that has only ended its sending
+  /// still gets its response.
   virtual void abandon(Ticket ticket) noexcept = 0;
 
   /// The next channel that has a push by `now`; call until nullopt when next_reply() is called, and at every poll while a channel is open:
-  /// what one client writes is news to the others, and nothing wakes for it. Urgent ones come first. A transport without WebSockets
-  /// calls it as well: here the handler looks for what web callbacks are told, and until then next_deadline() stays past.
+  /// what one client writes changes what others observe, without a wake. Urgent ones come first. A transport without WebSockets
+  /// calls it as well: here the handler scans for changes that web callbacks observe, and until then next_deadline() stays past.
   virtual std::optional<Channel> next_ready(TimePoint now) {
     (void)now;
     return std::nullopt;

@@ -8,7 +8,7 @@
 
 namespace lrt::engine {
 
-/// HTML for people, as one more variant of every resource. The bytes are the same for all resources: the page's script looks at its own
+/// HTML for people, as one more variant of every resource. The bytes are the same for all resources: the page's script uses its own
 /// address and reads the rest as any client does.
 ///
 /// @par Threads  const: any.

@@ -20,7 +20,7 @@ class LinkWriter {
   /// @param target  IRI reference; bytes that RFC 3986 does not allow are percent-encoded
   /// @param type    media type of the target (RFC 8288 3.4.1); empty: none. Quotes in it are left out
   void add(std::string_view target, std::string_view rel, std::string_view type = {});
-  /// Appends the lines to `fields`; when links were left out, with one to `rest` as the last, for which room was kept.
+  /// Appends the lines to `fields`; when links were left out, with one to `rest` as the last, for which space was reserved.
   void finish(Fields& fields, std::string_view rest, std::string_view rest_rel = "next");
   bool cut() const noexcept { return cut_; }
 

@@ -7,12 +7,12 @@
 
 namespace lrt::http {
 
-/// Whether a request asks for a protocol by Upgrade (RFC 9110 7.8): a member of the Upgrade fields has that name, compared without
+/// Whether a request names a protocol in Upgrade (RFC 9110 7.8): a member of the Upgrade fields has that name, compared without
 /// case and without a version ("websocket", "callback").
-bool asks_for_upgrade(const Request& request, std::string_view protocol) noexcept;
+bool requests_upgrade(const Request& request, std::string_view protocol) noexcept;
 
-/// Whether a request that asks for `Upgrade: websocket` is an opening handshake: GET, HTTP/1.1, no body, `Connection` with `upgrade`, one
-/// Sec-WebSocket-Version of 13 (else 426, to be answered with `Sec-WebSocket-Version: 13`), one Sec-WebSocket-Key of 16 bytes in
+/// Whether a request with `Upgrade: websocket` is an opening handshake: GET, HTTP/1.1, no body, `Connection` with `upgrade`, one
+/// Sec-WebSocket-Version of 13 (else 426, with `Sec-WebSocket-Version: 13`), one Sec-WebSocket-Key of 16 bytes in
 /// base64 (else 400).
 /// @par Implements  R0.12, RFC 6455 4.2.1, 4.4
 std::optional<Refusal> check_websocket(const Request& request);

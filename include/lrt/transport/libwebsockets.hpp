@@ -12,7 +12,7 @@ namespace lrt::transport {
 /// TLS and runs the loop. For hosts that use libwebsockets anyway: the built-in transport is stricter, faster, and keeps all limits.
 ///
 /// What differs from the built-in transport:
-/// - libwebsockets answers 403 without a problem document to a method that it does not know, to a target in absolute-form, to `OPTIONS *`, to an
+/// - libwebsockets responds 403 without a problem document to a method that it does not know, to a target in absolute-form, to `OPTIONS *`, to an
 ///   invalid percent-escape, and to `Upgrade` with another value than "websocket": a web callback is made by POST. `Upgrade: h2c` gets 400.
 /// - A request with Transfer-Encoding gets 411. A request with POST, PUT or PATCH and without Content-Length has no body and is the last of
 ///   its connection. A request with a body and a WebSocket handshake that are pipelined get 503 (libwebsockets 4.1 would read the header
@@ -26,12 +26,12 @@ namespace lrt::transport {
 ///
 /// What libwebsockets accepts although two parsers could read it differently: a LF alone as the end of a line; a CR within a line (the rest of the
 /// line is skipped); obs-fold and a line without a colon (they hide the field that follows). Of an unknown field that is repeated, only the first is seen.
-/// Before 4.3 unknown fields cannot be listed: lrt asks by name for those that it reads and for those of proxies, and an authorizer sees no others. In
+/// Before 4.3 unknown fields cannot be listed: lrt queries those that it reads and those of proxies by name, and an authorizer sees no others. In
 /// WebSockets it accepts frames without a mask, ends the connection without a close frame after a control frame that is too long or a close
-/// of one byte, and does not send what is still to be sent before it answers a close. What http::check_request() refuses is refused here, too.
+/// of one byte, and does not send pending messages before it responds to a close. What http::check_request() refuses is refused here, too.
 /// A strict proxy in front closes these gaps.
 ///
-/// Of Limits: max_body_bytes, connections (an idle connection makes room, else the new one is closed without a response),
+/// Of Limits: max_body_bytes, connections (an idle connection is closed for the new one, else the new one is closed without a response),
 /// max_connections_per_address (the new one is closed), max_requests_per_connection, body_timeout, max_websocket_message_bytes, and max_websocket_messages without pings. max_header_bytes
 /// up to 65535, for the values and the unknown fields; more closes the connection without a response, and so does the end of header_timeout. In whole seconds,
 /// rounded up: header_timeout, idle_timeout, write_timeout, ping_interval, pong_timeout. Not: max_line_bytes, linger_timeout, max_linger_bytes, close_timeout; a
@@ -41,13 +41,13 @@ namespace lrt::transport {
 /// own, warnings and errors go to TransportOptions::log of the last that was started.
 std::unique_ptr<Transport> make_libwebsockets(TransportOptions options);
 
-/// The same as a vhost of the host's lws_context: whoever runs lws_service() serves, and calls the lambdas of things; there is nothing to poll.
+/// The same as a vhost of the host's lws_context: the thread that runs lws_service() serves and calls the lambdas of Things; there is nothing to poll.
 /// Needs Io::in_poll. The host's context decides header_timeout, max_header_bytes, and where libwebsockets' log goes. stop() ends all connections at once,
 /// without 1001; with 4.1 a port that no client has come to stays bound until the first does, or until the context is destroyed.
 ///
 /// @param context  must outlive the transport; made with LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT if options.tls is set
 /// @par Threads  That which runs lws_service(), of which there is one: start(), stop() and destruction on it, outside of callbacks of
-///               libwebsockets, or while nobody is in lws_service(). waker() and reload_tls(): any.
+///               libwebsockets, or while no thread is in lws_service(). waker() and reload_tls(): any.
 std::unique_ptr<Transport> make_libwebsockets(TransportOptions options, lws_context* context);
 
 }  // namespace lrt::transport

@@ -21,7 +21,7 @@ class Loopback final : public Transport {
   struct StreamClient {
     /// Once, the response. If `streams`, it is the header section of an event stream, which follows.
     std::function<void(http::Response response, bool streams)> response;
-    /// Each message of the stream, shared by all who get the same. Returns whether it takes the next one now; after false the next one comes
+    /// Each message of the stream, shared by all clients that get the same. Returns whether it takes the next one now; after false the next one comes
     /// when resume() is called. Comments that keep the connection alive are up to the host.
     std::function<bool(std::shared_ptr<const std::string> message)> message;
     /// Once after `streams`, when the stream has ended, unless it was cancelled.

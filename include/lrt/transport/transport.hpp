@@ -50,7 +50,7 @@ struct Limits {
 struct TlsOptions {
   std::string certificate_file;              ///< the server's certificate, followed by those between it and its authority
   std::string key_file;                      ///< its private key, without a passphrase
-  std::string client_ca_file;                ///< authorities of clients' certificates; empty: clients are not asked for one
+  std::string client_ca_file;                ///< authorities of clients' certificates; empty: lrt requests none
   bool require_client_certificate = false;   ///< with client_ca_file: the handshake of a client without one fails
 };
 
@@ -70,7 +70,7 @@ struct Capabilities {
   bool network = true;        ///< has a port
   bool websocket = false;     ///< can accept upgrades
   bool tls = false;           ///< can serve TransportOptions::tls
-  bool on_host_loop = false;  ///< calls TransportOptions::turn: the host does not poll, and nobody else may
+  bool on_host_loop = false;  ///< calls TransportOptions::turn: the host does not poll, and no other thread may
 };
 
 /// Carries requests to a Handler and its responses back. A host with an HTTP server of its own implements this; examples/ex_own_transport

@@ -11,7 +11,7 @@
 
 namespace lrt::engine {
 
-/// What a Thing promises and asks for, as SHACL shapes (R1.11): its structure, the values of its Properties and members, what its
+/// What a Thing promises and requires, as SHACL shapes (R1.11): its structure, the values of its Properties and members, what its
 /// Actions consume and produce. The state of the Thing conforms (SPEC 2).
 class BlueprintResource final : public Resource {
  public:

@@ -94,7 +94,7 @@ Methods CollectionResource::methods() const noexcept {
 
 Outcome CollectionResource::post(Context& context, Parts& parts) {
   // LDP 5.2.3.4: the requested interaction model must be one that a member has.
-  if (asks_for_other_model(context.request().joined("Link"))) return parts.responses.problem(context, 409, "members of this container are ldp:RDFSource");
+  if (requests_other_model(context.request().joined("Link"))) return parts.responses.problem(context, 409, "members of this container are ldp:RDFSource");
   auto read = parts.bodies.read_value(context, *spec->type, spec->facets);
   if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);

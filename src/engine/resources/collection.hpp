@@ -56,7 +56,7 @@ class CollectionResource final : public Resource {
   bool is_container() const noexcept override { return true; }
   std::vector<Resource*> members() const override;
 
-  /// The collection goes. Requests that wait for its lambdas are answered 404.
+  /// The collection goes. Requests that wait for its lambdas get 404.
   void removed(Parts& parts);
 
   const std::shared_ptr<model::CollectionSpec> spec;

@@ -26,7 +26,7 @@ void PropertyResource::for_each_property(const std::function<void(PropertyResour
   visit(const_cast<PropertyResource&>(*this));
 }
 
-// ------------------------------------------------------------------------------------------------------- what it says
+// ------------------------------------------------------------------------------------------------------- description
 
 void PropertyResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
@@ -82,7 +82,7 @@ void PropertyResource::describe_formats(About& about, const Description& d) cons
   }
 }
 
-// ------------------------------------------------------------------------------------------------- who observes it
+// ------------------------------------------------------------------------------------------------- observers
 
 void PropertyResource::set_watched(bool watched, ChangeScanner& scanner) {
   if (watched ? ++watchers == 1 : --watchers == 0) watched ? scanner.watch(*this) : scanner.unwatch(*this);
@@ -90,7 +90,7 @@ void PropertyResource::set_watched(bool watched, ChangeScanner& scanner) {
 
 void PropertyResource::mark_changed() {
   Resource::mark_changed();
-  thing->state.tell_observers();
+  thing->state.notify_observers();
   if (!spec->slot) return;
   const std::uint64_t lost = spec->slot->lost();
   if (lost == seen_lost) return;
@@ -105,7 +105,7 @@ Outcome PropertyResource::put(Context& context, Parts& parts) {
   if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
   const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out());
   if (!ticket) return parts.responses.overloaded(context);
-  if (writes_.size() > 64) {  // most of their clients were answered 503 meanwhile; the first may be under way
+  if (writes_.size() > 64) {  // most of their clients got 503 meanwhile; the first may be under way
     const auto is_over = [&](const Write& w) { return !parts.pending.is_pending(w.ticket); };
     writes_.erase(std::remove_if(writes_.begin() + 1, writes_.end(), is_over), writes_.end());
   }

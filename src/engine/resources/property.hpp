@@ -40,13 +40,13 @@ class PropertyResource final : public Resource {
 
   bool observable() const noexcept override { return true; }
   void set_observed(bool observed, ChangeScanner& scanner) override { set_watched(observed, scanner); }
-  /// Its own observers, and those of its Thing's state, want to know of new values.
+  /// Called by its own observers and those of its Thing's state, which need new values.
   void set_watched(bool watched, ChangeScanner& scanner);
   void mark_changed() override;
 
   /// It has a value, or is read for one. A pushed property promises none before the first publish.
   bool promises_triples() const noexcept { return (spec->read || !value.is_null()) && !only_octets; }
-  /// The registration is final: the resource goes. Requests that wait for a write are answered 404.
+  /// The registration is final: the resource goes. Requests that wait for a write get 404.
   void removed(Parts& parts);
 
   const std::shared_ptr<model::PropertySpec> spec;
@@ -79,7 +79,7 @@ class PropertyResource final : public Resource {
   void drop_write();
 
   std::unique_ptr<const Variants> own_variants_;  ///< nullptr: those of any value
-  std::deque<Write> writes_;                      ///< carried out one at a time, each after its own look at the preconditions
+  std::deque<Write> writes_;                      ///< carried out one at a time; the preconditions of each are judged when it begins
   bool writing_ = false;
   std::shared_ptr<CancelToken> write_token_;
 };

@@ -20,7 +20,7 @@ class Subscriptions;
 
 enum class Protocol : std::uint8_t { websocket, callback, event_stream };
 
-/// What a client asks for when it subscribes.
+/// What a client requests when it subscribes.
 struct SubscriptionRequest {
   Resource* observed = nullptr;
   Protocol protocol = Protocol::websocket;
@@ -31,7 +31,7 @@ struct SubscriptionRequest {
   std::string known_tag;    ///< of the representation that the client of an event stream has
 };
 
-/// A subscription: who is told of which resource, how, and what became of it (paper 5.3, Figure 4). It is also what observes the resource.
+/// A subscription: its receiver, resource, protocol and counters (paper 5.3, Figure 4). It is also the observer of the resource.
 class SubscriptionResource final : public Resource, public Observer {
  public:
   SubscriptionResource(std::string path, std::string id, Channel its_channel, SubscriptionRequest request, std::size_t its_base, Utc at,
@@ -51,7 +51,7 @@ class SubscriptionResource final : public Resource, public Observer {
   void values_missed(std::uint64_t count) override;
   void resource_removed() override;
 
-  /// It is told each change, not only the present state.
+  /// It gets each change, not only the present state.
   bool queues() const noexcept { return backlog.policy().queues(); }
 
   const std::string subscription_id;
@@ -68,7 +68,7 @@ class SubscriptionResource final : public Resource, public Observer {
   std::uint64_t delivered = 0;
   bool marked = false;                       ///< has a queue, and a change that is not in it yet
   bool failing = false;                      ///< its representation could not be made the last time
-  bool ready_announced = false;              ///< its channel was named to the transport, which has not been told «nothing» since
+  bool ready_announced = false;              ///< its channel was named to the transport, which has not got nullopt since
   DeadlineQueue<Channel>::Place next_notification;  ///< when it waits for its minimum interval or for another attempt
 
   // Of a callback.
@@ -100,7 +100,7 @@ class SubscriptionsResource final : public Resource {
 /// What a POST to the container must say (SPEC 3.5).
 void describe_subscription_shape(rdf::Graph& graph, const std::string& shape, const subscription::SubscriptionOptions& options);
 
-/// Limits of what a subscriber may ask for.
+/// Limits of what a subscriber may request.
 inline constexpr std::chrono::seconds max_interval{86'400};
 inline constexpr std::size_t max_secret = 200;
 

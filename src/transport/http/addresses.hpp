@@ -17,7 +17,7 @@ class Addresses {
   /// One connection of an address, for as long as it lives. Must not outlive the Addresses.
   class Place {
    public:
-    Place() = default;  ///< of nobody who is counted
+    Place() = default;  ///< of an address that is not counted
     Place(Place&& other) noexcept : all_(std::exchange(other.all_, nullptr)), address_(std::move(other.address_)) {}
     Place& operator=(Place&& other) noexcept {
       std::swap(all_, other.all_);

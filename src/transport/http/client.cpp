@@ -12,8 +12,8 @@ namespace {
 
 /// Messages of one turn.
 constexpr int pushes_per_turn = 8;
-/// Bytes that the system takes for a channel before the client's window has room for them. Without this it takes megabytes: a client that
-/// reads slowly would get values of minutes ago, and one that does not read would hold that memory.
+/// Bytes that the system accepts for a channel beyond the client's window. Without this limit it accepts megabytes: a client that
+/// reads slowly would get values of minutes ago, and one that does not read would occupy that memory.
 constexpr int unsent_bytes = 32 * 1024;
 
 }  // namespace

@@ -30,7 +30,7 @@ milliseconds until(Deadlines::Instant due, Deadlines::Instant now) {
   return due <= now ? milliseconds(0) : std::chrono::ceil<milliseconds>(due - now);
 }
 
-/// Notes that the waker was called.
+/// Records that the waker was called.
 class WakeSignal final : public Watched {
  public:
   explicit WakeSignal(EventWaker& waker) : waker_(waker) {}
@@ -166,7 +166,7 @@ void HttpTransport::set_alarm(bool left, std::optional<Deadlines::Instant> due) 
   else alarm_.clear();
 }
 
-/// Delivers what the handler has. It is asked in each poll while a ticket or channel is open, because requests and messages of others may have
+/// Delivers what the handler has. It is called in each poll while a ticket or channel is open, because requests and messages of others may have
 /// changed something; else at its deadline and after a wake-up.
 void HttpTransport::deliver(TimePoint now) {
   if (!wake_signal_.woken && !left_ && loop_.tickets.empty() && loop_.channels.empty()) {

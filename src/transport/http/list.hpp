@@ -2,7 +2,7 @@
 
 namespace lrt::transport {
 
-/// Base of what has a place in a List with this Tag; leaves it with its last breath.
+/// Base of what has a place in a List with this Tag; leaves it when it is destroyed.
 template <class Tag>
 class Linked {
  public:
@@ -32,29 +32,29 @@ class Linked {
 template <class T, class Tag>
 class List {
  public:
-  List() noexcept { head_.previous_ = head_.next_ = &head_; }
+  List() noexcept { root_.previous_ = root_.next_ = &root_; }
   ~List() {
-    while (!empty()) head_.next_->unlink();
+    while (!empty()) root_.next_->unlink();
   }
   List(const List&) = delete;
   List& operator=(const List&) = delete;
 
-  bool empty() const noexcept { return head_.next_ == &head_; }
-  T& front() noexcept { return static_cast<T&>(*head_.next_); }
-  const T& front() const noexcept { return static_cast<const T&>(*head_.next_); }
-  /// Takes it out of where it is.
+  bool empty() const noexcept { return root_.next_ == &root_; }
+  T& front() noexcept { return static_cast<T&>(*root_.next_); }
+  const T& front() const noexcept { return static_cast<const T&>(*root_.next_); }
+  /// Removes it from the list that it is in.
   void push_back(T& item) noexcept {
     Linked<Tag>& entry = item;
     entry.unlink();
-    entry.previous_ = head_.previous_;
-    entry.next_ = &head_;
-    head_.previous_->next_ = &entry;
-    head_.previous_ = &entry;
+    entry.previous_ = root_.previous_;
+    entry.next_ = &root_;
+    root_.previous_->next_ = &entry;
+    root_.previous_ = &entry;
   }
 
  private:
-  struct Head final : Linked<Tag> {};
-  Head head_;
+  struct Root final : Linked<Tag> {};
+  Root root_;
 };
 
 }  // namespace lrt::transport

@@ -33,7 +33,7 @@ class Watched : public Linked<LaterTag> {
 /// One epoll set: level-triggered, so that a keep-alive connection is registered once and events that the budget leaves over are not lost. One
 /// thread.
 ///
-/// It serves in rounds, each over as many calls as its budgets need: first the descriptors that are ready when the round begins, then those who
+/// It serves in rounds, each over as many calls as its budgets need: first the descriptors that are ready when the round begins, then those that
 /// called later() before. So a descriptor that is always ready cannot delay the others.
 class Readiness {
  public:
@@ -56,7 +56,7 @@ class Readiness {
   void later(Watched& watched) noexcept {
     if (!watched.is_linked()) later_.push_back(watched);
   }
-  /// serve() would find something to do without asking the system.
+  /// serve() would find something to do without a system call.
   bool has_left() const noexcept { return next_ < count_ || !turns_.empty() || !later_.empty(); }
 
   /// Waits until a descriptor is ready, then serves until none is. Returns false if the budget ended that.

@@ -13,7 +13,7 @@
 namespace lrt::transport {
 namespace {
 
-/// RFC 9112 2.2 asks to ignore "at least one" empty line before a request line.
+/// RFC 9112 2.2 requires to ignore "at least one" empty line before a request line.
 constexpr int max_empty_lines = 4;
 /// Bodies up to this size are copied behind their header section: one buffer costs the system less than two.
 constexpr std::size_t copied_body_bytes = 2048;
@@ -318,7 +318,7 @@ void Session::dispatch(TimePoint now) {
   } else if (auto* const streamed = std::get_if<engine::Streamed>(&outcome)) {
     accept_stream(streamed->channel, std::move(streamed->response), now);
   } else {
-    respond(std::get<engine::Answered>(std::move(outcome)), now);
+    respond(std::get<http::Response>(std::move(outcome)), now);
   }
 }
 
@@ -336,7 +336,7 @@ void Session::reply(engine::Reply reply, TimePoint now) {
 
 /// Copies what a WebSocket needs of the request, whose bytes are about to be discarded.
 void Session::keep_handshake() {
-  if (!request_.can_upgrade || !http::asks_for_upgrade(request_, "websocket") || http::check_websocket(request_)) return;
+  if (!request_.can_upgrade || !http::requests_upgrade(request_, "websocket") || http::check_websocket(request_)) return;
   upgrade_ = std::make_unique<Upgrade>();
   upgrade_->key = std::string(request_.find("Sec-WebSocket-Key").value_or(""));
 }

@@ -253,9 +253,9 @@ int choose_protocol(SSL*, const unsigned char** chosen, unsigned char* size, con
   return SSL_TLSEXT_ERR_ALERT_FATAL;
 }
 
-/// Instead of OpenSSL's own, which asks on the terminal.
-int no_passphrase(char*, int, int, void* asked) {
-  *static_cast<bool*>(asked) = true;
+/// Instead of OpenSSL's own, which prompts on the terminal.
+int no_passphrase(char*, int, int, void* needed) {
+  *static_cast<bool*>(needed) = true;
   return 0;
 }
 
@@ -303,7 +303,7 @@ Result<std::shared_ptr<ssl_ctx_st>> make_context(const TlsOptions& tls) {
     return unexpected(Errc::io_error, "TLS: " + last_error("no ciphers"));
   SSL_CTX_set_options(context, SSL_OP_NO_COMPRESSION | SSL_OP_NO_RENEGOTIATION);
   SSL_CTX_set_mode(context, SSL_MODE_RELEASE_BUFFERS | SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER);
-  SSL_CTX_set_read_ahead(context, 1);  // one recv() for a record and its head
+  SSL_CTX_set_read_ahead(context, 1);  // one recv() for a record and its header
   SSL_CTX_set_session_cache_mode(context, SSL_SESS_CACHE_OFF);  // tickets need no memory here
   static constexpr unsigned char name[] = "lrt";
   SSL_CTX_set_session_id_context(context, name, sizeof name - 1);  // without it sessions with client certificates do not resume

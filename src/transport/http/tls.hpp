@@ -73,7 +73,7 @@ class TlsStream {
   std::string& scratch_;
   std::string out_;               ///< encrypted, not taken by the socket
   std::size_t encrypted_ = 0;     ///< bytes at the front of what send() gets that are in out_, or were
-  bool drained_ = false;          ///< the socket had less than was asked for
+  bool drained_ = false;          ///< the socket had fewer bytes than the buffer takes
   bool begun_ = false;
   bool open_ = false;
   bool plain_ = false;

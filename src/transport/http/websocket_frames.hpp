@@ -12,7 +12,7 @@
 namespace lrt::transport {
 
 /// The server's side of one WebSocket (RFC 6455) after its opening handshake, without I/O: the client's bytes in, its messages out; our
-/// messages in, bytes out. Frames and assembles messages, checks UTF-8, answers pings, carries out the closing handshake. The owner has the
+/// messages in, bytes out. Frames and assembles messages, checks UTF-8, responds to pings, carries out the closing handshake. The owner has the
 /// socket and the times.
 ///
 /// None of the functions calls the owner or waits.
@@ -56,7 +56,7 @@ class WebSocketFrames {
   virtual void sent(std::size_t bytes) = 0;
 
   virtual State state() const noexcept = 0;
-  /// How many pings of the client were answered until now. The owner limits them.
+  /// How many pings of the client got a pong until now. The owner limits them.
   virtual std::size_t pings() const noexcept = 0;
 
  protected:

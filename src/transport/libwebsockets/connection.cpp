@@ -94,7 +94,7 @@ int Connection::on_request() {
 bool Connection::is_pipelined() const { return requests_ > 1 && lws_service_adjust_timeout(lws_get_context(wsi_), 1, 0) == 0; }
 
 int Connection::on_body(std::string_view part) {
-  if (phase_ != Phase::reading) return 0;  // of a request that is answered already, and whose connection ends
+  if (phase_ != Phase::reading) return 0;  // of a request that has its response already, and whose connection ends
   if (part.size() > framing_.length - body_.size()) return -1;
   body_.append(part);
   return 0;
@@ -128,7 +128,7 @@ int Connection::dispatch() {
     vhost_.handler().closed(upgraded->channel);
     return refuse({500, "what is no WebSocket handshake was to become a WebSocket"});
   }
-  return respond(std::get<engine::Answered>(std::move(outcome)));
+  return respond(std::get<http::Response>(std::move(outcome)));
 }
 
 /// Of the handler's decision there is nothing to be waited for here: libwebsockets goes on with the handshake when this returns.
@@ -148,7 +148,7 @@ int Connection::on_upgrade() {
   request.must_upgrade_now = true;
   request.can_stream = false;
   auto outcome = vhost_.handler().handle(request, vhost_.now());
-  if (auto* const answered = std::get_if<engine::Answered>(&outcome)) return respond(std::move(*answered));
+  if (auto* const response = std::get_if<http::Response>(&outcome)) return respond(std::move(*response));
   if (auto* const streamed = std::get_if<engine::Streamed>(&outcome)) {
     vhost_.handler().closed(streamed->channel);
     return refuse({500, "a WebSocket handshake was to become an event stream"});

@@ -46,9 +46,9 @@ constexpr std::string_view other_names[] = {
 /// Appended to `text`.
 bool append_fragment(lws* wsi, lws_token_indexes token, int fragment, std::string& text) {
   const auto begin = text.size();
-  const auto room = static_cast<std::size_t>(std::max(lws_hdr_total_length(wsi, token), 0)) + 1;
-  text.resize(begin + room);
-  const int size = lws_hdr_copy_fragment(wsi, text.data() + begin, static_cast<int>(room), token, fragment);
+  const auto capacity = static_cast<std::size_t>(std::max(lws_hdr_total_length(wsi, token), 0)) + 1;
+  text.resize(begin + capacity);
+  const int size = lws_hdr_copy_fragment(wsi, text.data() + begin, static_cast<int>(capacity), token, fragment);
   text.resize(begin + static_cast<std::size_t>(std::max(size, 0)));
   return size >= 0;
 }

@@ -23,7 +23,7 @@ using std::chrono::milliseconds;
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr milliseconds max_wait = std::chrono::hours(1);
-/// libwebsockets looks at the times of its connections this often.
+/// libwebsockets checks the times of its connections this often.
 constexpr milliseconds timer_period{1000};
 constexpr int max_empty_rounds = 16;
 /// Descriptors of a context that are no clients'.
@@ -131,7 +131,7 @@ Result<void> OwnContext::start(engine::Handler& handler) {
   context_ = lws_create_context(&info);
   Result<void> opened = unexpected(Errc::io_error, "libwebsockets has no context");
   if (context_ != nullptr) {
-    wait_.expired = [this] { waker_->wake(); };  // it may expire between the look at the timers and the wait
+    wait_.expired = [this] { waker_->wake(); };  // it may expire between the check of the timers and the wait
     opened = Vhost::open(vhost_, context_, handler, {});
   }
   if (!opened) destroy_context();

@@ -18,7 +18,7 @@ Unexpected file_error(const std::string& path) {
   return unexpected(Errc::io_error, "TLS: " + path + ": " + text);
 }
 
-/// Instead of OpenSSL's own, which asks on the terminal.
+/// Instead of OpenSSL's own, which prompts on the terminal.
 int no_passphrase(char*, int, int, void*) { return 0; }
 
 }  // namespace

@@ -30,7 +30,7 @@ inline int to_seconds(std::chrono::milliseconds time) noexcept {
   return static_cast<int>(std::max(std::chrono::ceil<seconds>(time), seconds(1)).count());
 }
 
-/// One vhost of an lws_context with its connections: what libwebsockets calls back, and what the handler has for whom.
+/// One vhost of an lws_context with its connections: the callbacks of libwebsockets, and the tickets and channels of the handler.
 ///
 /// libwebsockets destroys a vhost in steps, so that callbacks arrive after close(): the vhost keeps its Vhost until then, without a handler.
 ///
@@ -74,10 +74,10 @@ class Vhost {
   TimePoint now() const noexcept { return clock_.now(); }
   bool is_stopping() const noexcept { return stopping_; }
   std::string_view date(TimePoint now);
-  /// Room for `size` bytes, with what libwebsockets needs before them.
+  /// A buffer for `size` bytes, with what libwebsockets needs before them.
   unsigned char* scratch(std::size_t size);
-  std::unordered_map<std::uint64_t, Connection*> tickets;   ///< who waits for which deferred response
-  std::unordered_map<std::uint64_t, Connection*> channels;  ///< who carries which channel
+  std::unordered_map<std::uint64_t, Connection*> tickets;   ///< connections by the deferred response that they wait for
+  std::unordered_map<std::uint64_t, Connection*> channels;  ///< connections by the channel that they carry
 
  private:
   static int on_lws(lws* wsi, lws_callback_reasons reason, void* user, void* in, std::size_t size) noexcept;

@@ -18,7 +18,7 @@ namespace {
 
 /// Bytes of a close's reason (RFC 6455 5.5).
 constexpr std::size_t max_reason_bytes = 123;
-/// Bytes that the system may take before the client's window has room for them: with more, a slow client gets old values.
+/// Bytes that the system may accept beyond the client's window: with more, a slow client gets old values.
 constexpr int unsent_bytes = 32 * 1024;
 
 /// At most `limit` bytes, without a character cut in two.

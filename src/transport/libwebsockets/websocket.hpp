@@ -59,7 +59,7 @@ class WebSocket {
   std::optional<engine::Channel> channel_;
   http::Fields fields_;   ///< for the 101
   bool open_ = false;     ///< the 101 was sent
-  bool pending_ = false;  ///< on_writable() was asked for
+  bool pending_ = false;  ///< on_writable() was requested
   bool text_ = true;      ///< of the message that is being received
   std::string message_;
   std::uint16_t close_code_ = 0;  ///< not 0: to be sent next

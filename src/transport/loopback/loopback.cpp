@@ -90,7 +90,7 @@ void Loopback::Impl::handle(const http::Request& request, const Done& done, std:
   } else if (auto* const streamed = std::get_if<engine::Streamed>(&outcome)) {
     done({{}, std::move(streamed->response), streamed->channel});
   } else {
-    done({{}, std::get<engine::Answered>(std::move(outcome))});
+    done({{}, std::get<http::Response>(std::move(outcome))});
   }
 }
 
@@ -165,7 +165,7 @@ void Loopback::Impl::deliver(TimePoint now) {
       return;
     }
   }
-  // Also without streams: the handler looks for changes here, for web callbacks too.
+  // Also without streams: the handler scans for changes here, for web callbacks too.
   while (handler && !left) {
     const auto channel = handler->next_ready(now);
     if (!channel) break;
