@@ -233,12 +233,12 @@ class Robot(Program):
         """Subscribes by the Upgrade form, or by POST where the transport refuses protocols that it does not know."""
         if Way.transport != "libwebsockets":
             return self.get(path, Upgrade=upgrade, Callback=url, **headers)
-        path, _, query = path.partition("?")
+        query = urllib.parse.urlsplit(path).query
+        path = urllib.parse.urlsplit(path).path.lstrip("/")  # of a whole URL, too
         more = f'; hybrit:mediaType "{headers["Accept"]}" ' if "Accept" in headers else ""
         for name, value in urllib.parse.parse_qsl(query):
             more += f'; hybrit:mediaType "{value}" ' if name == "accept" else f"; lrt:{name} {value} "
-        container = "/".join(urllib.parse.urlsplit(path).path.strip("/").split("/")[:2]) + "/subscriptions"
-        return self.post_subscription(path, url, more, container)
+        return self.post_subscription(path, url, more)
 
     def post_subscription(self, path, url, more="", container=None):
         body = (f"@prefix hybrit: <{HYBRIT}> . @prefix lrt: <{LRT}> . @prefix xsd: <http://www.w3.org/2001/XMLSchema#> . "
