@@ -1,11 +1,14 @@
 // A program that has an lws_context already serves its robot there: on a port of its own, beside what the context does otherwise.
 //
-//   ex_lws_host &  curl http://127.0.0.1:8080/arm/angle
+//   ex_lws_host [--port N] &  curl http://127.0.0.1:8080/arm/angle
 
 #include <libwebsockets.h>
 
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
+#include <cstdlib>
+#include <string_view>
 
 #include <lrt/lrt.hpp>
 #include <lrt/transport/libwebsockets.hpp>
@@ -25,7 +28,7 @@ int on_host(lws*, lws_callback_reasons, void*, void*, std::size_t) { return 0; }
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
   const lws_protocols protocols[] = {{"host", &on_host, 0, 0, 0, nullptr, 0}, {nullptr, nullptr, 0, 0, 0, nullptr, 0}};
   lws_context_creation_info info{};
   info.port = CONTEXT_PORT_NO_LISTEN;
@@ -41,6 +44,7 @@ int main() {
     arm.property("angle", [&] { return angle; });
 
     lrt::Options options;
+    if (argc == 3 && std::string_view(argv[1]) == "--port") options.port = static_cast<std::uint16_t>(std::atoi(argv[2]));
     options.io = lrt::Io::in_poll;
     options.transport = [](lrt::transport::TransportOptions o) { return lrt::transport::make_libwebsockets(std::move(o), context); };
     auto server = lrt::Server::create(std::move(options));

@@ -3,7 +3,6 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <list>
 #include <memory>
 #include <optional>
@@ -18,6 +17,7 @@
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
 
+#include "src/base/function_ref.hpp"
 #include "src/engine/variants.hpp"
 
 namespace lrt::engine {
@@ -157,7 +157,7 @@ class Resource {
     values,        ///< the present values
   };
   virtual Reads reads() const noexcept { return Reads::nothing; }
-  virtual void for_each_property(const std::function<void(PropertyResource&)>& visit) const { (void)visit; }
+  virtual void for_each_property(FunctionRef<void(PropertyResource&)> visit) const { (void)visit; }
   /// Takes over what other threads have left, where that calls no user code.
   virtual void refresh() {}
 

@@ -13,7 +13,7 @@ import sys
 import traceback
 
 sys.dont_write_bytecode = True  # nothing is left in the source tree
-from robot_process import Way, run_on_way
+from robot_process import Way, exceptions, run_on_way
 from websocket_frames import frame
 
 try:
@@ -254,15 +254,21 @@ async def ends_with_1001(url, server):
 def main(arguments):
     server = subprocess.Popen([arguments[0], "--port", "0", *Way.arguments], stdout=subprocess.PIPE, text=True)
     failed = 0
+    known = exceptions("ws_echo")
     try:
         url = server.stdout.readline().split()[-1]
         for run in CASES:
+            differs = known.get(run.__name__)
             try:
                 asyncio.run(asyncio.wait_for(run(url), 120))
+                if differs:
+                    failed += 1
+                    print(f"FAILED {run.__name__}: it holds, but is said to differ: {differs}")
             except Exception:
-                failed += 1
-                print(f"FAILED {run.__name__}")
-                traceback.print_exc(file=sys.stdout)
+                failed += not differs
+                print(f"{run.__name__} differs: {differs}" if differs else f"FAILED {run.__name__}")
+                if not differs:
+                    traceback.print_exc(file=sys.stdout)
         try:
             asyncio.run(asyncio.wait_for(ends_with_1001(url, server), 120))
         except Exception:

@@ -19,9 +19,9 @@ namespace lrt::transport {
 ///   section again, as the beginning of the body). Each of these responses and of those above closes the connection.
 /// - The target is the one that libwebsockets has decoded, encoded anew: "//", "/./" and "/../" are resolved, `%2F` is a slash, '+' in a path
 ///   is a space, ';' in a query is '&'. A target with `%00` closes the connection without a response.
-/// - A WebSocket handshake with Sec-WebSocket-Protocol gets 400. If the response to a handshake is deferred, the WebSocket opens at once,
-///   without the fields of the response; a refusal that comes later closes it: 1013 for 503, 1011 for another 5xx, else 1008, with the
-///   status in the reason.
+/// - A WebSocket handshake with Sec-WebSocket-Protocol gets 400. A handshake is never deferred (Request::must_upgrade_now): the WebSocket
+///   opens before a pulled property has been read, and closes with 1011 if that fails. With a handler that defers nonetheless it opens
+///   without the fields of the response, and a refusal that comes later closes it: 1013 for 503, 1011 for another 5xx, else 1008.
 /// - While a response is deferred or an event stream is silent, the end of the client's connection is not noticed, but a reset is.
 ///
 /// What libwebsockets accepts although two parsers could read it differently: a LF alone as the end of a line; a CR within a line (the rest of the

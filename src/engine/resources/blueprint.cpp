@@ -112,7 +112,7 @@ void BlueprintResource::describe(const Description& d) const {
   add_placed(d.graph, node.user_shapes, d.base);
 }
 
-void BlueprintResource::for_each_property(const std::function<void(PropertyResource&)>& visit) const {
+void BlueprintResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const {
   thing->state.for_each_property(visit);
 }
 

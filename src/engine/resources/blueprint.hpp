@@ -20,7 +20,7 @@ class BlueprintResource final : public Resource {
   void describe_types(About&) const override {}
   std::string described_by(const std::string&) const override { return {}; }
   Reads reads() const noexcept override { return Reads::known_values; }
-  void for_each_property(const std::function<void(PropertyResource&)>& visit) const override;
+  void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
 };
 
 /// The shape of values under a name: the user's, taken literally, or the one that the type implies.

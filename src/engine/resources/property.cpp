@@ -22,7 +22,7 @@ Methods PropertyResource::methods() const noexcept {
   return methods;
 }
 
-void PropertyResource::for_each_property(const std::function<void(PropertyResource&)>& visit) const {
+void PropertyResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const {
   visit(const_cast<PropertyResource&>(*this));
 }
 

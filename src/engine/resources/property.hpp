@@ -36,7 +36,7 @@ class PropertyResource final : public Resource {
   bool has_fixed_links() const noexcept override { return true; }
 
   Reads reads() const noexcept override { return Reads::values; }
-  void for_each_property(const std::function<void(PropertyResource&)>& visit) const override;
+  void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
 
   bool observable() const noexcept override { return true; }
   void set_observed(bool observed, ChangeScanner& scanner) override { set_watched(observed, scanner); }

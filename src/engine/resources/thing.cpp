@@ -94,7 +94,7 @@ void StateResource::link_related(http::LinkWriter& links, const std::string& bas
   for (const auto& p : thing->properties) links.add(base + p->path, "related");
 }
 
-void StateResource::for_each_property(const std::function<void(PropertyResource&)>& visit) const {
+void StateResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const {
   for (const auto& p : thing->properties) visit(*p);
 }
 

@@ -44,7 +44,7 @@ class StateResource final : public Resource {
   std::uint64_t state(std::uint64_t structure) const noexcept override;
   void link_related(http::LinkWriter& links, const std::string& base) const override;
   Reads reads() const noexcept override { return Reads::values; }
-  void for_each_property(const std::function<void(PropertyResource&)>& visit) const override;
+  void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
   bool observable() const noexcept override { return true; }
   void set_observed(bool observed, ChangeScanner& scanner) override;
 };
