@@ -182,7 +182,7 @@ void Invocations::wait_is_over(Ticket ticket, Context& context, ResourceId id, b
   waiting.erase(std::remove(waiting.begin(), waiting.end(), ticket), waiting.end());
   // What the host has begun, even if the engine does not know yet, goes on.
   if (may_take_long || invocation->status == Status::running || (invocation->token && !invocation->token->cancel())) return pending_.respond(ticket, accepted(context, *invocation));
-  // The client gets Retry-After and may repeat the command, so this one must not run later.
+  // The client is told to come again, so it must not happen later.
   pending_.respond(ticket, responses_.timed_out(context));
   never_begun(*invocation, context.now);
 }

@@ -247,7 +247,7 @@ void PropertyValues::end(PropertyResource& property, const Result<void>& result,
   state.running = false;
   state.token = nullptr;
   std::vector<PropertyRefresh::Waiter> waiters = std::exchange(state.waiters, std::exchange(state.next_waiters, {}));
-  // First, so that a refresh that a waiter starts is a later one.
+  // First, so that what the waiters ask for next waits for a later refresh.
   if (!state.waiters.empty()) start(property);
   for (auto& w : waiters) w.done(result, now);
 }
