@@ -121,9 +121,7 @@ std::optional<http::Response> Engine::Impl::denied(const Context& context, const
 bool Engine::Impl::is_from_foreign_page(const Context& context) const {
   const http::Request& request = context.request();
   if (is_safe(request.method)) {
-    const auto accept = request.find("Accept");
-    const bool subscribes = (request.can_upgrade && http::asks_for_upgrade(request, "websocket")) ||
-                            (request.can_stream && accept && accept->find(event_stream_type) != std::string_view::npos);
+    const bool subscribes = (request.can_upgrade && http::asks_for_upgrade(request, "websocket")) || names_event_stream(request);
     if (parts.options.allowed_origins.empty() || !subscribes) return false;
   }
   const auto origin = request.find("Origin");
