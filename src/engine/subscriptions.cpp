@@ -389,14 +389,14 @@ void Subscriptions::resource_removed(SubscriptionResource& s) {
 
 // --------------------------------------------------------------------------------------------------------------- changes
 
-/// Queues are filled in scans, whose share of time is bounded, and at once only for commands: a request that brings about a change must
-/// not pay for all queues that want to have it in four syntaxes.
+/// Queues are filled in scans, whose share of time is bounded: a request that brings about a change must not pay for all queues that want
+/// to have it in four syntaxes. They are filled at once for commands, and for values that are kept, because the next one replaces them.
 void Subscriptions::changed(SubscriptionResource& s) {
   if (!s.queues() || s.retry.suspended()) {
     s.backlog.mark_changed();
     return announce(s);
   }
-  if (fills_queues_ || s.observed.is_urgent()) return enqueue(s);
+  if (fills_queues_ || s.observed.is_urgent() || s.observed.keeps_values()) return enqueue(s);
   if (!std::exchange(s.marked, true)) marked_.push_back(s.channel);
   if (!scanner_.is_scanning()) scanner_.start();
 }
