@@ -121,9 +121,7 @@ std::optional<http::Response> Engine::Impl::denied(const Context& context, const
 bool Engine::Impl::is_from_foreign_page(const Context& context) const {
   const http::Request& request = context.request();
   if (is_safe(request.method)) {
-    const auto accept = request.find("Accept");
-    const bool subscribes = (request.can_upgrade && http::requests_upgrade(request, "websocket")) ||
-                            (request.can_stream && accept && accept->find(event_stream_type) != std::string_view::npos);
+    const bool subscribes = (request.can_upgrade && http::requests_upgrade(request, "websocket")) || names_event_stream(request);
     if (parts.options.allowed_origins.empty() || !subscribes) return false;
   }
   const auto origin = request.find("Origin");
@@ -169,11 +167,13 @@ void Engine::Impl::take_messages(TimePoint now) {
 }
 
 Result<void> Engine::Impl::add(std::vector<Thing> things) {
+  parts.discarded.clear();
   std::vector<std::string> added;
   for (Thing& thing : things) {
     std::string path = "/" + thing.path();
     if (Result<void> result = parts.add(std::move(thing)); !result) {
       for (const std::string& before : added) parts.remove(*parts.registry.find_thing(before));
+      for (Thing& other : things) parts.discard(std::move(other).release());
       return result;
     }
     added.push_back(std::move(path));
@@ -183,6 +183,7 @@ Result<void> Engine::Impl::add(std::vector<Thing> things) {
 }
 
 Result<void> Engine::Impl::remove(std::string_view path) {
+  parts.discarded.clear();
   const Result<std::string> encoded = model::encode_path(path);
   ThingNode* thing = encoded ? parts.registry.find_thing("/" + *encoded) : nullptr;
   if (!thing) return unexpected(Errc::unknown_path, "no thing at \"" + std::string(path) + "\"");
@@ -267,6 +268,7 @@ std::optional<std::string> Engine::take_saved() { return impl_->parts.saved.take
 Result<void> Engine::restore(std::string_view saved) { return impl_->parts.saved.restore(saved); }
 
 std::vector<Job> Engine::take_jobs() { return impl_->parts.calls.take_jobs(); }
+std::vector<std::shared_ptr<const void>> Engine::take_discarded() { return std::exchange(impl_->parts.discarded, {}); }
 
 void Engine::stop() {
   impl_->stopped = true;

@@ -183,8 +183,9 @@ void Invocations::wait_is_over(Ticket ticket, Context& context, ResourceId id, b
   // What the host has begun, even if the engine does not know yet, goes on.
   if (may_take_long || invocation->status == Status::running || (invocation->token && !invocation->token->cancel())) return pending_.respond(ticket, accepted(context, *invocation));
   // The client is told to come again, so it must not happen later.
-  pending_.respond(ticket, responses_.timed_out(context));
-  never_begun(*invocation, context.now);
+  const TimePoint now = context.now;
+  pending_.respond(ticket, responses_.timed_out(context));  // the context is gone now
+  never_begun(*invocation, now);
 }
 
 void Invocations::expire(TimePoint now) {

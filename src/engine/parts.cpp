@@ -60,20 +60,27 @@ Parts::Parts(EngineOptions given)
 Parts::~Parts() { registry.clear(); }
 
 Result<void> Parts::add(Thing thing) {
-  Result<std::unique_ptr<ThingNode>> built = build_thing(std::move(thing));
-  if (!built) return Unexpected{std::move(built).error()};
+  std::unique_ptr<model::ThingSpec> spec = std::move(thing).release();
+  Result<std::unique_ptr<ThingNode>> built = build_thing(spec);
+  if (!built) {
+    discard(std::move(spec));
+    return Unexpected{std::move(built).error()};
+  }
   ThingNode& node = **built;
   const std::vector<Resource*> all = node.resources();
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (registry.add(*all[i])) continue;
     for (std::size_t j = 0; j < i; ++j) registry.remove(*all[j]);
-    return unexpected(Errc::duplicate_path, "path \"" + all[i]->path + "\" is taken already");
+    Unexpected taken = unexpected(Errc::duplicate_path, "path \"" + all[i]->path + "\" is taken already");
+    discard(*std::move(built));
+    return taken;
   }
   if (!node.user_shapes.empty()) {
     if (const Result<const shacl::Shapes*> compiled = compiled_shapes(node, 0, view); !compiled) {
       for (Resource* r : all) registry.remove(*r);
       Error error = compiled.error();
       error.message = "thing \"" + node.spec->path + "\", its shapes: " + error.message;
+      discard(*std::move(built));
       return Unexpected{std::move(error)};
     }
   }
@@ -95,7 +102,7 @@ void Parts::remove(ThingNode& thing) {
   for (const auto& a : thing.actions) invocations.removed(*a, clock.now());
   for (const auto& c : thing.collections) c->removed(*this);
   for (Resource* r : thing.resources()) registry.remove(*r);
-  (void)registry.remove_thing(thing);
+  discard(registry.remove_thing(thing));
 }
 
 void Parts::respond_gone(Ticket ticket) {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <lrt/base/clock.hpp>
@@ -32,6 +34,11 @@ struct Parts {
   /// Registers a Thing, or nothing of it.
   Result<void> add(Thing thing);
   void remove(ThingNode& thing);
+  /// Keeps what has lambdas of the user, until it can be destroyed without a lock.
+  template <class T>
+  void discard(std::unique_ptr<T> object) {
+    if (object) discarded.push_back(std::shared_ptr<const void>(std::move(object)));
+  }
   /// Responds 404 to a request whose resource went while it waited.
   void respond_gone(Ticket ticket);
   /// What most requests do when the host does not run their call in time: 503.
@@ -57,6 +64,7 @@ struct Parts {
   RootResource root;
   TermsResource terms;
   ContextResource context;
+  std::vector<std::shared_ptr<const void>> discarded;  ///< Engine::take_discarded()
 };
 
 }  // namespace lrt::engine

@@ -46,7 +46,7 @@ class PendingRequests {
   void expire(TimePoint now);
   std::optional<Instant> next_deadline() const;
   std::optional<Reply> take_reply();
-  /// Runs every timeout now, with its call cancelled: `respond` is called for each request.
+  /// Responds to every request now, with its call cancelled.
   void end_all(const std::function<http::Response(Context&)>& respond_with, TimePoint now);
 
  private:

@@ -122,6 +122,7 @@ void PropertyValues::refresh(PropertyResource& property, Encodings encodings, Do
     return;
   }
   state.waiters.push_back({encodings, std::move(done)});
+  take_published(property);
   start(property);
 }
 
@@ -145,7 +146,6 @@ void PropertyValues::take_published(PropertyResource& property) {
 }
 
 void PropertyValues::start(PropertyResource& property) {
-  take_published(property);
   property.refresh_state.running = true;
   if (property.spec->read) return read(property);
   std::vector<std::size_t> encoders = wanted_encoders(property);
@@ -247,7 +247,7 @@ void PropertyValues::end(PropertyResource& property, const Result<void>& result,
   state.running = false;
   state.token = nullptr;
   std::vector<PropertyRefresh::Waiter> waiters = std::exchange(state.waiters, std::exchange(state.next_waiters, {}));
-  // First, so that what the waiters ask for next waits for a later refresh.
+  // First, so that what the waiters ask for next waits for a later refresh. The value that they have waited for stays until they were called.
   if (!state.waiters.empty()) start(property);
   for (auto& w : waiters) w.done(result, now);
 }

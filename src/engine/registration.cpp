@@ -138,14 +138,17 @@ Result<void> check(model::ThingSpec& described) {
 
 }  // namespace
 
-Result<std::unique_ptr<ThingNode>> build_thing(Thing thing) {
-  std::unique_ptr<model::ThingSpec> spec = std::move(thing).release();
+Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>& spec) {
   if (!spec) return unexpected(Errc::closed, "the thing was given away already");
   if (spec->first_error) return Unexpected{*spec->first_error};
   if (Result<void> checked = check(*spec); !checked) return Unexpected{std::move(checked).error()};
+  rdf::Graph statements, shapes;
+  const std::string path = "/" + spec->path;
+  if (Result<void> r = read_documents(statements, spec->turtle, path, "its Turtle"); !r) return Unexpected{std::move(r).error()};
+  if (Result<void> r = read_documents(shapes, spec->shapes, path + "/blueprint", "its shapes"); !r) return Unexpected{std::move(r).error()};
   auto node = std::make_unique<ThingNode>(std::move(spec));
-  if (Result<void> r = read_documents(node->statements, node->spec->turtle, node->self.path, "its Turtle"); !r) return Unexpected{std::move(r).error()};
-  if (Result<void> r = read_documents(node->user_shapes, node->spec->shapes, node->blueprint.path, "its shapes"); !r) return Unexpected{std::move(r).error()};
+  node->statements = std::move(statements);
+  node->user_shapes = std::move(shapes);
   return node;
 }
 

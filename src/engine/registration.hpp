@@ -3,14 +3,15 @@
 #include <memory>
 
 #include <lrt/base/result.hpp>
-#include <lrt/thing.hpp>
+#include <lrt/model/detail/spec.hpp>
 
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
 
 /// Judges what a user says of a Thing, and builds its resources. What could turn out to be invalid when it is written is refused here, once.
+/// @param spec  is taken over, unless there is an error; nullptr: the Thing was given away already
 /// @par Errors  the thing's first error; closed, expected_iri, expected_rdf, expected_media_type, invalid_option, duplicate_path, limit_exceeded
-Result<std::unique_ptr<ThingNode>> build_thing(Thing thing);
+Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>& spec);
 
 }  // namespace lrt::engine

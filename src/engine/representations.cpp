@@ -261,11 +261,12 @@ const std::shared_ptr<const std::string>& Representations::event_of(Representati
   const std::string& body = *kept.body;
   std::string event = "id: " + kept.tag + "\n";
   event.reserve(event.size() + body.size() + 64);
-  // WHATWG HTML 9.2.6: a line of data for each line of the body. A line feed at the end makes an empty last line.
+  // WHATWG HTML 9.2.6: a line of data for each line of the body. A line feed at the end makes an empty last line. A carriage return ends a
+  // line, too, so that the rest of a text with one is not read as another field.
   for (std::size_t start = 0; start <= body.size();) {
-    const std::size_t end = std::min(body.find('\n', start), body.size());
+    const std::size_t end = std::min(body.find_first_of("\r\n", start), body.size());
     event.append("data: ").append(body, start, end - start).append("\n");
-    start = end + 1;
+    start = body.compare(end, 2, "\r\n") == 0 ? end + 2 : end + 1;
   }
   event += "\n";
   cache_.grown(event.size());

@@ -79,16 +79,23 @@ SubscriptionResource* Subscriptions::find(Channel channel) const {
 
 // -------------------------------------------------------------------------------------------------------------- requests
 
+bool names_event_stream(const http::Request& request) {
+  if (!request.can_stream || !request.find("Accept")) return false;
+  std::string accept = request.joined("Accept");
+  for (char& c : accept)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return accept.find(event_stream_type) != std::string::npos;
+}
+
 std::optional<Protocol> Subscriptions::requested_protocol(const Context& context) const {
   const http::Request& request = context.request();
-  if (request.method != "GET" || !context.resource->observable()) return std::nullopt;
-  if (request.find("Upgrade")) {
+  if (!context.resource->observable()) return std::nullopt;
+  if (request.method == "GET" && request.find("Upgrade")) {
     if (request.can_upgrade && http::requests_upgrade(request, "websocket")) return Protocol::websocket;
     // RFC 9110 7.8: Upgrade has no meaning in HTTP/1.0.
     if (request.version >= 11 && (http::requests_upgrade(request, "callback") || http::requests_upgrade(request, "webhook"))) return Protocol::callback;
   }
-  const auto accept = request.find("Accept");
-  if (!request.can_stream || !accept || accept->find("event-stream") == std::string_view::npos) return std::nullopt;
+  if (!names_event_stream(request)) return std::nullopt;
   std::vector<std::string_view> offers = context.resource->variants().with_page;
   offers.push_back(event_stream_type);
   const auto choice = http::negotiate(std::string_view(request.joined("Accept")), offers);
@@ -196,21 +203,34 @@ Representations::Attempt Subscriptions::open(Context& context, SubscriptionReque
   if (auto response = too_many(context, wanted.protocol)) return Outcome(*std::move(response));  // while this one waited
 
   const Protocol protocol = wanted.protocol;
+  if (context.request().method == "HEAD") return Outcome(Streamed{Channel{next_channel_++}, stream_response(context)});  // no subscription
   // WHATWG HTML 9.2.3: the client has this representation already.
   const auto known = context.request().find("Last-Event-ID");
   if (streams && known) wanted.known_tag = std::string(*known);
   SubscriptionResource& made = make(std::move(wanted), context.base, options_.ids->next(), context.now.utc);
   if (protocol == Protocol::callback) return Outcome(description_response(context, made));
+  const std::string location = responses_.iri(context, made.path);
+  if (streams) {
+    http::Response response = stream_response(context);
+    response.fields.add("Location", location);
+    return Outcome(Streamed{made.channel, std::move(response)});
+  }
   http::Response response;
-  response.status = protocol == Protocol::websocket ? 101 : 200;
+  response.status = 101;
   responses_.add_types(response.fields, context.resource);
-  response.fields.add("Location", responses_.iri(context, made.path));
-  if (protocol == Protocol::websocket) return Outcome(Upgraded{made.channel, std::move(response)});
+  response.fields.add("Location", location);
+  return Outcome(Upgraded{made.channel, std::move(response)});
+}
+
+/// The header section of an event stream.
+http::Response Subscriptions::stream_response(const Context& context) const {
+  http::Response response;
+  responses_.add_types(response.fields, context.resource);
   response.fields.add("Content-Type", event_stream_type);
   response.fields.add("Cache-Control", "no-store");
   response.fields.add("Vary", "Accept");
   response.fields.add("X-Accel-Buffering", "no");  // nginx would keep events back
-  return Outcome(Streamed{made.channel, std::move(response)});
+  return response;
 }
 
 /// 201 with the description of what was made (R0.13).
@@ -369,14 +389,14 @@ void Subscriptions::resource_removed(SubscriptionResource& s) {
 
 // --------------------------------------------------------------------------------------------------------------- changes
 
-/// Queues are filled in scans, whose share of time is bounded, and at once only for commands: a request that brings about a change must
-/// not pay for all queues that want to have it in four syntaxes.
+/// Queues are filled in scans, whose share of time is bounded: a request that brings about a change must not pay for all queues that want
+/// to have it in four syntaxes. They are filled at once for commands, and for values that are kept, because the next one replaces them.
 void Subscriptions::changed(SubscriptionResource& s) {
   if (!s.queues() || s.retry.suspended()) {
     s.backlog.mark_changed();
     return announce(s);
   }
-  if (fills_queues_ || s.observed.is_urgent()) return enqueue(s);
+  if (fills_queues_ || s.observed.is_urgent() || s.observed.keeps_values()) return enqueue(s);
   if (!std::exchange(s.marked, true)) marked_.push_back(s.channel);
   if (!scanner_.is_scanning()) scanner_.start();
 }

@@ -46,7 +46,7 @@ class Subscriptions {
   bool may_call(const subscription::CallbackUrl& url) const;
 
   // Requests.
-  /// The protocol by which a GET of an observable resource subscribes; nullopt: it does not.
+  /// The protocol by which a GET of an observable resource subscribes; nullopt: it does not. For a HEAD only an event stream counts.
   std::optional<Protocol> requested_protocol(const Context& context) const;
   /// GET with Upgrade: websocket or callback, or for an event stream (R0.12-R0.17).
   Outcome subscribe(Context& context, Protocol protocol);
@@ -93,6 +93,7 @@ class Subscriptions {
   std::optional<http::Response> too_many(const Context& context, Protocol protocol) const;
   std::optional<http::Response> read_query(const Context& context, SubscriptionRequest& request) const;
   Representations::Attempt open(Context& context, SubscriptionRequest request, bool current);
+  http::Response stream_response(const Context& context) const;
   http::Response description_response(const Context& context, SubscriptionResource& made) const;
 
   void first_notification(SubscriptionResource& s);
@@ -128,6 +129,9 @@ class Subscriptions {
   std::size_t queued_bytes_ = 0;                        ///< of all subscribers
   std::uint64_t notified_structure_ = 1;
 };
+
+/// Accept names the media type of event streams, and the transport can send them. A wildcard does not count.
+bool names_event_stream(const http::Request& request);
 
 /// A number of seconds from 0 to max_interval; nullopt: it is something else.
 std::optional<std::chrono::milliseconds> interval_of(std::string_view seconds);

@@ -369,6 +369,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
 
   /// Sends what the engine has left to where it is to go, and lets go of its lock.
   void pass_on(std::unique_lock<std::mutex>& lock) {
+    const auto discarded = engine_.take_discarded();  // is destroyed without the lock
     std::vector<engine::Job> jobs = engine_.take_jobs();
     const std::vector<subscription::ReadyCallback> callbacks = engine_.take_callbacks();
     if (saved_)
@@ -467,9 +468,12 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (serving_ == std::this_thread::get_id()) run_io_jobs();
     else wake_io();
   }
-  /// On the thread that does I/O.
+  /// On the thread that does I/O. One job after the other, never one within another: they may share a mutex of the user's.
   void run_io_jobs() {
-    io_jobs_.take_all([](UniqueFunction<void()> job) { job(); });
+    if (runs_io_jobs_) return;
+    runs_io_jobs_ = true;
+    while (!io_jobs_.empty()) io_jobs_.take_all([](UniqueFunction<void()> job) { job(); });
+    runs_io_jobs_ = false;
   }
 
   Options options_;
@@ -485,6 +489,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   std::shared_ptr<Waker> transport_waker_;
   Mailbox<UniqueFunction<void()>> arrived_;       // jobs for the host
   Mailbox<UniqueFunction<void()>> io_jobs_;       // jobs for the thread that does I/O
+  bool runs_io_jobs_ = false;                     // that thread's
   std::deque<UniqueFunction<void()>> due_;                // taken, not yet run: the host's thread only
   EventWaker rest_;                            // where run() waits when there is nothing to do
   std::atomic<bool> stopping_{false}, finished_{false}, descriptor_is_used_{false};

@@ -99,13 +99,17 @@ class Bench {
   }
   /// A WebSocket that opened, after the reads it needs.
   engine::Channel open(const std::string& path, const std::string& fields = {}) {
-    const Sent s = upgrade(path, fields);
-    if (s.channel) return *s.channel;
-    run();
-    const Answer a = *answer(s);
-    if (!s.ticket || channels_.count(*s.ticket) == 0) throw std::runtime_error("not opened: " + std::to_string(a.status) + " " + a.body);
-    return channels_.at(*s.ticket);
+    return opened(upgrade(path, fields));
   }
+  /// GET of a path as an event stream.
+  Sent stream(const std::string& path, const std::string& fields = {}, const std::string& accept = "text/event-stream") {
+    RequestText request("GET " + path + "\nAccept: " + accept + "\n" + fields);
+    request.get().can_stream = true;
+    return sent(engine.handle(request.get(), clock.now()));
+  }
+  /// An event stream that opened, after the reads it needs.
+  engine::Channel open_stream(const std::string& path, const std::string& fields = {}) { return opened(stream(path, fields)); }
+
   /// What all channels have to say by now, as a transport whose clients are quick would get it.
   std::vector<std::pair<engine::Channel, engine::Push>> pushes() {
     std::vector<std::pair<engine::Channel, engine::Push>> all;
@@ -134,6 +138,13 @@ class Bench {
   engine::Engine engine;
 
  private:
+  engine::Channel opened(const Sent& s) {
+    if (s.channel) return *s.channel;
+    run();
+    const Answer a = *answer(s);
+    if (!s.ticket || channels_.count(*s.ticket) == 0) throw std::runtime_error("not opened: " + std::to_string(a.status) + " " + a.body);
+    return channels_.at(*s.ticket);
+  }
   engine::EngineOptions with_fakes(engine::EngineOptions options) {
     if (!options.clock) options.clock = &clock;
     if (!options.ids) options.ids = std::make_shared<FixedIds>();

@@ -132,6 +132,9 @@ class Engine final : public Handler {
 
   /// The jobs that have come up since the last call, in order.
   std::vector<Job> take_jobs();
+  /// Things that were removed or refused, with the user's lambdas: to be destroyed without a lock. What is not taken is destroyed by the
+  /// next add() or remove().
+  std::vector<std::shared_ptr<const void>> take_discarded();
   /// The server stops: every waiting and every new request gets 503.
   void stop();
 

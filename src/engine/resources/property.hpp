@@ -39,6 +39,7 @@ class PropertyResource final : public Resource {
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
 
   bool observable() const noexcept override { return true; }
+  bool keeps_values() const noexcept override { return spec->slot && spec->slot->keeps(); }
   void set_observed(bool observed, ChangeScanner& scanner) override { set_watched(observed, scanner); }
   /// Called by its own observers and those of its Thing's state, which need new values.
   void set_watched(bool watched, ChangeScanner& scanner);

@@ -1,0 +1,111 @@
+#include "src/engine/bases.hpp"
+
+#include <string>
+
+#include "tests/support/catch.hpp"
+#include "tests/support/message.hpp"
+
+using namespace lrt;
+using namespace lrt::engine;
+using lrt::test::RequestText;
+
+namespace {
+
+/// The base of a request to a host; the error's message if there is none.
+std::string base_of(Bases& bases, const std::string& host, bool secure = false, const std::string& mount = {},
+                    std::uint16_t local_port = 0, const std::string& target = "/arm") {
+  RequestText text("GET " + target + "\nHost: " + host);
+  http::Request& request = text.get();
+  request.secure = secure;
+  request.mount = mount;
+  request.local_port = local_port;
+  const auto base = bases.of(request, http::split_target(request.target).value());
+  return base ? bases[*base] : base.error().message;
+}
+
+bool is_refused(const std::string& text) { return text.find("does not answer for") != std::string::npos; }
+
+}  // namespace
+
+TEST_CASE("the base is the host that the request names, if it is this server", "[engine][SPEC 3.7]") {
+  Bases bases({}, {"robot.local", "other:99"});
+  bases.listens_on("192.0.2.1", 8080, false);
+  CHECK(base_of(bases, "192.0.2.1:8080") == "http://192.0.2.1:8080");
+  CHECK(base_of(bases, "localhost:8080") == "http://localhost:8080");
+  CHECK(base_of(bases, "LOCALHOST:8080") == "http://localhost:8080");
+  CHECK(base_of(bases, "[::1]:8080") == "http://[::1]:8080");
+  CHECK(base_of(bases, "robot.local:8080") == "http://robot.local:8080");
+  CHECK(base_of(bases, "other:99") == "http://other:99");
+  for (const char* host :
+       {"localhost", "localhost:80", "localhost:81", "robot.local", "other", "other:8080", "evil.example:8080"}) {
+    CAPTURE(host);
+    CHECK(is_refused(base_of(bases, host)));
+  }
+  CHECK(base_of(bases, "evil.example", false, {}, 0, "http://localhost:8080/arm") ==
+        "http://localhost:8080");  // the target decides
+  CHECK(is_refused(base_of(bases, "localhost:8080", false, {}, 0, "http://evil.example/arm")));
+  CHECK(base_of(bases, "") == bases[0]);
+}
+
+TEST_CASE("the scheme's own port is not part of a base", "[engine][SPEC 3.7]") {
+  Bases bases({}, {});
+  bases.listens_on("127.0.0.1", 443, true);
+  CHECK(base_of(bases, "localhost", true) == "https://localhost");
+  CHECK(base_of(bases, "localhost:443", true) == "https://localhost");
+  CHECK(base_of(bases, "localhost:", true) == "https://localhost");
+  CHECK(bases[0] == "https://127.0.0.1");
+}
+
+TEST_CASE("a public base is the base of every request", "[engine][SPEC 3.7]") {
+  Bases bases("https://robot.example/arm", {});
+  bases.listens_on("127.0.0.1", 8080, false);
+  CHECK(base_of(bases, "anything") == "https://robot.example/arm");
+  CHECK(bases.origin(0) == "https://robot.example");
+}
+
+TEST_CASE("behind a host's own server the base has its port and the prefix", "[engine][SPEC 3.7]") {
+  Bases bases({}, {"robot.local"});
+  bases.listens_on("127.0.0.1", 0, false);
+  CHECK(base_of(bases, "localhost:9000", false, "/things", 9000) == "http://localhost:9000/things");
+  CHECK(base_of(bases, "localhost:9000", false, "/things", 9000) == "http://localhost:9000/things");
+  CHECK(base_of(bases, "robot.local:9000", false, "/things", 9000) == "http://robot.local:9000/things");
+  CHECK(is_refused(base_of(bases, "localhost:9001", false, "/things", 9000)));
+  CHECK(is_refused(base_of(bases, "evil.example:9000", false, "/things", 9000)));
+}
+
+TEST_CASE("a base of a restored subscription is not served", "[engine][SPEC 3.7]") {
+  Bases bases({}, {});
+  bases.listens_on("127.0.0.1", 8080, false);
+  const std::size_t restored = bases.intern("http://old.example", false);
+  CHECK(bases.intern("http://old.example", false) == restored);
+  CHECK(is_refused(base_of(bases, "old.example")));
+  CHECK(bases[restored] == "http://old.example");
+  CHECK(bases.path_of("http://old.example/arm/p") == "/arm/p");
+}
+
+TEST_CASE("an IRI below a base has a path, others have none", "[engine][SPEC 3.5]") {
+  Bases bases({}, {});
+  bases.listens_on("127.0.0.1", 8080, false);
+  CHECK(bases.path_of("http://127.0.0.1:8080/arm") == "/arm");
+  CHECK(bases.path_of("http://localhost:8080/arm/p") == "/arm/p");  // not interned yet
+  for (const char* iri : {"http://127.0.0.1:8080/arm?x", "http://127.0.0.1:8080/arm#x",
+                          "http://evil.example/arm", "/arm", ""}) {
+    CAPTURE(iri);
+    CHECK_FALSE(bases.path_of(iri));
+  }
+}
+
+TEST_CASE("a callback to this server is known by any of its names", "[engine][R0.13]") {
+  Bases bases({}, {"robot.local"});
+  bases.listens_on("192.0.2.1", 8080, false);
+  const auto is_own = [&](const char* url) { return bases.is_this_server(subscription::parse_callback_url(url).value()); };
+  for (const char* url : {"http://localhost:8080/x", "http://127.0.0.1:8080/", "http://127.3.2.1:8080/", "http://[::1]:8080/",
+                          "http://192.0.2.1:8080/", "http://robot.local:8080/"}) {
+    CAPTURE(url);
+    CHECK(is_own(url));
+  }
+  for (const char* url : {"http://localhost:8081/x", "http://192.0.2.2:8080/", "http://robot.local/"}) {
+    CAPTURE(url);
+    CHECK_FALSE(is_own(url));
+  }
+}
