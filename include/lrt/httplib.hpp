@@ -33,7 +33,8 @@ namespace detail {
 
 class Mount {
  public:
-  Mount(Server& server, std::string prefix, MountOptions options) : server_(server), prefix_(std::move(prefix)), options_(options) {}
+  Mount(Server& server, std::string prefix, MountOptions options)
+      : server_(server), prefix_(std::move(prefix)), options_(options) {}
 
   /// A regular expression for the decoded path of cpp-httplib. The target may be in absolute-form.
   std::string pattern() const {
@@ -61,23 +62,24 @@ class Mount {
     request.secure = from.ssl != nullptr;
 #endif
     const std::optional<std::string> target = without_prefix(from.target);
-    if (!target) return refuse(from, to, {404, "nothing lives at this path"}, true);
+    if (!target) return respond(from, to, problem(404, "nothing lives at this path"));
     request.target = *target;
     for (const auto& [name, value] : from.headers)
       if (!is_added_by_httplib(name)) request.fields.push_back({name, value});
 
     http::Framing framing;
-    if (auto refusal = check(request, framing)) return refuse(from, to, std::move(*refusal), true);
+    if (auto refusal = check(request, framing)) return respond(from, to, problem(refusal->status, std::move(refusal->reason)));
     const bool has_content = framing.chunked || framing.length > 0;
-    bool unread = has_content && !from_body(from);  // a body of GET and the like
+    const bool unread = has_content && !may_have_content(from.method);  // some releases leave it on the connection
     std::string body;
     if (has_content && !unread) {
-      if (auto refusal = read(from, to, request, framing, reader, body)) return refuse(from, to, std::move(*refusal), reader != nullptr);
+      if (auto refusal = read(from, to, request, framing, reader, body)) return respond(from, to, *std::move(refusal));
       request.body = reader ? std::string_view(body) : std::string_view(from.body);
     }
     request.fields.erase(std::remove_if(request.fields.begin(), request.fields.end(),
                                         [](const http::Field& field) {
-                                          return http::iequals(field.name, "Content-Length") || http::iequals(field.name, "Transfer-Encoding");
+                                          return http::iequals(field.name, "Content-Length") ||
+                                                 http::iequals(field.name, "Transfer-Encoding");
                                         }),
                          request.fields.end());
 
@@ -94,7 +96,8 @@ class Mount {
 
   /// An open event stream.
   struct Stream {
-    Stream(std::shared_ptr<std::atomic<std::size_t>> open, EventSource source) : count(std::move(open)), events(std::move(source)) {}
+    Stream(std::shared_ptr<std::atomic<std::size_t>> open, EventSource source)
+        : count(std::move(open)), events(std::move(source)) {}
     ~Stream() { --*count; }
     Stream(const Stream&) = delete;
     Stream& operator=(const Stream&) = delete;
@@ -108,8 +111,8 @@ class Mount {
   static bool is_added_by_httplib(std::string_view name) {
     return name == "REMOTE_ADDR" || name == "REMOTE_PORT" || name == "LOCAL_ADDR" || name == "LOCAL_PORT";
   }
-  static bool from_body(const httplib::Request& from) {
-    return from.method == "POST" || from.method == "PUT" || from.method == "PATCH" || from.method == "DELETE";
+  static bool may_have_content(std::string_view method) {
+    return method == "POST" || method == "PUT" || method == "PATCH" || method == "DELETE";
   }
 
   /// The target as it was received, but for the prefix. The prefix may contain percent escapes (RFC 3986 6.2.2.2).
@@ -118,7 +121,8 @@ class Mount {
     std::size_t begin = 0;
     if (target[0] != '/') {
       const std::size_t authority = target.find("://");
-      begin = authority == std::string::npos ? target.size() : std::min(target.find_first_of("/?", authority + 3), target.size());
+      begin =
+          authority == std::string::npos ? target.size() : std::min(target.find_first_of("/?", authority + 3), target.size());
     }
     std::size_t at = begin;
     for (const char expected : prefix_) {
@@ -144,43 +148,47 @@ class Mount {
     // Some releases of cpp-httplib decode percent escapes in values, which may contain any byte then.
     for (const http::Field& field : request.fields)
       for (const char c : field.value)
-        if ((static_cast<unsigned char>(c) < 0x20 && c != '\t') || c == 0x7f) return http::Refusal{400, "a field value has a control character"};
+        if ((static_cast<unsigned char>(c) < 0x20 && c != '\t') || c == 0x7f)
+          return http::Refusal{400, "a field value has a control character"};
     return http::check_request(request, framing);
   }
 
-  std::optional<http::Refusal> read(const httplib::Request& from, const httplib::Response& to, const http::Request& request,
-                                    const http::Framing& framing, const httplib::ContentReader* reader, std::string& body) const {
+  std::optional<http::Response> read(const httplib::Request& from, const httplib::Response& to, const http::Request& request,
+                                     const http::Framing& framing, const httplib::ContentReader* reader,
+                                     std::string& body) const {
     // cpp-httplib would decode these, the one into its own files, the other into what the fields do not describe.
-    if (from.is_multipart_form_data()) return http::Refusal{415, "Content-Type: multipart/form-data is not supported"};
-    if (const auto coding = request.find("Content-Encoding"); coding && !http::iequals(*coding, "identity"))
-      return http::Refusal{415, "Content-Encoding: expected identity"};
-    const http::Refusal too_large{413, "the body has more than " + std::to_string(options_.max_body_bytes) + " bytes"};
-    if (!framing.chunked && framing.length > options_.max_body_bytes) return too_large;
-    if (!reader) {
-      if (from.body.size() > options_.max_body_bytes) return too_large;
-      return std::nullopt;
+    if (from.is_multipart_form_data()) return problem(415, "Content-Type: multipart/form-data is not supported");
+    if (const auto coding = request.find("Content-Encoding"); coding && !http::iequals(*coding, "identity")) {
+      http::Response response = problem(415, "Content-Encoding: expected identity, found \"" + std::string(*coding) + "\"");
+      response.fields.add("Accept-Encoding", "identity");
+      return response;
     }
-    if (framing.chunked && from.method == "DELETE") return http::Refusal{411, "Content-Length: expected one"};
+    const auto too_large = [this] {
+      return problem(413, "the body has more than " + std::to_string(options_.max_body_bytes) + " bytes");
+    };
+    if (framing.length > options_.max_body_bytes || from.body.size() > options_.max_body_bytes) return too_large();
+    // Some releases do not read the body of such a request.
+    if (framing.chunked && from.method == "DELETE") return problem(411, "Content-Length: expected one");
+    if (!reader) return std::nullopt;
     bool is_too_large = false;
     const bool complete = (*reader)([&](const char* data, std::size_t size) {
       is_too_large = size > options_.max_body_bytes - body.size();
       if (!is_too_large) body.append(data, size);
       return !is_too_large;
     });
-    if (is_too_large) return too_large;
-    if (!complete || (!framing.chunked && body.size() != framing.length))
-      return http::Refusal{to.status == 413 ? 413 : 400, "the body is longer than allowed here, or incomplete"};
+    if (is_too_large) return too_large();
+    if (!complete) return problem(to.status == 413 ? 413 : 400, "the body is longer than the host allows, or incomplete");
     return std::nullopt;
   }
 
-  /// @param unread  whether the request's body may have bytes left on the connection, which can serve no other request then
-  static void refuse(const httplib::Request& from, httplib::Response& to, http::Refusal refusal, bool unread) {
+  /// Of a request whose body may have bytes left on the connection: that can serve no other request then.
+  static http::Response problem(int status, std::string detail) {
     http::Response response;
-    response.status = refusal.status;
+    response.status = status;
     response.fields.add("Content-Type", "application/problem+json");
-    response.set_body(http::to_json({refusal.status, std::move(refusal.reason)}));
-    response.close = unread;
-    respond(from, to, std::move(response));
+    response.set_body(http::to_json({status, std::move(detail)}));
+    response.close = true;
+    return response;
   }
 
   static void respond(const httplib::Request& from, httplib::Response& to, http::Response response) {
@@ -189,9 +197,10 @@ class Mount {
     const std::shared_ptr<const std::string> body = std::move(response.body);
     if (body && !body->empty() && http::may_have_body(response.status)) {
       // Not `to.body`: cpp-httplib may compress that, under the entity tag of what it was.
-      to.set_content_provider(body->size(), content_type, [body, close](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
-        return sink.write(body->data() + offset, length) && !close;  // false: cpp-httplib closes the connection
-      });
+      to.set_content_provider(
+          body->size(), content_type, [body, close](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+            return sink.write(body->data() + offset, length) && !close;  // false: cpp-httplib closes the connection
+          });
     } else if (close && from.method != "HEAD") {
       to.set_content_provider(content_type, [](std::size_t, httplib::DataSink&) { return false; });
     } else if (!content_type.empty()) {
@@ -202,11 +211,8 @@ class Mount {
   void stream(const httplib::Request& from, httplib::Response& to, Served served) {
     if (++*streams_ > options_.max_event_streams) {
       --*streams_;
-      http::Response response;
-      response.status = 503;
-      response.fields.add("Content-Type", "application/problem+json");
+      http::Response response = problem(503, "there are too many event streams");
       response.fields.add("Retry-After", "1");
-      response.set_body(http::to_json({503, "there are too many event streams"}));
       return respond(from, to, std::move(response));
     }
     const auto stream = std::make_shared<Stream>(streams_, std::move(*served.events));
@@ -241,7 +247,8 @@ class Mount {
       if (http::iequals(field.name, "Content-Type")) content_type = field.value;
       else if (!http::iequals(field.name, "Content-Length")) to.set_header(std::string(field.name), std::string(field.value));
     }
-    if (to.headers.find("Date") == to.headers.end()) to.set_header("Date", http::to_http_date(std::chrono::system_clock::now()));
+    if (to.headers.find("Date") == to.headers.end())
+      to.set_header("Date", http::to_http_date(std::chrono::system_clock::now()));
     if (response.close && to.headers.find("Connection") == to.headers.end()) to.set_header("Connection", "close");
     return content_type;
   }
@@ -276,15 +283,19 @@ inline void mount(httplib::Server& http_server, Server& server, std::string pref
   const bool is_root = prefix.empty();
   const auto mounted = std::make_shared<detail::Mount>(server, std::move(prefix), options);
   const std::string pattern = mounted->pattern();
-  const auto without_reader = [mounted](const httplib::Request& from, httplib::Response& to) { mounted->serve(from, to, nullptr); };
-  const auto with_reader = [mounted](const httplib::Request& from, httplib::Response& to, const httplib::ContentReader& reader) {
-    mounted->serve(from, to, &reader);
+  const auto without_reader = [mounted](const httplib::Request& from, httplib::Response& to) {
+    mounted->serve(from, to, nullptr);
   };
+  const auto with_reader = [mounted](const httplib::Request& from, httplib::Response& to,
+                                     const httplib::ContentReader& reader) { mounted->serve(from, to, &reader); };
   http_server.Get(pattern, without_reader);
   http_server.Options(pattern, without_reader);
   if (is_root) {
     // cpp-httplib prefers all handlers with a reader to those without, the host's.
-    http_server.Post(pattern, without_reader).Put(pattern, without_reader).Patch(pattern, without_reader).Delete(pattern, without_reader);
+    http_server.Post(pattern, without_reader)
+        .Put(pattern, without_reader)
+        .Patch(pattern, without_reader)
+        .Delete(pattern, without_reader);
   } else {
     http_server.Post(pattern, with_reader).Put(pattern, with_reader).Patch(pattern, with_reader).Delete(pattern, with_reader);
   }

@@ -57,8 +57,13 @@ bool Bases::accepts(const std::string& host) const { return std::find(hosts_.beg
 
 Result<std::size_t> Bases::of(const http::Request& request, const http::Target& target) {
   if (!public_base_.empty()) return std::size_t{0};
-  const std::string_view authority = target.absolute ? target.authority : request.find("Host").value_or(std::string_view());
-  if (authority.empty()) return std::size_t{0};  // HTTP/1.0 without Host: the listening address
+  std::string_view authority = target.absolute ? target.authority : request.find("Host").value_or(std::string_view());
+  std::string listening;
+  if (authority.empty()) {  // HTTP/1.0 without Host: the listening address
+    if (request.local_port == 0) return std::size_t{0};
+    listening = "127.0.0.1:" + std::to_string(request.local_port);
+    authority = listening;
+  }
   // The usual case first: a base that is known.
   const std::string_view start = scheme(request.secure);
   const std::size_t host_end = start.size() + authority.size();
@@ -100,7 +105,9 @@ std::string_view Bases::origin(std::size_t number) const {
 std::optional<std::string> Bases::path_of(std::string_view iri) const {
   std::string_view path;
   for (const std::string& base : bases_)
-    if (iri.size() > base.size() && iri.compare(0, base.size(), base) == 0 && iri[base.size()] == '/') path = iri.substr(base.size());
+    if (iri.size() > base.size() && iri.compare(0, base.size(), base) == 0 && iri[base.size()] == '/' &&
+        (path.empty() || iri.size() - base.size() < path.size()))  // the longest: one base can be a prefix of another
+      path = iri.substr(base.size());
   if (path.empty()) {
     const auto target = http::split_target(iri);
     if (!target || !target->absolute || !target->query.empty() || !accepts(std::string(target->authority))) return std::nullopt;

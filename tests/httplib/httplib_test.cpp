@@ -1,0 +1,4 @@
+#include <lrt/httplib.hpp>
+
+#include "tests/support/catch.hpp"
+#include "tests/support/httplib_host.hpp"
