@@ -372,3 +372,19 @@ TEST_CASE("a Responder on another thread answers a waiting guest", "[server][ser
     worker.join();
   }
 }
+
+TEST_CASE("a callback to the host's own port is refused: it would come back", "[server][serve][R0.13]") {
+  Options options;
+  options.engine.allowed_hosts = {"robot.example"};
+  options.engine.subscriptions.callbacks.allow = {"127.0.0.1", "localhost", "robot.example"};
+  Server server = make(Io::own_thread, false, std::move(options));
+  Thing thing{"arm"};
+  auto pushed = thing.property<int>("p");
+  server.add(std::move(thing)).value();
+  pushed.publish(1);
+  const auto order = [&](const std::string& url) { return status(server, "GET /arm/p\nUpgrade: callback\nCallback: " + url); };
+  CHECK(order("http://127.0.0.1:4711/arm/actions/turn") == 403);
+  CHECK(order("http://localhost:4711/") == 403);
+  CHECK(order("http://robot.example:4711/") == 403);
+  CHECK(order("http://127.0.0.1:9/receiver") == 201);
+}
