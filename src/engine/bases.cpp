@@ -18,7 +18,8 @@ std::string lower(std::string_view text) {
 std::string canonical_host(std::string_view authority, bool secure) {
   std::string host = lower(authority);
   const std::string_view port = secure ? ":443" : ":80";
-  if (host.size() > port.size() && host.compare(host.size() - port.size(), std::string::npos, port) == 0) host.resize(host.size() - port.size());
+  if (host.size() > port.size() && host.compare(host.size() - port.size(), std::string::npos, port) == 0)
+    host.resize(host.size() - port.size());
   if (!host.empty() && host.back() == ':') host.pop_back();
   return host;
 }
@@ -36,14 +37,16 @@ Bases::Bases(std::string public_base, std::vector<std::string> allowed_hosts)
 
 void Bases::listens_on(std::string_view address, std::uint16_t port, bool secure) {
   const std::string suffix = ":" + std::to_string(port);
-  const std::string numeric = address.find(':') == std::string_view::npos ? std::string(address) : "[" + std::string(address) + "]";
+  const std::string numeric =
+      address.find(':') == std::string_view::npos ? std::string(address) : "[" + std::string(address) + "]";
   port_ = port;
   hosts_.clear();
   const auto accept = [&](std::string_view host) {
     std::string canonical = canonical_host(host, secure);
     if (!accepts(canonical)) hosts_.push_back(std::move(canonical));
   };
-  for (const std::string& host : {numeric, std::string("localhost"), std::string("127.0.0.1"), std::string("[::1]")}) accept(host + suffix);
+  for (const std::string& host : {numeric, std::string("localhost"), std::string("127.0.0.1"), std::string("[::1]")})
+    accept(host + suffix);
   for (const std::string& named : allowed_) {
     const auto parsed = http::parse_host(named);
     accept(named + (parsed && !parsed->port ? suffix : ""));
@@ -55,10 +58,23 @@ void Bases::listens_on(std::string_view address, std::uint16_t port, bool secure
 
 bool Bases::accepts(const std::string& host) const { return std::find(hosts_.begin(), hosts_.end(), host) != hosts_.end(); }
 
+bool Bases::is_known_name(std::string_view host) const {
+  return is_loopback_name(host) ||
+         std::any_of(allowed_.begin(), allowed_.end(), [&](const std::string& named) { return http::iequals(named, host); });
+}
+
 Result<std::size_t> Bases::of(const http::Request& request, const http::Target& target) {
+  if (const std::uint16_t port = request.local_port;
+      port != 0 && std::find(guest_ports_.begin(), guest_ports_.end(), port) == guest_ports_.end())
+    guest_ports_.push_back(port);
   if (!public_base_.empty()) return std::size_t{0};
-  const std::string_view authority = target.absolute ? target.authority : request.find("Host").value_or(std::string_view());
-  if (authority.empty()) return std::size_t{0};  // HTTP/1.0 without Host: the listening address
+  std::string_view authority = target.absolute ? target.authority : request.find("Host").value_or(std::string_view());
+  std::string listening;
+  if (authority.empty()) {  // HTTP/1.0 without Host: the listening address
+    if (request.local_port == 0) return std::size_t{0};
+    listening = "127.0.0.1:" + std::to_string(request.local_port);
+    authority = listening;
+  }
   // The usual case first: a base that is known.
   const std::string_view start = scheme(request.secure);
   const std::size_t host_end = start.size() + authority.size();
@@ -74,8 +90,7 @@ Result<std::size_t> Bases::of(const http::Request& request, const http::Target& 
     // Behind a host's own HTTP server: its port instead of ours.
     const auto parsed = http::parse_host(host);
     const std::uint16_t port = parsed && parsed->port ? *parsed->port : request.secure ? 443 : 80;
-    const auto is_allowed = [&](const std::string& named) { return http::iequals(named, parsed->host); };
-    known = parsed && port == request.local_port && (is_loopback_name(parsed->host) || std::any_of(allowed_.begin(), allowed_.end(), is_allowed));
+    known = parsed && port == request.local_port && is_known_name(parsed->host);
   }
   if (!known) return unexpected(Errc::refused, "this server does not answer for the host \"" + host + "\"");
   return intern(std::string(start) + host + std::string(request.mount), true);
@@ -100,7 +115,9 @@ std::string_view Bases::origin(std::size_t number) const {
 std::optional<std::string> Bases::path_of(std::string_view iri) const {
   std::string_view path;
   for (const std::string& base : bases_)
-    if (iri.size() > base.size() && iri.compare(0, base.size(), base) == 0 && iri[base.size()] == '/') path = iri.substr(base.size());
+    if (iri.size() > base.size() && iri.compare(0, base.size(), base) == 0 && iri[base.size()] == '/' &&
+        (path.empty() || iri.size() - base.size() < path.size()))  // the longest: one base can be a prefix of another
+      path = iri.substr(base.size());
   if (path.empty()) {
     const auto target = http::split_target(iri);
     if (!target || !target->absolute || !target->query.empty() || !accepts(std::string(target->authority))) return std::nullopt;
@@ -112,7 +129,9 @@ std::optional<std::string> Bases::path_of(std::string_view iri) const {
 
 bool Bases::is_this_server(const subscription::CallbackUrl& url) const {
   const bool is_this_machine = url.host == "localhost" || url.host == "[::1]" || url.host.compare(0, 4, "127.") == 0;
-  return (is_this_machine && url.port == port_) || accepts(url.authority) || accepts(url.host + ":" + std::to_string(url.port));
+  const bool is_guest_port = std::find(guest_ports_.begin(), guest_ports_.end(), url.port) != guest_ports_.end();
+  return (is_this_machine && url.port == port_) || (is_guest_port && (is_this_machine || is_known_name(url.host))) ||
+         accepts(url.authority) || accepts(url.host + ":" + std::to_string(url.port));
 }
 
 }  // namespace lrt::engine

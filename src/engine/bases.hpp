@@ -41,6 +41,8 @@ class Bases {
 
  private:
   bool accepts(const std::string& host) const;
+  /// A name of this machine, or an allowed host.
+  bool is_known_name(std::string_view host) const;
 
   const std::string public_base_;
   const std::vector<std::string> allowed_;
@@ -48,6 +50,7 @@ class Bases {
   std::vector<bool> served_;        ///< of the same index
   std::vector<std::string> hosts_;  ///< accepted ones, in lower case, with the port unless it is the scheme's
   std::uint16_t port_ = 0;
+  std::vector<std::uint16_t> guest_ports_;  ///< of hosts' own HTTP servers that have handed requests over
 };
 
 }  // namespace lrt::engine

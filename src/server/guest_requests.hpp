@@ -20,7 +20,6 @@ class GuestRequests {
  public:
   void add(engine::Ticket ticket) { replies_.emplace(static_cast<std::uint64_t>(ticket), std::nullopt); }
   void add(engine::Channel channel) { channels_.emplace(static_cast<std::uint64_t>(channel), false); }
-  void remove(engine::Ticket ticket) { replies_.erase(static_cast<std::uint64_t>(ticket)); }
   void remove(engine::Channel channel) { channels_.erase(static_cast<std::uint64_t>(channel)); }
 
   /// Keeps a reply for the thread that waits for it. False: it belongs to the transport.

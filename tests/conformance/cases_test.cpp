@@ -20,6 +20,10 @@
 #include "tests/support/socket.hpp"
 #include "tests/support/tls_socket.hpp"
 
+#if LRT_HAS_HTTPLIB
+#include "tests/support/httplib_host.hpp"
+#endif
+
 using namespace lrt;
 using namespace lrt::test;
 
@@ -32,6 +36,8 @@ class Target {
   virtual Answer ask(const std::string& request) = 0;
   virtual std::string host() const = 0;
   virtual bool secure() const { return false; }
+  /// Of all paths of the robot.
+  virtual std::string prefix() const { return ""; }
   /// Runs what the robot's state change has left to be done.
   virtual void settle() = 0;
 
@@ -163,11 +169,53 @@ class SocketTarget final : public Target {
   std::unique_ptr<Socket> client_;
 };
 
+#if LRT_HAS_HTTPLIB
+/// Mounted into a cpp-httplib server, below a prefix.
+class HttplibTarget final : public Target {
+ public:
+  HttplibTarget() {
+    Options o = server_options(clock);
+    o.transport = transport::no_network;
+    server_ = std::make_unique<Server>(Server::create(std::move(o)).value());
+    server_->add(robot.arm()).value();
+    server_->add(robot.tool()).value();
+    host_ = std::make_unique<HttplibHost>([this](httplib::Server& http_server) { mount(http_server, *server_, prefix()); });
+  }
+  Answer ask(const std::string& text) override {
+    if (!client_) client_ = std::make_unique<Socket>(host_->port());
+    std::string request = text;
+    std::size_t path = request.find(' ') + 1;
+    if (request.compare(path, 7, "http://") == 0) path = request.find('/', path + 7);
+    if (request[path] == '/' && request.compare(path, prefix().size(), prefix()) != 0) request.insert(path, prefix());
+    Answer answer;
+    try {
+      answer = client_->ask(request, [this] { server_->poll(); });
+    } catch (...) {
+      client_.reset();  // the host's thread waits for it
+      throw;
+    }
+    if (answer.field("Connection") == "close") client_.reset();
+    settle();
+    return answer;
+  }
+  std::string host() const override { return "127.0.0.1:" + std::to_string(host_->port()); }
+  std::string prefix() const override { return "/robot"; }
+  void settle() override {
+    for (int i = 0; i < 3; ++i) server_->poll();
+  }
+
+ private:
+  std::unique_ptr<Server> server_;
+  std::unique_ptr<HttplibHost> host_;
+  std::unique_ptr<Socket> client_;
+};
+#endif
+
 /// Carries out a case and collects what was not as expected; one judgement for tests that assert and for counting.
 class Run {
  public:
   Run(Target& target, const Case& c) : target_(target), case_(c) {
-    words_["{host}"] = target.host(), words_["{base}"] = (target.secure() ? "https://" : "http://") + target.host();
+    words_["{host}"] = target.host(), words_["{base}"] = (target.secure() ? "https://" : "http://") + target.host() + target.prefix();
   }
 
   /// Empty if the case holds.
@@ -280,20 +328,44 @@ void run_cases(Make make, const std::map<std::string, std::string>& exceptions =
   }
 }
 
-void run_served_cases(const std::string& name, const std::map<std::string, std::string>& exceptions = {}) {
-  const auto transport = served(name);
-  if (!transport) WARN("not compiled in: " << name);
-  else run_cases([&] { return std::make_unique<SocketTarget>(*transport); }, exceptions);
+/// Makes targets of a row of the table in src/README.md; empty if it has not been compiled in.
+std::function<std::unique_ptr<Target>()> targets(const std::string& row) {
+#if LRT_HAS_HTTPLIB
+  if (row == "cpp-httplib") return [] { return std::make_unique<HttplibTarget>(); };
+#endif
+  if (const auto transport = served(row)) return [transport] { return std::make_unique<SocketTarget>(*transport); };
+  return {};
 }
 
 /// How many cases hold.
-std::size_t count_cases(const Served& transport) {
+std::size_t count_cases(const std::function<std::unique_ptr<Target>()>& make) {
   std::size_t passed = 0;
   for (const Case& c : cases()) {
-    SocketTarget target(transport);
-    passed += Run(target, c).all().empty() ? 1 : 0;
+    const auto target = make();
+    passed += Run(*target, c).all().empty() ? 1 : 0;
   }
   return passed;
+}
+
+void run_served_cases(const std::string& row, const std::map<std::string, std::string>& exceptions = {}) {
+  if (const auto make = targets(row)) run_cases(make, exceptions);
+  else WARN("not compiled in: " << row);
+}
+
+/// Whether each exception is needed.
+void check_exceptions(const std::string& row, std::map<std::string, std::string> exceptions) {
+  const auto make = targets(row);
+  if (!make) {
+    WARN("not compiled in: " << row);
+    return;
+  }
+  for (const Case& c : cases()) {
+    if (exceptions.erase(c.id) == 0) continue;
+    const auto target = make();
+    INFO(c.id);
+    CHECK(Run(*target, c).all() != "");
+  }
+  CHECK(exceptions.empty());
 }
 
 /// Rows of the Markdown table between these two lines, without its head; cells without white space around them.
@@ -339,19 +411,14 @@ TEST_CASE("the cases hold on libwebsockets over TLS", "[conformance][libwebsocke
   run_served_cases("libwebsockets over TLS", read_exceptions(LRT_SOURCE_DIR "/tests/conformance/libwebsockets.txt"));
 }
 TEST_CASE("the cases that libwebsockets cannot carry differ in fact", "[conformance][libwebsockets]") {
-  const auto transport = served("libwebsockets");
-  if (!transport) {
-    WARN("not compiled in: libwebsockets");
-    return;
-  }
-  auto exceptions = read_exceptions(LRT_SOURCE_DIR "/tests/conformance/libwebsockets.txt");
-  for (const Case& c : cases()) {
-    if (exceptions.erase(c.id) == 0) continue;
-    SocketTarget target(*transport);
-    INFO(c.id);
-    CHECK(Run(target, c).all() != "");
-  }
-  CHECK(exceptions.empty());
+  check_exceptions("libwebsockets", read_exceptions(LRT_SOURCE_DIR "/tests/conformance/libwebsockets.txt"));
+}
+
+TEST_CASE("the cases hold mounted in cpp-httplib", "[conformance][httplib]") {
+  run_served_cases("cpp-httplib", read_exceptions(LRT_SOURCE_DIR "/tests/conformance/cpp_httplib.txt"));
+}
+TEST_CASE("the cases that cpp-httplib cannot carry differ in fact", "[conformance][httplib]") {
+  check_exceptions("cpp-httplib", read_exceptions(LRT_SOURCE_DIR "/tests/conformance/cpp_httplib.txt"));
 }
 
 TEST_CASE("the table of transports in src/README.md is true", "[conformance][http][libwebsockets][own]") {
@@ -362,10 +429,10 @@ TEST_CASE("the table of transports in src/README.md is true", "[conformance][htt
     INFO(row[0] << ": " << row[1] << " of " << row[2]);
     CHECK(names.insert(row[0]).second);
     CHECK(row[2] == std::to_string(cases().size()));
-    if (const auto transport = served(row[0])) CHECK(row[1] == std::to_string(count_cases(*transport)));
+    if (const auto make = targets(row[0])) CHECK(row[1] == std::to_string(count_cases(make)));
     else WARN("not compiled in, so its row is not checked: " << row[0]);
   }
-  CHECK(names == std::set<std::string>{"http", "http over TLS", "libwebsockets", "libwebsockets over TLS", "a transport of one's own"});
+  CHECK(names == std::set<std::string>{"http", "http over TLS", "libwebsockets", "libwebsockets over TLS", "a transport of one's own", "cpp-httplib"});
 }
 
 TEST_CASE("patterns of fields", "[conformance]") {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include <lrt/transport/transport.hpp>
 
@@ -54,5 +55,8 @@ class Loopback final : public Transport {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// For Options::transport of a server without a port of its own, whose requests come from Server::serve().
+inline std::unique_ptr<Transport> no_network(TransportOptions options) { return std::make_unique<Loopback>(std::move(options)); }
 
 }  // namespace lrt::transport
