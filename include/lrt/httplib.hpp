@@ -18,6 +18,7 @@
 #include <lrt/http/problem.hpp>
 #include <lrt/http/request_parser.hpp>
 #include <lrt/server.hpp>
+#include <lrt/transport/transport.hpp>
 
 namespace lrt {
 
