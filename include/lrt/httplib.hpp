@@ -18,6 +18,7 @@
 #include <lrt/http/problem.hpp>
 #include <lrt/http/request_parser.hpp>
 #include <lrt/server.hpp>
+#include <lrt/transport/transport.hpp>
 
 namespace lrt {
 
@@ -223,6 +224,7 @@ class Mount {
         stream->written = SteadyClock::now();
         return sink.write(bytes.data(), bytes.size());
       };
+      if (sink.is_writable && !sink.is_writable()) return false;  // the client is gone
       const EventSource::Event event = stream->events.next(std::min(longest_wait, ping_interval));
       if (event.bytes) return write(*event.bytes);
       if (event.end) {

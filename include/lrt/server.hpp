@@ -132,7 +132,7 @@ class EventSource {
   EventSource(EventSource&& other) noexcept;
   EventSource& operator=(EventSource&& other) noexcept;
   ~EventSource();
-  /// Waits for the next event.
+  /// Waits for the next event, at most a day.
   Event next(std::chrono::milliseconds max_wait);
 
  private:

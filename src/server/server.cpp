@@ -265,7 +265,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     return std::move(reply.response);
   }
   std::optional<engine::Push> next_event(engine::Channel channel, std::chrono::milliseconds max_wait) {
-    const auto end = std::chrono::steady_clock::now() + max_wait;
+    const auto end = std::chrono::steady_clock::now() + std::min<std::chrono::milliseconds>(max_wait, std::chrono::hours(24));
     while (true) {
       if (stopping_) return closing_push();
       if (auto push = with_engine([&] { return engine_.next_push(channel, clock_.now()); })) return push;
