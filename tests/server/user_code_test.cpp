@@ -235,22 +235,30 @@ TEST_CASE("a lambda may call poll", "[server][user code][R0.5]") {
   CHECK(host.ask("GET /arm/pulled").status == 200);
 }
 
-TEST_CASE("a lambda on the I/O thread is not called within another one", "[server][user code][R0.5]") {
+TEST_CASE("user code on the I/O thread is not called within other user code of that thread", "[server][user code][R0.5]") {
   const Io io = GENERATE(Io::own_thread, Io::in_poll);
-  Host host(io, {}, "lambdas that share a mutex");
+  Host host(io, {}, "a lambda and a hook that share a mutex");
   std::mutex mutex;  // a second lock by the same thread hangs
-  Thing thing{"arm"};
-  thing.dispatch(Dispatch::io_thread);
-  const auto call = host.comes_and_goes("nested");
-  for (const char* name : {"a", "b", "c"})
-    thing.property(name, [&] {
+  std::atomic<bool> called{false};
+  std::vector<Responder> running;
+  Thing gripper{"gripper"};
+  gripper.dispatch(Dispatch::io_thread).action("hold", [&](Responder done) {
+    done.on_cancel([&] {
       const std::lock_guard lock(mutex);
-      call();
-      return 1;
+      called = true;
     });
-  host.server->add(std::move(thing)).value();
-  CHECK(host.ask("GET /arm/state").status == 200);
-  CHECK(host.added == 3);
+    running.push_back(std::move(done));
+  });
+  Thing arm{"arm"};
+  arm.dispatch(Dispatch::io_thread).property("pulled", [&] {
+    const std::lock_guard lock(mutex);
+    return host.server->remove("gripper") ? 1 : 2;
+  });
+  host.server->add(std::move(gripper)).value();
+  host.server->add(std::move(arm)).value();
+  REQUIRE(host.ask("POST /gripper/actions/hold\nPrefer: respond-async").status == 202);
+  CHECK(host.ask("GET /arm/pulled\nAccept: application/json").body == "1");
+  while (!called) host.server->poll();
 }
 
 TEST_CASE("an executor may call the server and run lambdas at once", "[server][user code][R0.5]") {

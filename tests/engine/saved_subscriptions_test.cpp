@@ -1,0 +1,119 @@
+#include "src/engine/saved_subscriptions.hpp"
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <lrt/thing.hpp>
+
+#include "src/engine/parts.hpp"
+#include "src/engine/resources/thing.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/fakes.hpp"
+
+using namespace lrt;
+using namespace lrt::test;
+using namespace lrt::engine;
+
+namespace {
+
+struct Saved {
+  explicit Saved(std::vector<std::string> allow = {"receiver.example"}) {
+    EngineOptions options;
+    options.clock = &clock;
+    options.ids = std::make_shared<FixedIds>();
+    options.subscriptions.callbacks.allow = std::move(allow);
+    options.log = [this](LogLevel, std::string_view line) { log.emplace_back(line); };
+    parts = std::make_unique<Parts>(std::move(options));
+  }
+  void add_arm() {
+    Thing thing{"arm"};
+    thing.property<double>("angle");
+    parts->add(std::move(thing)).value();
+    parts->saved.resume();
+  }
+  SubscriptionResource& subscribe(const std::string& id) {
+    SubscriptionRequest request;
+    request.observed = parts->registry.find("/arm/angle");
+    request.protocol = Protocol::callback;
+    request.url = "http://receiver.example/" + id;
+    request.secret = "secret of " + id;
+    request.policy.queue_length = 3;
+    return parts->subscriptions.make(std::move(request), 0, id, clock.now().utc);
+  }
+  FakeClock clock;
+  std::vector<std::string> log;
+  std::unique_ptr<Parts> parts;
+};
+
+}  // namespace
+
+TEST_CASE("callbacks are saved when they have changed, and only then", "[engine][R0.13]") {
+  Saved s;
+  s.add_arm();
+  CHECK_FALSE(s.parts->saved.take());
+  SubscriptionResource& made = s.subscribe("c1");
+  const auto text = s.parts->saved.take();
+  REQUIRE(text);
+  CHECK(text->find("http://receiver.example/c1") != std::string::npos);
+  CHECK(text->find("secret of c1") != std::string::npos);
+  CHECK_FALSE(s.parts->saved.take());
+  s.parts->subscriptions.end(made, 1000, {});
+  CHECK(s.parts->saved.take());
+}
+
+TEST_CASE("a restored callback waits for its resource and then goes on as it was", "[engine][R0.13]") {
+  Saved before;
+  before.add_arm();
+  before.subscribe("c1");
+  const std::string text = before.parts->saved.take().value();
+
+  Saved after;
+  after.parts->saved.restore(text).value();
+  CHECK(after.parts->subscriptions.callback_count() == 0);
+  CHECK(after.parts->registry.find("/arm/subscriptions/c1") == nullptr);
+  after.add_arm();
+  CHECK(after.parts->subscriptions.callback_count() == 1);
+  CHECK(after.parts->registry.find("/arm/subscriptions/c1") != nullptr);
+  CHECK(after.parts->saved.take() == text);
+}
+
+TEST_CASE("a callback whose resource does not come is not forgotten", "[engine][R0.13]") {
+  Saved before;
+  before.add_arm();
+  before.subscribe("c1");
+  const std::string text = before.parts->saved.take().value();
+  Saved after;
+  after.parts->saved.restore(text).value();
+  Thing other{"other"};
+  other.property<double>("angle");
+  after.parts->add(std::move(other)).value();
+  auto& unrelated = *after.parts->registry.find("/other/angle");
+  SubscriptionRequest request;
+  request.observed = &unrelated;
+  request.protocol = Protocol::callback;
+  request.url = "http://receiver.example/";
+  after.parts->subscriptions.make(std::move(request), 0, "c2", after.clock.now().utc);
+  CHECK(after.parts->saved.take()->find("http://receiver.example/c1") != std::string::npos);
+}
+
+TEST_CASE("a callback to a receiver that may not be called now waits, and the log says so", "[engine][R0.13]") {
+  Saved before;
+  before.add_arm();
+  before.subscribe("c1");
+  const std::string text = before.parts->saved.take().value();
+  Saved after({"other.example"});
+  after.parts->saved.restore(text).value();
+  after.add_arm();
+  CHECK(after.parts->subscriptions.callback_count() == 0);
+  REQUIRE(after.log.size() == 1);
+  CHECK(after.log[0].find("may not call receiver.example") != std::string::npos);
+}
+
+TEST_CASE("a text that is no Turtle restores nothing", "[engine][R0.13]") {
+  Saved s;
+  CHECK_FALSE(s.parts->saved.restore("this is no Turtle"));
+  CHECK(s.parts->saved.restore("").has_value());
+}
