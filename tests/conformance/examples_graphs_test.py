@@ -47,6 +47,10 @@ class Lesson(Program):
         super().__init__(path, "--serve", "0")
 
 
+class Mounted(Program):
+    url_pattern = r"https?://[^/\s]+/robot/"
+
+
 def start(path, folder):
     name = os.path.basename(path)
     if name == "baxter":
@@ -57,6 +61,8 @@ def start(path, folder):
         print("ex_ros_node has no joints, for there is no master")
     if name in ("ex_own_transport", "ex_lws_host", "ex_ros_node", "ex_urdf_robot"):
         return Program(path, "--port", "0")
+    if name == "ex_httplib_host":
+        return Mounted(path, "0")
     assert re.match(r"t\d\d_", name), f"how is {name} started?"
     return Lesson(path)
 

@@ -14,7 +14,7 @@ const text = (name) => readFileSync(join(dir, name), 'utf8');
 const contextIri = 'http://localhost/ns/context.jsonld';
 const context = JSON.parse(text('context.jsonld'));
 const documentLoader = async (url) => {
-  if (new URL(url).pathname !== '/ns/context.jsonld') throw new Error('not to be fetched: ' + url);
+  if (!new URL(url).pathname.endsWith('/ns/context.jsonld')) throw new Error('not to be fetched: ' + url);
   return {contextUrl: null, documentUrl: url, document: context};
 };
 const options = {documentLoader, safe: false};

@@ -147,13 +147,15 @@ class Program:
 
     ends_with = (0,)  # after SIGTERM
 
+    url_pattern = r"https?://[^/\s]+/"  # in the line that says where it listens
+
     def __init__(self, *command):
         self.name = os.path.basename(command[0])
         self.log = tempfile.TemporaryFile("w+")
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self.log, text=True)
         ready, _, _ = select.select([self.process.stdout], [], [], PATIENCE)
         line = self.process.stdout.readline() if ready else ""
-        match = re.search(r"https?://[^/\s]+/", line)
+        match = re.search(self.url_pattern, line)
         assert match, f"{self.name} did not start: {line!r} {self.said()}"
         self.url = match.group()
         self.port = urllib.parse.urlsplit(self.url).port
