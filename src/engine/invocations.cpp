@@ -136,14 +136,19 @@ void Invocations::finished(InvocationResource& invocation, Result<rdf::Value> re
   ended(invocation, now);
 }
 
+/// The start lambda does not begin if it has not begun; else its on_cancel function runs.
+void Invocations::cancel_on_host(InvocationResource& invocation) {
+  if (invocation.token) invocation.token->cancel();
+  auto hook = invocation.control->cancel();
+  if (!hook) return;
+  calls_.run(invocation.thing->where(), [hook = std::move(hook)]() mutable {
+    (void)guarded<void>([&]() -> Result<void> { return hook(), Result<void>(); });
+  });
+}
+
 void Invocations::cancel(InvocationResource& invocation, TimePoint now) {
   leave_queue(invocation);
-  if (invocation.token) invocation.token->cancel();
-  if (auto hook = invocation.control->cancel()) {
-    calls_.run(invocation.thing->where(), [hook = std::move(hook)]() mutable {
-      (void)guarded<void>([&]() -> Result<void> { return hook(), Result<void>(); });
-    });
-  }
+  cancel_on_host(invocation);
   invocation.progress = invocation.control->fraction();
   invocation.status = Status::cancelled;
   invocation.result = unexpected(Errc::cancelled, "the invocation was cancelled");
@@ -293,14 +298,7 @@ void Invocations::removed(ActionResource& action, TimePoint now) {
     for (const Ticket ticket : std::exchange(i->waiting, {}))
       if (const Context* context = pending_.resume(ticket, now)) pending_.respond(ticket, responses_.gone(*context));
     start_deadlines_.clear(i->start_deadline);
-    if (!i->finished()) {
-      if (i->token) i->token->cancel();
-      if (auto hook = i->control->cancel()) {
-        calls_.run(action.thing->where(), [hook = std::move(hook)]() mutable {
-          (void)guarded<void>([&]() -> Result<void> { return hook(), Result<void>(); });
-        });
-      }
-    }
+    if (!i->finished()) cancel_on_host(*i);
     registry_.remove(*i);
   }
 }

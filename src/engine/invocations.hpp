@@ -48,6 +48,7 @@ class Invocations {
   void launch(InvocationResource& invocation, TimePoint now);
   void started(InvocationResource& invocation, TimePoint now);
   void finished(InvocationResource& invocation, Result<rdf::Value> result, TimePoint now);
+  void cancel_on_host(InvocationResource& invocation);
   void cancel(InvocationResource& invocation, TimePoint now);
   void never_begun(InvocationResource& invocation, TimePoint now);
   void ended(InvocationResource& invocation, TimePoint now);
