@@ -141,7 +141,7 @@ void PropertyValues::take_published(PropertyResource& property) {
   for (int left = slot->keeps() ? max_samples_at_once : 1; left > 0 && slot->take(sample.value, sample.since); --left) {
     if (!slot->every_sample() && rdf::same(sample.value, property.value)) continue;  // SPEC 3.8
     sample.whole = slot->whole();
-    apply(property, std::exchange(sample, {}));
+    set(property, std::exchange(sample, {}));
   }
 }
 
@@ -200,7 +200,7 @@ void PropertyValues::take(PropertyResource& property, std::vector<std::size_t> e
           return end(*p, failed, now);
         }
         for (Sample& sample : *samples)
-          if (p->spec->slot->every_sample() || !rdf::same(sample.value, p->value)) apply(*p, std::move(sample));
+          if (p->spec->slot->every_sample() || !rdf::same(sample.value, p->value)) set(*p, std::move(sample));
         encode(*p, std::nullopt, wanted_encoders(*p));
       });
 }
@@ -213,7 +213,7 @@ void PropertyValues::encode(PropertyResource& property, std::optional<Sample> sa
                                   [&](std::size_t i) { return property.encodings.size() > i && property.encodings[i].made; }),
                    encoders.end());
   if (encoders.empty()) {
-    if (sample) apply(property, *std::move(sample));
+    if (sample) set(property, *std::move(sample));
     return end(property, {}, clock_.now());
   }
   const std::shared_ptr<const void> whole = sample ? sample->whole : property.whole;
@@ -232,7 +232,7 @@ void PropertyValues::encode(PropertyResource& property, std::optional<Sample> sa
         }
         if (sample) {
           sample->encodings = *std::move(encodings);
-          apply(*p, *std::move(sample));
+          set(*p, *std::move(sample));
         } else {
           p->encodings.resize(p->spec->representations.size());
           for (std::size_t i = 0; i < encodings->size(); ++i)
@@ -252,9 +252,7 @@ void PropertyValues::end(PropertyResource& property, const Result<void>& result,
   for (auto& w : waiters) w.done(result, now);
 }
 
-void PropertyValues::set(PropertyResource& property, Sample sample) { apply(property, std::move(sample)); }
-
-void PropertyValues::apply(PropertyResource& property, Sample sample) {
+void PropertyValues::set(PropertyResource& property, Sample sample) {
   const bool promised = property.promises_triples();
   property.value = std::move(sample.value);
   property.whole = std::move(sample.whole);

@@ -79,7 +79,7 @@ class PropertyValues {
   void refresh_observed(PropertyResource& property);
   /// Takes over a published value if that needs no user code.
   void take_published(PropertyResource& property);
-  /// A client has written this value.
+  /// Gives the property a value, of the robot or written by a client, and notifies its observers.
   void set(PropertyResource& property, Sample sample);
   /// The property is removed: all waiters get Errc::closed.
   void cancel(PropertyResource& property, TimePoint now);
@@ -93,7 +93,6 @@ class PropertyValues {
   void take(PropertyResource& property, std::vector<std::size_t> encoders);
   void encode(PropertyResource& property, std::optional<Sample> sample, std::vector<std::size_t> encoders);
   void end(PropertyResource& property, const Result<void>& result, TimePoint now);
-  void apply(PropertyResource& property, Sample sample);
 
   HostCalls& calls_;
   Registry& registry_;
