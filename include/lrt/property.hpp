@@ -120,8 +120,8 @@ class Property {
   /// present value. A value with rows of different lengths has no octets.
   ///
   /// PUT accepts octets if at most one length of the type is free: a MatrixXd cannot be written in octets, because they do not contain the
-  /// number of columns. engine::EngineOptions::max_body_triples and max_list_members limit the numbers in a body. If a value has more numbers than
-  /// engine::EngineOptions::max_value_members, its RDF describes the octets instead of the numbers.
+  /// number of columns. Limits::max_body_triples and max_list_members limit the numbers in a body. If a value has more numbers than
+  /// Limits::max_value_members, its RDF describes the octets instead of the numbers.
   /// @par Errors  invalid_option, for other types: by Server::add
   Property& octets() {
     return edit([](auto& s) { s.octets = true; });

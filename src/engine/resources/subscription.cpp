@@ -24,7 +24,7 @@ std::string receiver_of(const std::string& url) {
 // ---------------------------------------------------------------------------------------------------------- subscription
 
 SubscriptionResource::SubscriptionResource(std::string its_path, std::string its_id, Channel its_channel, SubscriptionRequest request,
-                                           std::size_t its_base, Utc at, Subscriptions& owner, const subscription::SubscriptionOptions& options,
+                                           std::size_t its_base, Utc at, Subscriptions& owner, const EngineOptions& options,
                                            std::size_t& queued_bytes)
     : Resource(std::move(its_path), request.observed->thing),
       subscription_id(std::move(its_id)),
@@ -37,7 +37,7 @@ SubscriptionResource::SubscriptionResource(std::string its_path, std::string its
       receiver(receiver_of(request.url)),
       secret(std::move(request.secret)),
       created(at),
-      backlog(request.policy, options.max_queue_bytes, options.max_total_queue_bytes, queued_bytes),
+      backlog(request.policy, options.subscriptions.max_queue_bytes, options.subscriptions.max_total_queue_bytes, queued_bytes),
       retry(options.callbacks),
       owner_(owner) {}
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <lrt/engine/engine.hpp>
 #include <lrt/subscription/channel.hpp>
-#include <lrt/subscription/options.hpp>
 
 #include "src/engine/deadline_queue.hpp"
 #include "src/engine/resource.hpp"
@@ -35,7 +35,7 @@ struct SubscriptionRequest {
 class SubscriptionResource final : public Resource, public Observer {
  public:
   SubscriptionResource(std::string path, std::string id, Channel its_channel, SubscriptionRequest request, std::size_t its_base, Utc at,
-                       Subscriptions& owner, const subscription::SubscriptionOptions& options, std::size_t& queued_bytes);
+                       Subscriptions& owner, const EngineOptions& options, std::size_t& queued_bytes);
 
   Methods methods() const noexcept override;
   /// DELETE cancels. With If-Match it is cancelled only if its counters have not moved (R0.11).

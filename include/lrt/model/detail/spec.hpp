@@ -26,7 +26,7 @@ enum class Dispatch : std::uint8_t {
   as_server,   ///< as the server does (the default of a Thing)
   in_poll,     ///< inside Server::poll, on the host's thread (the default of a server): robot code needs no locks
   io_thread,   ///< on the I/O thread: shortest response time; for fast, thread-safe code
-  executor,    ///< passed to Options::executor
+  executor,    ///< passed to Threads::executor
 };
 
 /// What happens to an invocation while another one of the same action is pending or running.
