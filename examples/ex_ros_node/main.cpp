@@ -58,7 +58,7 @@ class LinkedJoints {
         states_(node_.subscribe("joint_states", 16, &LinkedJoints::take, this)) {}
 
  private:
-  using Joint = std::vector<std::pair<const Part*, lrt::Property<double>>>;
+  using Joint = std::vector<std::pair<const Part*, lrt::PushedProperty<double>>>;
 
   /// Called by ros::spin(). publish() does not wait.
   void take(const JointState& state) {

@@ -165,7 +165,7 @@ class Resource {
   virtual bool observable() const noexcept { return false; }
   /// Its changes overtake those of others: commands before telemetry.
   virtual bool is_urgent() const noexcept { return false; }
-  /// Subscribers with a queue get each of its values, not only the newest at each scan (Property::keep).
+  /// Subscribers with a queue get each of its values, not only the newest at each scan (PushedProperty::keep).
   virtual bool keeps_values() const noexcept { return false; }
   /// Called with the first observer, and when the last one has left.
   virtual void set_observed(bool observed, ChangeScanner& scanner) { (void)observed, (void)scanner; }

@@ -83,7 +83,7 @@ int main(int argc, char** argv) {
   std::signal(SIGTERM, [](int) { ended = 1; });
 
   std::optional<lrt::Server> server;
-  std::vector<lrt::Property<double>> properties;
+  std::vector<lrt::PushedProperty<double>> properties;
   double target = 0;
   if (!without) {
     server = lrt::Server::create(std::move(options)).value();

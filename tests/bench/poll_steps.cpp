@@ -190,7 +190,7 @@ int main(int argc, char** argv) {
 
   {
     Bench bench(options(), budget);
-    std::vector<lrt::Property<double>> published;
+    std::vector<lrt::PushedProperty<double>> published;
     const auto add = [&](const std::string& path) {
       lrt::Thing thing{path};
       for (int i = 1; i <= 40; ++i) {

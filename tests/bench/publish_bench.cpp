@@ -110,7 +110,7 @@ int main(int argc, char** argv) {
   options.subscriptions.always_scan = argc > 1 && std::string(argv[1]) == "--tick";
   lrt::Server server = lrt::Server::create(options).value();
   lrt::Thing arm{"arm"};
-  std::vector<lrt::Property<double>> properties;
+  std::vector<lrt::PushedProperty<double>> properties;
   for (std::size_t i = 0; i < property_count; ++i) properties.push_back(arm.property<double>("p" + std::to_string(i)));
   for (auto& p : properties) p.publish(0);
   server.add(std::move(arm)).value();

@@ -50,7 +50,7 @@ struct Camera {
   }
   Answer get(const std::string& accept, const std::string& fields = {}) { return bench.ask("GET /head/image\nAccept: " + accept + "\n" + fields); }
   int encoded = 0;
-  std::optional<Property<Frame>> image;
+  std::optional<PushedProperty<Frame>> image;
   Bench bench;
 };
 

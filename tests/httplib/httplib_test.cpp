@@ -106,7 +106,7 @@ struct Robot {
 
   std::string name = "first";
   int counted = 0;
-  std::optional<Property<double>> angle;
+  std::optional<PushedProperty<double>> angle;
   std::unique_ptr<Server> server;
   std::unique_ptr<HttplibHost> host;
 };

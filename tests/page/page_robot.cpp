@@ -95,7 +95,7 @@ class Camera {
                                                                  "' height='60'><rect width='" + width + "' height='60' fill='#0a6e83'/></svg>")});
   }
   unsigned number_ = 0;
-  std::optional<lrt::Property<Picture>> image_;
+  std::optional<lrt::PushedProperty<Picture>> image_;
 };
 
 /// What an importer of robot descriptions makes of three revolute joints and a prismatic one, each half a metre above the last.
@@ -143,7 +143,7 @@ class Gantry {
     return thing;
   }
   std::array<double, 4> positions_{};
-  std::optional<lrt::Property<std::vector<double>>> all_;
+  std::optional<lrt::PushedProperty<std::vector<double>>> all_;
 };
 
 }  // namespace

@@ -131,8 +131,8 @@ struct Arm {
   }
   std::size_t subscriptions() { return ask("GET /arm/subscriptions").linked("related").size(); }
   std::optional<Server> server;
-  std::optional<Property<double>> angle;
-  std::optional<Property<std::string>> name;
+  std::optional<PushedProperty<double>> angle;
+  std::optional<PushedProperty<std::string>> name;
   int reads = 0;
 };
 

@@ -61,7 +61,7 @@ struct Joint {
   double angle = 1.5;
   int reads = 0;
   std::function<void()> act;
-  std::optional<Property<double>> temperature;
+  std::optional<PushedProperty<double>> temperature;
 };
 
 constexpr const char* new_angle = "\nContent-Type: text/turtle\n\n<> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> 2.5e0 .";

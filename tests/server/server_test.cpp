@@ -352,7 +352,7 @@ TEST_CASE("stop responds 503 to requests in flight, or closes", "[server][R0.6]"
 TEST_CASE("destruction with requests in flight, responders kept, and things published is clean", "[server]") {
   for (const Io io : all_io) {
     std::optional<Responder> kept;
-    std::optional<Property<double>> pushed;
+    std::optional<PushedProperty<double>> pushed;
     {
       Server server = make(any_port(io));
       Thing thing{"arm"};

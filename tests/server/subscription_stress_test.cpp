@@ -231,8 +231,8 @@ class Scene {
   Server server;
 
  private:
-  std::optional<Property<double>> x_;
-  std::optional<Property<std::string>> y_;
+  std::optional<PushedProperty<double>> x_;
+  std::optional<PushedProperty<std::string>> y_;
   std::atomic<int> pulled_{0};
   mutable std::mutex mutex_;
   std::vector<std::string> failures_;

@@ -46,7 +46,7 @@ struct Limits {
   std::size_t max_cache_bytes = 32 * 1024 * 1024;      ///< of representations that are kept; least recently used ones go first
   std::size_t max_link_bytes = 8 * 1024;               ///< of Link fields in one response (R0.9)
   /// Numbers, texts and so on of a resource in RDF. A value with more is available in JSON or CBOR, and its RDF is 406. If it has octets
-  /// (Property::octets), the RDF describes those instead of each number.
+  /// (octets() of a property), the RDF describes those instead of each number.
   std::size_t max_value_members = 100'000;
   std::size_t max_rdf_xml_triples = 5'000;             ///< of a representation in RDF/XML, 20 us each; more: 406
   std::size_t max_body_triples = 10'000;               ///< of a request body; more: 413

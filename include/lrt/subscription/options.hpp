@@ -36,7 +36,7 @@ struct SubscriptionOptions {
   std::size_t default_queue_length = 64;  ///< for actions and invocations, if the client requests no length
   std::size_t max_queue_bytes = 256 * 1024;               ///< queued for one subscriber; beyond: the oldest are dropped
   std::size_t max_total_queue_bytes = 32 * 1024 * 1024;   ///< queued for all subscribers; beyond: each queue keeps one notification
-  /// Default of Property::sample: the period at which observed pulled properties are read. 0: only after Property::changed().
+  /// Default of PulledProperty::sample: the period at which observed pulled properties are read. 0: only after PulledProperty::changed().
   std::chrono::milliseconds sample_period{100};
   /// While observed properties are being published, the engine scans them for changes at this period, and publish() makes no system call. If
   /// a scan takes long, the period is extended: scans take at most a fifth of the time.

@@ -41,7 +41,7 @@ rdf::Type invocation_record(const model::ActionSpec& action) {
   field("progress", rdf::traits<double>::type());
   for (const char* time : {"created", "startedAtTime", "endedAtTime"}) field(time, rdf::traits<Utc>::type());
   field("error", rdf::traits<std::string>::type());
-  if (action.input) field("input", *action.input, action.input_facets);
+  if (action.input) field("input", *action.input, action.facets);
   if (action.output) field("result", *action.output, action.output_facets);
   return record;
 }
@@ -79,7 +79,7 @@ void InvocationResource::describe(const Description& d) const {
     rdf::write_value(d.graph, node, type, facets, value, names);
   };
   const model::ActionSpec& spec = *action.spec;
-  if (spec.input && !input.is_null()) part(vocab::lrt::input, "#input", *spec.input, spec.input_facets, input);
+  if (spec.input && !input.is_null()) part(vocab::lrt::input, "#input", *spec.input, spec.facets, input);
   if (status == Status::failed) about.add(vocab::lrt::error, rdf::literal(result.error().message));
   if (status == Status::succeeded && spec.output && !result->is_null())
     part(vocab::lrt::result, "#result", *spec.output, spec.output_facets, *result);
@@ -151,7 +151,7 @@ void ActionResource::describe(const Description& d) const {
   const auto shape = [&](const std::string& name, const rdf::Type* type, const rdf::Facets& facets) {
     if (type) describe_shape(d.graph, *thing, d.base, name, *type, facets);
   };
-  shape(input_shape(), spec->input, spec->input_facets);
+  shape(input_shape(), spec->input, spec->facets);
   shape(output_shape(), spec->output, spec->output_facets);
 }
 

@@ -102,7 +102,7 @@ void BlueprintResource::describe(const Description& d) const {
     if (p->promises_triples()) About(d.graph, self + "#" + p->spec->path).link(vocab::sh::targetNode, d.base + p->path);
   }
   for (const auto& a : node.actions) {
-    generate(a->input_shape(), a->spec->input, a->spec->input_facets);
+    generate(a->input_shape(), a->spec->input, a->spec->facets);
     generate(a->output_shape(), a->spec->output, a->spec->output_facets);
   }
   for (const auto& c : node.collections) generate(c->spec->path, c->spec->type, c->spec->facets);
