@@ -140,7 +140,7 @@ TEST_CASE("an asynchronous action responds 204 at once, and its invocation has t
   a.open[0].progress(std::nan(""));
   a.open[0].progress(-1);
   CHECK(missing(a.bench.get("/arm/actions/act/i1"), "<arm/actions/act/i1> lrt:progress \"0\"^^xsd:double .") == "");
-  std::move(a.open[0]).succeed();
+  a.open[0].succeed();
   CHECK(missing(a.bench.get("/arm/actions/act/i1"),
                 "<arm/actions/act/i1> lrt:status lrt:succeeded ; lrt:progress \"1\"^^xsd:double ; prov:startedAtTime"
                 " \"2026-11-21T10:38:39.000000Z\"^^xsd:dateTime ; prov:endedAtTime \"2026-11-21T10:38:40.000000Z\"^^xsd:dateTime .") == "");
@@ -149,7 +149,7 @@ TEST_CASE("an asynchronous action responds 204 at once, and its invocation has t
 TEST_CASE("an asynchronous action that fails says why", "[engine][R0.6]") {
   Acting a;
   a.post();
-  std::move(a.open[0]).fail("it slipped");
+  a.open[0].fail("it slipped");
   CHECK(missing(a.bench.get("/arm/actions/act/i1"), "<arm/actions/act/i1> lrt:status lrt:failed ; lrt:error \"it slipped\" .") == "");
   a.open.clear();
   CHECK(a.status("i1") == "failed");
@@ -180,7 +180,7 @@ TEST_CASE("assigning over a Responder drops the old one", "[engine][R0.6]") {
   a.open[0] = std::move(a.open[1]);
   CHECK(a.status("i1") == "failed");
   CHECK(a.status("i2") == "running");
-  std::move(a.open[0]).succeed();
+  a.open[0].succeed();
   CHECK(a.status("i2") == "succeeded");
 }
 
@@ -195,7 +195,7 @@ TEST_CASE("an action that throws after it has moved its Responder fails, and the
   bench.add(std::move(thing));
   CHECK(bench.ask("POST /arm/actions/act\nPrefer: wait=10").status == 500);
   CHECK(missing(bench.get("/arm/actions/act/i1"), "<arm/actions/act/i1> lrt:status lrt:failed ; lrt:error \"it threw: too late\" .") == "");
-  std::move(*kept).succeed();
+  kept->succeed();
   CHECK(missing(bench.get("/arm/actions/act/i1"), "<arm/actions/act/i1> lrt:status lrt:failed .") == "");
 }
 
@@ -208,7 +208,7 @@ TEST_CASE("a Responder works from any thread, and outlives its engine", "[engine
     a.bench.run();
     std::thread other([&] {
       a.open[0].progress(0.5);
-      std::move(a.open[0]).succeed();
+      a.open[0].succeed();
     });
     other.join();
     CHECK(a.bench.answer(waiting)->status == 204);
@@ -216,7 +216,7 @@ TEST_CASE("a Responder works from any thread, and outlives its engine", "[engine
   }
   CHECK_FALSE(late->cancelled());
   late->progress(0.5);
-  std::thread other([&] { std::move(*late).succeed(); });
+  std::thread other([&] { late->succeed(); });
   other.join();
 }
 
@@ -241,7 +241,7 @@ TEST_CASE("Prefer: wait= waits for the end, or responds 202 when the time is ove
   const auto second = a.bench.send("POST /arm/actions/act\nPrefer: respond-async, wait=5");
   a.bench.run();
   CHECK_FALSE(a.bench.answer(first));
-  std::move(a.open[0]).succeed();
+  a.open[0].succeed();
   CHECK(a.bench.answer(first)->status == 204);
   CHECK(a.bench.answer(first)->field("Preference-Applied") == "wait=5");
   a.bench.clock.advance(std::chrono::milliseconds(4999));
@@ -282,7 +282,7 @@ TEST_CASE("policy preempt: a newer invocation cancels the older one", "[engine][
   CHECK(a.cancels == 1);
   CHECK(a.open[0].cancelled());
   CHECK_FALSE(a.open[1].cancelled());
-  std::move(a.open[0]).succeed();  // no effect
+  a.open[0].succeed();  // no effect
   CHECK(a.status("i1") == "cancelled");
   CHECK(a.status("i2") == "running");
   // One that has not begun never begins.
@@ -308,13 +308,13 @@ TEST_CASE("policy queue: one after the other, and 429 when the queue is full", "
   const Answer full = a.post();
   CHECK(full.status == 429);
   CHECK(full.has("Retry-After"));
-  std::move(a.open[0]).succeed();
+  a.open[0].succeed();
   a.bench.run();
   CHECK(a.open.size() == 2);
   CHECK(a.status("i2") == "running");
   CHECK(a.bench.ask("DELETE /arm/actions/act/i3").status == 204);  // waits in the queue
   CHECK(a.status("i3") == "cancelled");
-  std::move(a.open[1]).fail("x");
+  a.open[1].fail("x");
   a.bench.run();
   CHECK(a.open.size() == 2);
   CHECK(a.post().status == 204);
@@ -325,7 +325,7 @@ TEST_CASE("policy reject: 409 while one is under way", "[engine][R0.6]") {
   Acting a(ActionPolicy::reject());
   CHECK(a.post().status == 204);
   CHECK(a.post().status == 409);
-  std::move(a.open[0]).succeed();
+  a.open[0].succeed();
   CHECK(a.post().status == 204);
   CHECK(a.open.size() == 2);
 }
@@ -336,7 +336,7 @@ TEST_CASE("policy parallel: as many as it says at once, then 429", "[engine][R0.
   CHECK(a.post().status == 204);
   CHECK(a.post().status == 429);
   CHECK(a.open.size() == 2);
-  std::move(a.open[1]).succeed();
+  a.open[1].succeed();
   CHECK(a.post().status == 204);
 }
 
@@ -427,7 +427,7 @@ TEST_CASE("a client that leaves does not stop its invocation", "[engine][R0.8]")
   const auto sent = a.bench.send("POST /arm/actions/act\nPrefer: wait=100");
   a.bench.run();
   a.bench.engine.abandon(*sent.ticket);
-  std::move(a.open[0]).succeed();
+  a.open[0].succeed();
   a.bench.collect();
   CHECK(a.status("i1") == "succeeded");
 }

@@ -23,7 +23,7 @@ struct Counting {
     thing.action("sync", [this] { ++commands; });
     thing.action("async", [this](Responder done) {
       ++commands;
-      std::move(done).succeed();
+      done.succeed();
     });
     thing.collection<int>("c").on_create([this](int) { ++creates; }).on_remove([this](const std::string&) { ++removes; });
     bench.add(std::move(thing));

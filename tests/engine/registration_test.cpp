@@ -216,6 +216,6 @@ TEST_CASE("removing a thing cancels what it is doing", "[engine][R0.5]") {
   bench.run();
   CHECK(robot.grips[0].cancelled());
   CHECK(robot.stops == std::vector<std::string>{"grip 0"});
-  std::move(robot.grips[0]).succeed();
+  robot.grips[0].succeed();
   bench.collect();
 }
