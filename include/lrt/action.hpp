@@ -21,6 +21,9 @@ class Action {
   Action& produces(const rdf::Facets& f) { return edit([&](auto& s) { s.output_facets = f; }); }
   /// What happens to an invocation while another one is pending or running. Default: queue(16).
   Action& policy(ActionPolicy p) { return edit([&](auto& s) { s.policy = p; }); }
+  /// Where the lambda and its on_cancel hook run. Default: as the thing's lambdas. With Dispatch::io_thread a command does not wait for
+  /// Server::poll: an emergency stop that sets an atomic flag works while the host is busy.
+  Action& dispatch(Dispatch where) { return edit([&](auto& s) { s.dispatch = where; }); }
   /// A domain predicate from the thing to this action, in addition to hybrit:action (R1.10).
   Action& predicate(Iri p) { return edit([&](auto& s) { s.predicates.emplace_back(p.text); }); }
   /// A further rdf:type (R1.4).

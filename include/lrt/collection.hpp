@@ -36,6 +36,8 @@ class Collection {
       };
     return *this;
   }
+  /// Where `create` and `remove` run. Default: as the thing's lambdas.
+  Collection& dispatch(Dispatch where) { return edit([&](auto& s) { s.dispatch = where; }); }
   Collection& facets(const rdf::Facets& f) { return edit([&](auto& s) { s.facets = f; }); }
   /// Limits the number of members. A POST beyond it is answered 409. Default: 1000.
   Collection& max_members(std::size_t n) { return edit([&](auto& s) { s.max_members = n; }); }

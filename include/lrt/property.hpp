@@ -39,7 +39,7 @@ class Property {
 
   /// Makes the property writable: PUT calls `write(T)`, which returns void or Result<void>. An error is answered 409. A following GET
   /// shows the written value until the robot publishes again.
-  /// @par Threads  `write` runs where the thing's Dispatch says.
+  /// @par Threads  `write` runs where dispatch() says.
   /// @par Implements  R0.5
   template <class F>
   Property& on_write(F write) {
@@ -57,6 +57,9 @@ class Property {
       };
     return *this;
   }
+
+  /// Where `read` and `write` run. Default: as the thing's lambdas.
+  Property& dispatch(Dispatch where) { return edit([&](auto& s) { s.dispatch = where; }); }
 
   /// The unit of the numbers. Values are never converted.
   Property& unit(const Unit& u) { return edit([&](auto& s) { s.facets.unit(u); }); }

@@ -99,13 +99,13 @@ std::optional<http::Response> Invocations::refused_by_policy(const ActionResourc
   return std::nullopt;
 }
 
-/// Calls the start lambda where the Thing's lambdas run.
+/// Calls the start lambda where it is to run.
 void Invocations::launch(InvocationResource& invocation, TimePoint now) {
   ActionResource& action = invocation.action;
   ++action.active;
   start_deadlines_.set(invocation.start_deadline, now.steady + options_.host_timeout, invocation.id);
   invocation.token = std::make_shared<CancelToken>();
-  calls_.run(action.thing->where(), [this, ref = Ref(invocation), inbox = calls_.inbox(), spec = action.spec, control = invocation.control,
+  calls_.run(action.thing->where(*action.spec), [this, ref = Ref(invocation), inbox = calls_.inbox(), spec = action.spec, control = invocation.control,
                                      token = invocation.token, input = invocation.input]() mutable {
     if (!token->take()) return;
     inbox->put([this, ref](TimePoint at) {
@@ -141,7 +141,7 @@ void Invocations::cancel_on_host(InvocationResource& invocation) {
   if (invocation.token) invocation.token->cancel();
   auto hook = invocation.control->cancel();
   if (!hook) return;
-  calls_.run(invocation.thing->where(), [hook = std::move(hook)]() mutable {
+  calls_.run(invocation.thing->where(*invocation.action.spec), [hook = std::move(hook)]() mutable {
     (void)guarded<void>([&]() -> Result<void> { return hook(), Result<void>(); });
   });
 }
