@@ -18,8 +18,8 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
     auto read = bodies_.read_value(context, *action.spec->input, action.spec->input_facets);
     if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
     input = std::move(std::get<rdf::Value>(read));
-  } else {
-    // SPEC 3.1: without input it takes an empty body. RDF is covered by no constraint, and so ignored.
+  } else if (!context.request().body.empty()) {
+    // Without input it takes an empty body, whatever the header fields say of it. RDF is covered by no constraint, and so ignored.
     static const rdf::Type nothing = [] {
       rdf::Type type;
       type.kind = rdf::Type::Kind::record;
