@@ -10,7 +10,7 @@ int main() {
   joint.property("rotation", [&] { return angle; }, lrt::unit::radian);
   joint.action("rotate", [&](double target, lrt::Responder done) {
     angle = target;
-    std::move(done).succeed();
+    done.succeed();
   });
 
   lrt::Options options;                                       // http://127.0.0.1:8080/, for this machine only

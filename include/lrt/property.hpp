@@ -25,7 +25,7 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
  public:
   /// Makes the property writable: PUT calls `write(T)`, which returns void or Result<void>. An error is answered 409. A following GET
   /// shows the written value until the robot publishes again.
-  /// @par Threads  `write` runs where the thing's Dispatch says.
+  /// @par Threads  `write` runs where dispatch() says.
   /// @par Implements  R0.5
   template <class F>
   Self& on_write(F write) {

@@ -248,8 +248,8 @@ class Run {
       Responder grip = std::move(robot.grips.back());
       robot.grips.pop_back();
       if (value == "progress") grip.progress(0.5), robot.grips.push_back(std::move(grip));
-      else if (value == "succeed") std::move(grip).succeed();
-      else if (value == "fail") std::move(grip).fail("it slipped");
+      else if (value == "succeed") grip.succeed();
+      else if (value == "fail") grip.fail("it slipped");
       else if (value != "drop") throw std::runtime_error("unknown: set " + what);
     } else {
       throw std::runtime_error("unknown: set " + what);

@@ -185,8 +185,8 @@ class Player {
     if (value == "progress") return robot_.grips.back().progress(0.5);
     Responder responder = std::move(robot_.grips.back());
     robot_.grips.pop_back();
-    if (value == "succeed") std::move(responder).succeed();
-    else if (value == "fail") std::move(responder).fail("it slipped");
+    if (value == "succeed") responder.succeed();
+    else if (value == "fail") responder.fail("it slipped");
     else if (value != "drop") throw std::runtime_error("wire.txt: unknown: @ grip " + value);
   }
   Options options() {

@@ -50,7 +50,7 @@ struct Joint {
     thing.property("angle", [this] { return ++reads, angle; }).on_write([this](double value) { angle = value; });
     thing.action("home", [this](Responder done) {
       angle = 0;
-      std::move(done).succeed();
+      done.succeed();
     });
     thing.action("act", [this] {
       if (act) act();

@@ -365,7 +365,7 @@ TEST_CASE("a Responder on another thread answers a waiting guest", "[server][ser
     std::thread worker;
     Thing thing{"arm"};
     thing.action("work",
-                 [&](Responder done) { worker = std::thread([d = std::move(done)]() mutable { std::move(d).succeed(); }); });
+                 [&](Responder done) { worker = std::thread([done] { done.succeed(); }); });
     server.add(std::move(thing)).value();
     {
       const Polling polling(server);

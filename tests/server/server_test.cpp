@@ -365,7 +365,7 @@ TEST_CASE("destruction with requests in flight, responders kept, and things publ
     }
     pushed->publish(1);
     kept->progress(0.5);
-    std::move(*kept).succeed();
+    kept->succeed();
   }
 }
 
@@ -379,7 +379,7 @@ TEST_CASE("a waiting request gets its response as soon as a Responder is used, f
     Socket client(server.port());
     client.send("POST /arm/actions/act\nPrefer: wait=100\nHost: 127.0.0.1:" + std::to_string(server.port()));
     eventually([&] { return server.poll(), kept.has_value(); });
-    std::thread other([&] { std::move(*kept).succeed(); });
+    std::thread other([&] { kept->succeed(); });
     CHECK(client.await([&] { server.poll(); }).status == 204);
     other.join();
   }

@@ -182,7 +182,7 @@ class Scene {
     Thing a{"a"};
     x_ = a.property<double>("x");
     a.property("pulled", [this] { return pulled_.load(); }).sample(milliseconds(2));
-    a.action("go", [](double, Responder done) { std::move(done).succeed(); });
+    a.action("go", [](double, Responder done) { done.succeed(); });
     server.add(std::move(a)).value();
     Thing b{"b"};
     y_ = b.property<std::string>("y");  // owns memory

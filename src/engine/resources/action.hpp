@@ -22,6 +22,12 @@ class ActionResource;
 
 enum class Status : std::uint8_t { pending, running, succeeded, failed, cancelled };
 
+/// A request that waits for its invocation.
+struct WaitingRequest {
+  Ticket ticket;
+  bool until_end;  ///< false: until the start lambda has returned
+};
+
 /// One invocation of an Action: status, progress, times, input and result (SPEC 3.1).
 class InvocationResource final : public Resource {
  public:
@@ -56,7 +62,7 @@ class InvocationResource final : public Resource {
   Utc created{}, started{}, ended{};
   std::shared_ptr<CancelToken> token;      ///< of the call that starts it, once there is one
   DeadlineQueue<ResourceId>::Place start_deadline;
-  std::vector<Ticket> waiting;             ///< requests to be responded to when it ends
+  std::vector<WaitingRequest> waiting;
 };
 
 /// A command: what it consumes and produces, its binding, its invocations (R1.10, paper 5.4).

@@ -40,7 +40,7 @@ Outcome MemberResource::remove(Context& context, Parts& parts) {
   if (!ticket) return parts.responses.overloaded(context);
   removing_ = true;
   auto token = parts.calls.call<void>(
-      thing->where(), [spec = collection.spec, known_id = member_id] { return spec->remove(known_id); },
+      thing->where(*collection.spec), [spec = collection.spec, known_id = member_id] { return spec->remove(known_id); },
       [ref = Ref(*this), &parts, ticket = *ticket](const Result<void>& result, TimePoint now) {
         if (MemberResource* member = parts.registry.find(ref)) member->removed(result, ticket, parts, now);
         else parts.respond_gone(ticket);
@@ -106,7 +106,7 @@ Outcome CollectionResource::post(Context& context, Parts& parts) {
   const std::string new_id = parts.options.ids->next();
   rdf::Value& value = std::get<rdf::Value>(read);
   auto token = parts.calls.call<void>(
-      thing->where(), [s = spec, new_id, value] { return s->create(new_id, value); },
+      thing->where(*spec), [s = spec, new_id, value] { return s->create(new_id, value); },
       [ref = Ref(*this), &parts, new_id, value, ticket = *ticket](const Result<void>& result, TimePoint now) mutable {
         if (CollectionResource* collection = parts.registry.find(ref)) collection->created(new_id, std::move(value), result, ticket, parts, now);
         else parts.respond_gone(ticket);

@@ -167,7 +167,7 @@ void PropertyResource::judge_write(Parts& parts, TimePoint now, bool encoded) {
   }
   context->ignores_conditions = true;
   write_token_ = parts.calls.call<Written>(
-      thing->where(),
+      thing->where(*spec),
       [s = spec, value = writes_.front().value]() -> Result<Written> {
         if (s->slot) s->slot->forget();
         if (Result<void> result = s->write(value); !result) return Unexpected{std::move(result).error()};

@@ -59,7 +59,8 @@ struct ThingNode {
   std::string names_base(const std::string& base) const { return base + blueprint.path; }
   /// The Blueprint that it refers to.
   std::string blueprint_iri(const std::string& base) const { return spec->blueprint.empty() ? names_base(base) : spec->blueprint; }
-  Dispatch where() const noexcept { return spec->dispatch; }
+  /// Where the lambdas of one of its resources run.
+  Dispatch where(const model::ResourceSpec& resource) const noexcept { return resource.dispatch.value_or(spec->dispatch); }
   /// All its resources that have been there since its registration.
   std::vector<Resource*> resources();
 
