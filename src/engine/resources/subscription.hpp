@@ -42,6 +42,9 @@ class SubscriptionResource final : public Resource, public Observer {
   Outcome remove(Context& context, Parts& parts) override;
   void describe(const Description& d) const override;
   void describe_types(About& about) const override;
+  std::string_view kind() const noexcept override { return "subscription"; }
+  void summarize(Overview& o) const override;
+  void overview(Overview& o) const override;
   std::uint64_t state(std::uint64_t) const noexcept override { return revision + delivered + backlog.dropped(); }
   std::string up() const override;
 
@@ -90,6 +93,8 @@ class SubscriptionsResource final : public Resource {
   std::string input_shape() const override { return "subscriptions"; }
   void describe(const Description& d) const override;
   void describe_types(About& about) const override;
+  std::string_view kind() const noexcept override { return "subscriptions"; }
+  void overview(Overview& o) const override;
   std::uint64_t state(std::uint64_t structure) const noexcept override { return structure + revision; }
   bool is_container() const noexcept override { return true; }
   std::vector<Resource*> members() const override;
