@@ -328,7 +328,7 @@ void models_of_members() {
 void turtle_is_accepted() {
   for (const std::string& container : {waypoints, subscriptions}) {
     Robot r;
-    for (const char* media_type : {"text/turtle", "text/turtle; charset=utf-8", "TEXT/TURTLE"}) {
+    for (const char* media_type : {"text/turtle", "text/turtle; charset=utf-8", "text/turtle; charset=ISO-8859-1", "text/turtle;charset=us-ascii", "TEXT/TURTLE"}) {
       std::string request = Bench::turtle_request("POST", container, r.body_for(container));
       const std::string plain = "text/turtle";
       if (r.contained(container).size() == 3) r.bench.ask("DELETE " + Robot::path_of(*r.contained(container).begin()));
