@@ -15,7 +15,7 @@ namespace lrt::engine {
 Outcome Invocations::invoke(ActionResource& action, Context& context) {
   rdf::Value input;
   if (action.spec->input) {
-    auto read = bodies_.read_value(context, *action.spec->input, action.spec->input_facets);
+    auto read = bodies_.read_value(context, *action.spec->input, action.spec->facets);
     if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
     input = std::move(std::get<rdf::Value>(read));
   } else if (!context.request().body.empty()) {

@@ -35,6 +35,26 @@ Result<std::string> encode_path(std::string_view path) {
   }
 }
 
+void HandleLog::write(std::string_view message) noexcept {
+  const std::lock_guard lock(mutex_);
+  try {
+    if (log_) log_(LogLevel::error, message);
+  } catch (...) {  // thrown by the log callback: the message is lost
+  }
+}
+
+void HandleLog::close() noexcept {
+  const std::lock_guard lock(mutex_);
+  log_ = nullptr;
+}
+
+void ResourceSpec::report(const char* call, const char* what) const noexcept {
+  try {
+    if (log) log->write(label + ": " + call + "() " + what);
+  } catch (...) {  // out of memory: the message is lost
+  }
+}
+
 SharedInvocation::~SharedInvocation() { finish(unexpected(Errc::dropped, "the responder was destroyed before succeed() or fail()")); }
 
 void SharedInvocation::finish(Result<rdf::Value> result) noexcept {

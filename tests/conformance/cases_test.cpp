@@ -66,10 +66,10 @@ class EngineTarget final : public Target {
 
 Options server_options(const Clock& clock) {
   Options o;
-  o.port = 0;
-  o.io = Io::in_poll;
-  o.engine.clock = &clock;
-  o.engine.ids = std::make_shared<FixedIds>();
+  o.listen.port = 0;
+  o.threads.io = Io::in_poll;
+  o.clock = &clock;
+  o.ids = std::make_shared<FixedIds>();
   return o;
 }
 
@@ -77,7 +77,7 @@ class LoopbackTarget final : public Target {
  public:
   LoopbackTarget() {
     Options o = server_options(clock);
-    o.transport = [this](transport::TransportOptions t) {
+    o.listen.transport = [this](transport::TransportOptions t) {
       auto made = std::make_unique<transport::Loopback>(std::move(t));
       loopback_ = made.get();
       return made;
@@ -143,8 +143,8 @@ class SocketTarget final : public Target {
  public:
   explicit SocketTarget(const Served& served) : tls_(served.tls) {
     Options o = server_options(clock);
-    o.transport = served.make;
-    if (tls_) o.tls = TlsSide::get().options;
+    o.listen.transport = served.make;
+    if (tls_) o.security.tls = TlsSide::get().options;
     server_ = std::make_unique<Server>(Server::create(std::move(o)).value());
     server_->add(robot.arm()).value();
     server_->add(robot.tool()).value();
@@ -175,7 +175,7 @@ class HttplibTarget final : public Target {
  public:
   HttplibTarget() {
     Options o = server_options(clock);
-    o.transport = transport::no_network;
+    o.listen.transport = transport::no_network;
     server_ = std::make_unique<Server>(Server::create(std::move(o)).value());
     server_->add(robot.arm()).value();
     server_->add(robot.tool()).value();

@@ -191,11 +191,11 @@ class Player {
   }
   Options options() {
     Options o;
-    o.port = 0;
-    o.io = Io::in_poll;
-    o.engine.clock = &clock_;
-    o.engine.allowed_hosts = {"robot.example:80"};  // entity tags and lengths do not depend on the port
-    o.engine.ids = std::make_shared<FixedIds>();
+    o.listen.port = 0;
+    o.threads.io = Io::in_poll;
+    o.clock = &clock_;
+    o.security.allowed_hosts = {"robot.example:80"};  // entity tags and lengths do not depend on the port
+    o.ids = std::make_shared<FixedIds>();
     return o;
   }
 

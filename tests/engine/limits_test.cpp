@@ -30,7 +30,7 @@ struct Counting {
     pushed->publish(1);
   }
   int reads = 0, writes = 0, commands = 0, creates = 0, removes = 0;
-  std::optional<Property<int>> pushed;
+  std::optional<PushedProperty<int>> pushed;
   Bench bench;
 };
 

@@ -23,11 +23,11 @@ class Robot {
  public:
   Robot() {
     lrt::Options options;
-    options.io = lrt::Io::in_poll;
-    options.engine.clock = &clock;
-    options.engine.ids = std::make_shared<FixedIds>();
-    options.engine.public_base = "http://example.org";
-    options.transport = [this](lrt::transport::TransportOptions t) {
+    options.threads.io = lrt::Io::in_poll;
+    options.clock = &clock;
+    options.ids = std::make_shared<FixedIds>();
+    options.listen.public_base = "http://example.org";
+    options.listen.transport = [this](lrt::transport::TransportOptions t) {
       auto made = std::make_unique<lrt::transport::Loopback>(std::move(t));
       loopback_ = made.get();
       return made;

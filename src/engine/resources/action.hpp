@@ -39,6 +39,7 @@ class InvocationResource final : public Resource {
 
   void describe(const Description& d) const override;
   void describe_types(About& about) const override;
+  std::string_view kind() const noexcept override { return "invocation"; }
   const Variants& variants() const override { return value_variants(); }
   std::optional<PlainValue> plain_value() const override;
   bool fits_rdf(std::size_t max_values) const override;
@@ -80,6 +81,9 @@ class ActionResource final : public Resource {
 
   void describe(const Description& d) const override;
   void describe_types(About& about) const override;
+  std::string_view kind() const noexcept override { return "action"; }
+  void summarize(Overview& o) const override;
+  void overview(Overview& o) const override;
   std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
   void link_related(http::LinkWriter& links, const std::string& base) const override;
   bool observable() const noexcept override { return true; }

@@ -6,6 +6,7 @@
 #include <lrt/rdf/value_codec.hpp>
 
 #include "src/engine/description.hpp"
+#include "src/engine/overview.hpp"
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/thing.hpp"
 
@@ -77,6 +78,10 @@ void MemberResource::describe_types(About& about) const {
 }
 
 std::optional<PlainValue> MemberResource::plain_value() const { return PlainValue{collection.spec->type, &collection.spec->facets, &value}; }
+
+void MemberResource::summarize(Overview& o) const {
+  if (const Result<std::string> json = rdf::write_plain(*collection.spec->type, collection.spec->facets, value, rdf::Plain::json)) o.json("value", *json);
+}
 
 std::string MemberResource::up() const { return collection.path; }
 
@@ -164,6 +169,13 @@ void CollectionResource::describe(const Description& d) const {
 }
 
 void CollectionResource::describe_types(About& about) const { describe_container_types(about); }
+
+void CollectionResource::summarize(Overview& o) const {
+  o.described(spec->statements, spec->classes, nullptr);
+  o.schema("schema", spec->type, spec->facets);
+}
+
+void CollectionResource::overview(Overview& o) const { o.members("members", *this); }
 
 std::vector<Resource*> CollectionResource::members() const {
   std::vector<Resource*> all;
