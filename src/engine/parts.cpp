@@ -121,7 +121,9 @@ void Parts::respond_gone(Ticket ticket) {
 }
 
 PendingRequests::Timeout Parts::timed_out() {
-  return [this](Ticket ticket, Context& late) { pending.respond(ticket, responses.timed_out(late)); };
+  return [this](Ticket ticket, Context& late, bool runs) {
+    pending.respond(ticket, runs ? responses.no_content(late, 202) : responses.timed_out(late));
+  };
 }
 
 }  // namespace lrt::engine
