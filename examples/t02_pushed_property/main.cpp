@@ -9,7 +9,7 @@
 
 int main() {
   lrt::Thing joint{"joint"};
-  lrt::Property<double> position = joint.property<double>("position", lrt::unit::radian);
+  lrt::PushedProperty<double> position = joint.property<double>("position", lrt::unit::radian);
 
   lrt::Server server = lrt::Server::create(lesson::options()).value();
   server.add(std::move(joint)).value();  // the handle remains valid for publish()

@@ -7,40 +7,34 @@
 #include <utility>
 
 #include <lrt/model/detail/spec.hpp>
+#include <lrt/model/resource_handle.hpp>
 #include <lrt/rdf/traits.hpp>
 #include <lrt/responder.hpp>
 
 namespace lrt {
 
-/// Handle to an Action of a Thing. Its calls have an effect until the thing is added to a server.
-class Action {
+/// Handle to an Action of a Thing. Unit and bounds are those of the input.
+class Action : public model::ResourceHandle<Action, model::ActionSpec> {
  public:
-  /// Unit and bounds of the input.
-  Action& consumes(const rdf::Facets& f) { return edit([&](auto& s) { s.input_facets = f; }); }
-  /// Unit and bounds of the output.
-  Action& produces(const rdf::Facets& f) { return edit([&](auto& s) { s.output_facets = f; }); }
+  /// An empty handle, to be assigned later.
+  Action() noexcept = default;
+
+  /// Unit and bounds of the input. What `f` does not set stays as it is.
+  Action& consumes(const rdf::Facets& f) {
+    return edit("consumes", [&](auto& s) { s.facets.merge(f); });
+  }
+  /// Unit and bounds of the output. What `f` does not set stays as it is.
+  Action& produces(const rdf::Facets& f) {
+    return edit("produces", [&](auto& s) { s.output_facets.merge(f); });
+  }
   /// What happens to an invocation while another one is pending or running. Default: queue(16).
-  Action& policy(ActionPolicy p) { return edit([&](auto& s) { s.policy = p; }); }
-  /// A domain predicate from the thing to this action, in addition to hybrit:action (R1.10).
-  Action& predicate(Iri p) { return edit([&](auto& s) { s.predicates.emplace_back(p.text); }); }
-  /// A further rdf:type (R1.4).
-  Action& type(Iri t) { return edit([&](auto& s) { s.classes.emplace_back(t.text); }); }
-  /// Adds dcterms:title, for people.
-  Action& title(std::string text) { return add(vocab::dcterms::title, Object(std::move(text))); }
-  /// Adds a triple about the action (R1.12).
-  Action& add(Iri predicate, Object object) {
-    return edit([&](auto& s) { s.statements.push_back({std::string(predicate.text), std::move(object)}); });
+  Action& policy(ActionPolicy p) {
+    return edit("policy", [&](auto& s) { s.policy = p; });
   }
 
  private:
   friend class Thing;
-  explicit Action(std::shared_ptr<model::ActionSpec> spec) : spec_(std::move(spec)) {}
-  template <class F>
-  Action& edit(F f) {
-    if (!spec_->sealed) f(*spec_);
-    return *this;
-  }
-  std::shared_ptr<model::ActionSpec> spec_;
+  explicit Action(std::shared_ptr<model::ActionSpec> spec) noexcept : ResourceHandle(std::move(spec)) {}
 };
 
 namespace model {

@@ -52,7 +52,7 @@
 /// - A lambda must return a value type instead of an expression: `[&]() -> Eigen::Vector3d { return r * v; }`.
 /// - publish() of fixed sizes, and of dynamic sizes with a fixed maximum, takes no lock and does not allocate. VectorXd and MatrixXd
 ///   allocate, like std::vector.
-/// - For large values and programs as readers use octets (Property::octets()): a matrix row by row in every storage order, with its shape in
+/// - For large values and programs as readers use octets (octets() of a property): a matrix row by row in every storage order, with its shape in
 ///   the RDF. If the number of columns or rows is fixed (Matrix<double, Dynamic, 3>, one point for each row), PUT accepts octets too.
 
 namespace lrt::rdf {

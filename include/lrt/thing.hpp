@@ -71,16 +71,16 @@ class Thing {
       if (!own->representations.empty()) reading.whole = std::make_shared<const T>(std::move(value));
       return reading;
     };
-    return Property<T>(std::move(spec), nullptr);
+    return PulledProperty<T>(std::move(spec));
   }
   /// Exposes a value as a pushed Property: the control loop passes it to publish(), and GET is answered without the host's thread. Before the
   /// first publish() the property has no value.
   template <class T>
-  Property<T> property(std::string_view path, const Unit& unit = unit::none) {
+  PushedProperty<T> property(std::string_view path, const Unit& unit = unit::none) {
     auto spec = new_property(path, rdf::traits<T>::type(), unit);
     auto slot = std::make_shared<model::Slot<T>>();
     spec->slot = slot;
-    return Property<T>(std::move(spec), std::move(slot));
+    return PushedProperty<T>(std::move(spec), std::move(slot));
   }
 
   /// Exposes a command as an Action below `actions/`.

@@ -208,7 +208,7 @@ class Robot {
   Thing& link(std::size_t link) noexcept;
   /// The property `position`. It is bounded by the joint's limits, unless the joint mimics another. on_write() makes it writable.
   /// @pre model().joints[joint].has_position()
-  Property<double>& position(std::size_t joint) noexcept;
+  PushedProperty<double>& position(std::size_t joint) noexcept;
 
   /// Registers all Things with a server or an engine: all of them, or none.
   /// @pre         it was not called before

@@ -43,7 +43,7 @@ Parts::Parts(EngineOptions given)
       context_text(rdf::json_ld_context(options.prefixes)),
       responses(options, bases, TermsResource::location, std::string(ContextResource::location) + "?v=" + version_of(context_text)),
       values(calls, registry, options, clock),
-      view{options, registry, bases, !options.subscriptions.callbacks.allow.empty()},
+      view{options, registry, bases, !options.callbacks.allow.empty()},
       representations(options, view, responses, cache, values, pending),
       bodies(options, view, responses, ContextResource::location),
       scanner(values, registry, calls, options.subscriptions, clock),
@@ -51,13 +51,17 @@ Parts::Parts(EngineOptions given)
       saved(options, registry, bases, responses, subscriptions),
       invocations(options, registry, calls, pending, responses, representations, bodies, scanner),
       root(registry, TermsResource::location),
-      context(context_text) {
+      context(context_text),
+      handle_log(std::make_shared<model::HandleLog>(options.log)) {
   registry.add(root);
   registry.add(terms);
   registry.add(context);
 }
 
-Parts::~Parts() { registry.clear(); }
+Parts::~Parts() {
+  handle_log->close();
+  registry.clear();
+}
 
 Result<void> Parts::add(Thing thing) {
   std::unique_ptr<model::ThingSpec> spec = std::move(thing).release();
@@ -84,14 +88,17 @@ Result<void> Parts::add(Thing thing) {
       return Unexpected{std::move(error)};
     }
   }
+  const auto seal = [&](model::ResourceSpec& spec, const char* what, const char* folder) {
+    spec.seal(std::string(what) + " \"" + node.spec->path + "/" + folder + spec.path + "\"", handle_log);
+  };
   for (const auto& p : node.spec->properties) {
-    p->sealed = true;
+    seal(*p, "property", "");
     if (p->slot) p->slot->set_clock(clock);
     if (p->slot) p->slot->attach(scanner.wake_signal());
     if (p->changes) p->changes->attach(scanner.wake_signal());
   }
-  for (const auto& a : node.spec->actions) a->sealed = true;
-  for (const auto& c : node.spec->collections) c->sealed = true;
+  for (const auto& a : node.spec->actions) seal(*a, "action", "actions/");
+  for (const auto& c : node.spec->collections) seal(*c, "collection", "");
   registry.add_thing(*std::move(built));
   for (const auto& p : node.properties) values.take_published(*p);  // what was published before
   return {};

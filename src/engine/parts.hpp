@@ -64,6 +64,7 @@ struct Parts {
   RootResource root;
   TermsResource terms;
   ContextResource context;
+  const std::shared_ptr<model::HandleLog> handle_log;  ///< of messages about the use of handles
   std::vector<std::shared_ptr<const void>> discarded;  ///< Engine::take_discarded()
 };
 

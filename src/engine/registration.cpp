@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include <lrt/base/iri.hpp>
@@ -125,8 +126,12 @@ Result<void> check(model::ThingSpec& described) {
   }
   for (const auto& a : spec->actions) {
     if (Result<void> e = check_resource(*a); !e) return e;
-    for (const rdf::Facets* f : {&a->input_facets, &a->output_facets})
-      if (Result<void> e = check_facets("actions/" + a->path, *f); !e) return e;
+    for (const auto& [facets, type, what] : {std::tuple(&a->facets, a->input, "input"), std::tuple(&a->output_facets, a->output, "output")}) {
+      if (!type && !facets->empty())
+        return unexpected(Errc::invalid_option, "action \"" + spec->path + "/actions/" + a->path + "\": there is no " + what +
+                                                    " that the unit, bounds or length could describe");
+      if (Result<void> e = check_facets("actions/" + a->path, *facets); !e) return e;
+    }
   }
   for (const auto& c : spec->collections) {
     if (Result<void> e = check_resource(*c); !e) return e;

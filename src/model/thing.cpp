@@ -35,19 +35,31 @@ Result<std::string> encode_path(std::string_view path) {
   }
 }
 
-ResponderBase& ResponderBase::operator=(ResponderBase&& other) noexcept {
-  if (this != &other) {
-    ResponderBase old(std::move(*this));
-    link_ = std::move(other.link_);
+void HandleLog::write(std::string_view message) noexcept {
+  const std::lock_guard lock(mutex_);
+  try {
+    if (log_) log_(LogLevel::error, message);
+  } catch (...) {  // thrown by the log callback: the message is lost
   }
-  return *this;
 }
 
-ResponderBase::~ResponderBase() {
-  if (link_) link_->finish(unexpected(Errc::dropped, "the responder was destroyed before succeed() or fail()"));
+void HandleLog::close() noexcept {
+  const std::lock_guard lock(mutex_);
+  log_ = nullptr;
 }
 
-void ResponderBase::fail(Error error) && { finish(Unexpected{std::move(error)}); }
+void ResourceSpec::report(const char* call, const char* what) const noexcept {
+  try {
+    if (log) log->write(label + ": " + call + "() " + what);
+  } catch (...) {  // out of memory: the message is lost
+  }
+}
+
+SharedInvocation::~SharedInvocation() { finish(unexpected(Errc::dropped, "the responder was destroyed before succeed() or fail()")); }
+
+void SharedInvocation::finish(Result<rdf::Value> result) noexcept {
+  if (!finished_.exchange(true, std::memory_order_acq_rel)) link_->finish(std::move(result));
+}
 
 }  // namespace model
 

@@ -195,8 +195,8 @@ Iri class_of(JointType type) noexcept {
 }
 
 template <class T>
-Property<T> constant(Thing& thing, std::string_view path, const T& value, const Unit& unit = unit::none) {
-  Property<T> property = thing.property<T>(path, unit);
+PushedProperty<T> constant(Thing& thing, std::string_view path, const T& value, const Unit& unit = unit::none) {
+  PushedProperty<T> property = thing.property<T>(path, unit);
   property.publish(value);
   return property;
 }
@@ -261,7 +261,7 @@ class Robot::Impl {
   std::optional<Thing> thing_;
   std::vector<Thing> joint_things_, link_things_;
 
-  Property<double>& position(std::size_t joint) noexcept { return moving_[of_joint_[joint]].position; }
+  PushedProperty<double>& position(std::size_t joint) noexcept { return moving_[of_joint_[joint]].position; }
 
  private:
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
@@ -273,8 +273,8 @@ class Robot::Impl {
     std::size_t joint, source;  ///< the joint at the end of its chain of mimics; itself if it mimics none
     double multiplier, offset;
     std::size_t variable;  ///< index of the source in Model::variables
-    Property<double> position, velocity, effort;
-    std::optional<Property<Eigen::AngleAxisf>> rotation;
+    PushedProperty<double> position, velocity, effort;
+    std::optional<PushedProperty<Eigen::AngleAxisf>> rotation;
     Eigen::Vector3f axis;
   };
   /// A joint in the kinematic computation.
@@ -473,7 +473,7 @@ class Robot::Impl {
       if (!shape.material->name.empty()) appearance.material = shape.material->name;
       appearance.colour = shape.material->colour;
     }
-    Property<Appearance> property = constant(thing, path, appearance);
+    PushedProperty<Appearance> property = constant(thing, path, appearance);
     property.frame(link);
     if (shape.kind == Shape::Kind::mesh) property.add(vocab::lrt::mesh, file(shape.mesh));
     if (shape.material && !shape.material->texture.empty()) property.add(vocab::lrt::texture, file(shape.material->texture));
@@ -487,8 +487,8 @@ class Robot::Impl {
   std::vector<bool> moves_;                      // of each link
   std::vector<Moving> moving_;
   std::vector<std::size_t> of_joint_;  // index of each joint in moving_
-  std::vector<Property<Isometry>> link_poses_;
-  std::optional<Property<List>> all_;
+  std::vector<PushedProperty<Isometry>> link_poses_;
+  std::optional<PushedProperty<List>> all_;
   List list_;
   bool published_ = false;
 };
@@ -505,7 +505,7 @@ const std::string& Robot::link_path(std::size_t link) const noexcept { return im
 Thing& Robot::thing() noexcept { return *impl_->thing_; }
 Thing& Robot::joint(std::size_t joint) noexcept { return impl_->joint_things_[joint]; }
 Thing& Robot::link(std::size_t link) noexcept { return impl_->link_things_[link]; }
-Property<double>& Robot::position(std::size_t joint) noexcept { return impl_->position(joint); }
+PushedProperty<double>& Robot::position(std::size_t joint) noexcept { return impl_->position(joint); }
 void Robot::publish(Numbers positions, Numbers velocities, Numbers efforts) noexcept { impl_->publish(positions, velocities, efforts); }
 void Robot::move(std::size_t joint, const Pose& to) noexcept { impl_->move(joint, to); }
 Pose Robot::pose(std::size_t link) const noexcept { return impl_->pose(link); }

@@ -61,8 +61,8 @@ int main(int argc, char** argv) {
   double seconds = 20, warm_up = 3, work_us = 50;
   std::chrono::microseconds budget(200);
   lrt::Options options;
-  options.port = 0;
-  options.io = lrt::Io::in_poll;
+  options.listen.port = 0;
+  options.threads.io = lrt::Io::in_poll;
   for (int i = 1; i < argc; ++i) {
     const std::string_view name = argv[i];
     if (name == "--without") without = true;
@@ -83,7 +83,7 @@ int main(int argc, char** argv) {
   std::signal(SIGTERM, [](int) { ended = 1; });
 
   std::optional<lrt::Server> server;
-  std::vector<lrt::Property<double>> properties;
+  std::vector<lrt::PushedProperty<double>> properties;
   double target = 0;
   if (!without) {
     server = lrt::Server::create(std::move(options)).value();

@@ -180,8 +180,8 @@ int main(int argc, char** argv) {
   }
   const auto options = [&] {
     lrt::Options made;
-    made.port = 0;
-    made.io = lrt::Io::in_poll;
+    made.listen.port = 0;
+    made.threads.io = lrt::Io::in_poll;
     if (!transport.empty()) bench::use_transport(transport, made);
     return made;
   };
@@ -190,7 +190,7 @@ int main(int argc, char** argv) {
 
   {
     Bench bench(options(), budget);
-    std::vector<lrt::Property<double>> published;
+    std::vector<lrt::PushedProperty<double>> published;
     const auto add = [&](const std::string& path) {
       lrt::Thing thing{path};
       for (int i = 1; i <= 40; ++i) {

@@ -48,7 +48,7 @@ struct Robot {
              subscriptions, subscription};
   }
   static engine::EngineOptions allowing(engine::EngineOptions options) {
-    options.subscriptions.callbacks.allow = {"127.0.0.1"};
+    options.callbacks.allow = {"127.0.0.1"};
     options.max_body_triples = 100;
     return options;
   }
@@ -390,8 +390,8 @@ void json_ld_body() {
 
 void http_1_1() {
   Options options;
-  options.port = 0;
-  options.io = Io::in_poll;
+  options.listen.port = 0;
+  options.threads.io = Io::in_poll;
   Server server = Server::create(std::move(options)).value();
   SampleRobot robot;
   server.add(robot.arm()).value();

@@ -434,7 +434,7 @@ struct Robot {
   Answer post(const std::string& name, const std::string& said) { return bench.turtle("POST", "/arm/actions/" + name, "<> " + said + " ."); }
 
   Bench bench;
-  std::optional<Property<Eigen::Isometry3d>> pose;
+  std::optional<PushedProperty<Eigen::Isometry3d>> pose;
   Eigen::Quaterniond target = Eigen::Quaterniond::Identity();
   Eigen::Isometry3d tool = Eigen::Isometry3d::Identity();
   Eigen::MatrixXd gains = Eigen::MatrixXd::Identity(2, 3);

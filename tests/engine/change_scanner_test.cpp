@@ -65,7 +65,8 @@ struct Scanned {
   PropertyValues values{calls, registry, options, clock};
   ChangeScanner scanner{values, registry, calls, options.subscriptions, clock};
   std::shared_ptr<CountingWaker> waker = std::make_shared<CountingWaker>();
-  std::optional<Property<int>> pushed, pulled;
+  std::optional<PushedProperty<int>> pushed;
+  std::optional<PulledProperty<int>> pulled;
   std::unique_ptr<ThingNode> node;
   int reads = 0;
 };

@@ -236,7 +236,7 @@ struct Encoded {
   }
   Answer get(const std::string& accept) { return bench.ask("GET /arm/p\nAccept: " + accept); }
   int made = 0, others = 0;
-  std::optional<Property<int>> value;
+  std::optional<PushedProperty<int>> value;
   Bench bench;
 };
 

@@ -341,7 +341,7 @@ TEST_CASE("after a write a pushed property shows the written value until the rob
 TEST_CASE("what the write lambda itself publishes counts, even if it is the old value", "[engine][R0.5]") {
   Bench bench;
   Thing thing{"arm"};
-  Property<double> p = thing.property<double>("p");
+  PushedProperty<double> p = thing.property<double>("p");
   double most = 10;
   p.on_write([&](double v) { p.publish(std::min(v, most)); });
   bench.add(std::move(thing));

@@ -95,7 +95,7 @@ class Camera {
                                                                  "' height='60'><rect width='" + width + "' height='60' fill='#0a6e83'/></svg>")});
   }
   unsigned number_ = 0;
-  std::optional<lrt::Property<Picture>> image_;
+  std::optional<lrt::PushedProperty<Picture>> image_;
 };
 
 /// What an importer of robot descriptions makes of three revolute joints and a prismatic one, each half a metre above the last.
@@ -143,15 +143,15 @@ class Gantry {
     return thing;
   }
   std::array<double, 4> positions_{};
-  std::optional<lrt::Property<std::vector<double>>> all_;
+  std::optional<lrt::PushedProperty<std::vector<double>>> all_;
 };
 
 }  // namespace
 
 int main(int argc, char** argv) {
   lrt::Options options;
-  options.port = static_cast<std::uint16_t>(argc >= 3 && std::string(argv[1]) == "--port" ? std::atoi(argv[2]) : 0);
-  if (argc == 4) options.engine.public_base = argv[3];
+  options.listen.port = static_cast<std::uint16_t>(argc >= 3 && std::string(argv[1]) == "--port" ? std::atoi(argv[2]) : 0);
+  if (argc == 4) options.listen.public_base = argv[3];
   lrt::Server server = lrt::Server::create(options).value();
   lrt::test::SampleRobot robot;
   bool armed = false;

@@ -34,7 +34,7 @@ class SampleRobot {
   int homed = 0;                ///< calls of action home
   std::vector<Responder> grips; ///< of action grip, for the test to use
   std::vector<std::string> stops;
-  std::optional<Property<double>> angle_handle;
+  std::optional<PushedProperty<double>> angle_handle;
 
   Thing arm();
   Thing tool() {

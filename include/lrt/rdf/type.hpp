@@ -32,6 +32,21 @@ class Facets {
   /// Bounds the length of a text, in code points.
   Facets& length(std::size_t min, std::size_t max) { return min_length_ = min, max_length_ = max, *this; }
 
+  /// Takes everything that `other` sets. The rest stays as it is.
+  Facets& merge(const Facets& other) {
+    if (!other.unit_.empty()) unit_ = other.unit_;
+    if (other.min_) min_ = other.min_, min_exclusive_ = other.min_exclusive_;
+    if (other.max_) max_ = other.max_, max_exclusive_ = other.max_exclusive_;
+    non_finite_ = non_finite_ || other.non_finite_;
+    if (other.min_length_ != 0) min_length_ = other.min_length_;
+    if (other.max_length_ != std::numeric_limits<std::size_t>::max()) max_length_ = other.max_length_;
+    return *this;
+  }
+
+  /// True if nothing is set.
+  bool empty() const noexcept {
+    return unit_.empty() && !min_ && !max_ && !non_finite_ && min_length_ == 0 && max_length_ == std::numeric_limits<std::size_t>::max();
+  }
   const Unit& unit() const noexcept { return unit_; }
   std::optional<double> min() const noexcept { return min_; }
   std::optional<double> max() const noexcept { return max_; }

@@ -31,12 +31,12 @@ struct CallbackOptions {
 
 /// Subscriptions: limits, and how changes get from the control loop to the engine.
 struct SubscriptionOptions {
-  std::size_t max_subscriptions = 1'500;  ///< of the server; beyond: 503. Less than transport limits.connections, so that requests are served
+  std::size_t max_subscriptions = 1'500;  ///< of the server; beyond: 503. Less than Limits::max_connections, so that requests are served
   std::size_t max_queue_length = 1'000;   ///< notifications that a client may request to be queued; beyond: 422, in a query 400
   std::size_t default_queue_length = 64;  ///< for actions and invocations, if the client requests no length
   std::size_t max_queue_bytes = 256 * 1024;               ///< queued for one subscriber; beyond: the oldest are dropped
   std::size_t max_total_queue_bytes = 32 * 1024 * 1024;   ///< queued for all subscribers; beyond: each queue keeps one notification
-  /// Default of Property::sample: the period at which observed pulled properties are read. 0: only after Property::changed().
+  /// Default of PulledProperty::sample: the period at which observed pulled properties are read. 0: only after PulledProperty::changed().
   std::chrono::milliseconds sample_period{100};
   /// While observed properties are being published, the engine scans them for changes at this period, and publish() makes no system call. If
   /// a scan takes long, the period is extended: scans take at most a fifth of the time.
@@ -45,7 +45,6 @@ struct SubscriptionOptions {
   unsigned idle_scans_before_sleep = 20;
   /// The engine does not sleep while a resource is observed, so publish() never makes a system call.
   bool always_scan = false;
-  CallbackOptions callbacks;
 };
 
 }  // namespace lrt::subscription

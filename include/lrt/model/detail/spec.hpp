@@ -1,15 +1,20 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include <lrt/base/error.hpp>
+#include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/base/unique_function.hpp>
 #include <lrt/model/detail/slot.hpp>
@@ -23,10 +28,10 @@ namespace lrt {
 
 /// Where user lambdas run.
 enum class Dispatch : std::uint8_t {
-  as_server,   ///< as the server does (the default of a Thing)
+  as_server,   ///< as the server does (the default of a Thing; of a property, action or collection it is what its thing does)
   in_poll,     ///< inside Server::poll, on the host's thread (the default of a server): robot code needs no locks
   io_thread,   ///< on the I/O thread: shortest response time; for fast, thread-safe code
-  executor,    ///< passed to Options::executor
+  executor,    ///< passed to Threads::executor
 };
 
 /// What happens to an invocation while another one of the same action is pending or running.
@@ -43,13 +48,38 @@ struct ActionPolicy {
 
 namespace model {
 
+/// Passes messages about the use of handles to the server's log callback, as long as the server exists.
+/// @par Threads  Any.
+class HandleLog {
+ public:
+  explicit HandleLog(LogCallback log) : log_(std::move(log)) {}
+  void write(std::string_view message) noexcept;
+  /// Afterwards write() has no effect.
+  void close() noexcept;
+
+ private:
+  std::mutex mutex_;  // guards log_
+  LogCallback log_;
+};
+
 /// What all registered resources have in common.
 struct ResourceSpec {
   std::string path;                      ///< percent-encoded, relative to its thing
   std::vector<std::string> classes;      ///< further rdf:types
   std::vector<std::string> predicates;   ///< domain predicates from the thing to it
   std::vector<Statement> statements;
-  bool sealed = false;                   ///< registered: set-up calls of the handle have no effect
+  std::optional<Dispatch> dispatch;      ///< nullopt: as the thing
+  std::atomic<bool> sealed{false};       ///< registered: set-up calls of the handle have no effect
+  std::string label;                     ///< if sealed: the resource for messages, `property "arm/angle"`
+  std::shared_ptr<HandleLog> log;        ///< if sealed: of the server
+
+  void seal(std::string name, std::shared_ptr<HandleLog> server_log) {
+    label = std::move(name);
+    log = std::move(server_log);
+    sealed.store(true, std::memory_order_release);
+  }
+  /// Logs an error: the resource, "call()" and what is wrong with the call. Any thread.
+  void report(const char* call, const char* what) const noexcept;
 };
 
 /// The result of reading a property.
@@ -75,7 +105,7 @@ struct PropertySpec : ResourceSpec {
 struct ActionSpec : ResourceSpec {
   const rdf::Type* input = nullptr;      ///< nullptr: no input
   const rdf::Type* output = nullptr;     ///< nullptr: no output
-  rdf::Facets input_facets, output_facets;
+  rdf::Facets facets, output_facets;     ///< of the input and of the output
   ActionPolicy policy;
   bool asynchronous = false;
   /// Starts an invocation. It or a responder finishes the link. Exceptions of user code pass through.

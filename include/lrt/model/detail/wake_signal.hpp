@@ -62,7 +62,7 @@ class ChangeSource {
   std::atomic<WakeSignal*> wake_signal_{nullptr};
 };
 
-/// The flag behind Property::changed(): the host requests that a pulled property is read again.
+/// The flag behind PulledProperty::changed(): the host requests that a pulled property is read again.
 class ChangeSignal final : public ChangeSource {
  public:
   /// Any thread; wait-free.

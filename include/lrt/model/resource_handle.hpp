@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cassert>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include <lrt/model/detail/spec.hpp>
+
+namespace lrt::model {
+
+/// What the handles of properties, actions and collections have in common. They describe a resource before its thing is added to a server.
+/// Copies are handles to the same resource.
+///
+/// A set-up call after Server::add() has no effect. It writes one message with the resource and the call to the server's log callback, and
+/// without NDEBUG it is a failed assertion. The same assertion fails for a call on an empty handle.
+///
+/// @par Threads  One at a time.
+template <class Self, class Spec>
+class ResourceHandle {
+ public:
+  /// False for an empty handle.
+  explicit operator bool() const noexcept { return spec_ != nullptr; }
+
+  /// The unit of the numbers. Values are never converted.
+  Self& unit(const Unit& u) { return edit_facets("unit", [&](auto& f) { f.unit(u); }); }
+  Self& at_least(double v) { return edit_facets("at_least", [&](auto& f) { f.at_least(v); }); }
+  Self& above(double v) { return edit_facets("above", [&](auto& f) { f.above(v); }); }
+  Self& at_most(double v) { return edit_facets("at_most", [&](auto& f) { f.at_most(v); }); }
+  Self& below(double v) { return edit_facets("below", [&](auto& f) { f.below(v); }); }
+  Self& between(double low, double high) { return edit_facets("between", [&](auto& f) { f.between(low, high); }); }
+  /// Accepts NaN and infinities from clients.
+  Self& allow_non_finite() { return edit_facets("allow_non_finite", [](auto& f) { f.allow_non_finite(); }); }
+  /// Bounds the length of a text, in code points.
+  Self& length(std::size_t min, std::size_t max) { return edit_facets("length", [&](auto& f) { f.length(min, max); }); }
+
+  /// Where the resource's lambdas run, and an action's on_cancel hook. Default: as the thing's lambdas. With Dispatch::io_thread a command
+  /// does not wait for Server::poll: an emergency stop that sets an atomic flag works while the host is busy.
+  Self& dispatch(Dispatch where) {
+    return edit("dispatch", [&](auto& s) { s.dispatch = where; });
+  }
+
+  /// A domain predicate from the thing to this resource, in addition to hybrit:property or hybrit:action (R1.9, R1.10).
+  Self& predicate(Iri p) {
+    return edit("predicate", [&](auto& s) { s.predicates.emplace_back(p.text); });
+  }
+  /// A further rdf:type (R1.4).
+  Self& type(Iri t) {
+    return edit("type", [&](auto& s) { s.classes.emplace_back(t.text); });
+  }
+  /// Adds dcterms:title, for people.
+  Self& title(std::string text) {
+    return edit("title", [&](auto& s) { s.statements.push_back({std::string(vocab::dcterms::title.text), Object(std::move(text))}); });
+  }
+  /// Adds a triple about the resource (R1.12).
+  Self& add(Iri predicate, Object object) {
+    return edit("add", [&](auto& s) { s.statements.push_back({std::string(predicate.text), std::move(object)}); });
+  }
+
+ protected:
+  ResourceHandle() noexcept = default;
+  explicit ResourceHandle(std::shared_ptr<Spec> spec) noexcept : spec_(std::move(spec)) {}
+
+  template <class F>
+  Self& edit(const char* call, F f) {
+    if (spec_ && !spec_->sealed.load(std::memory_order_acquire)) f(*spec_);
+    else misuse(call, "was called after the thing was added to a server; it has no effect");
+    return static_cast<Self&>(*this);
+  }
+  template <class F>
+  Self& edit_facets(const char* call, F f) {
+    return edit(call, [&](auto& s) { f(s.facets); });
+  }
+  void misuse([[maybe_unused]] const char* call, [[maybe_unused]] const char* what) const noexcept {
+    if (spec_) spec_->report(call, what);
+    assert(spec_ && "lrt: the handle is empty; assign what Thing::property, Thing::action or Thing::collection returns");
+    assert(!"lrt: a set-up call on a handle must precede Server::add()");
+  }
+
+  std::shared_ptr<Spec> spec_;
+};
+
+}  // namespace lrt::model
