@@ -64,7 +64,7 @@ http::Response Responses::problem(const Context& context, int status, std::strin
   if (context.resource && (status == 405 || request.method == "OPTIONS")) add_allow(response.fields, *context.resource);
   add_types(response.fields, context.resource);
   if (status < 500 && (request.method == "PUT" || request.method == "POST")) add_constrained_by(response.fields, context);
-  response.fields.add("Vary", "Accept");
+  response.fields.add("Vary", context.vary());
   return response;
 }
 
@@ -121,6 +121,7 @@ http::Response Responses::no_content(const Context& context, int status) const {
   http::Response response;
   response.status = status;
   if (context.resource) add_types(response.fields, context.resource);
+  if (context.request().method != "DELETE") response.fields.add("Vary", context.vary());
   return response;
 }
 
@@ -140,7 +141,7 @@ http::Response Responses::graph(const Context& context, int status, const rdf::G
     if (text) {
       response.fields.add("Content-Type", content_type(variant, type));
       if (status < 300) response.fields.add("ETag", http::entity_tag(type, *text));
-      response.fields.add("Vary", "Accept");
+      response.fields.add("Vary", context.vary());
       if (context.resource) add_types(response.fields, context.resource);
       response.set_body(*text);
       return response;
