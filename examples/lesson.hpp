@@ -53,7 +53,7 @@ inline std::uint16_t port() { return served_port().value_or(0); }
 /// lrt::Options with that port.
 inline lrt::Options options() {
   lrt::Options o;
-  o.port = port();
+  o.listen.port = port();
   return o;
 }
 

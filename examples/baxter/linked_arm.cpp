@@ -61,7 +61,7 @@ void LinkedArm::rotate(std::size_t index, double target_deg, lrt::Responder done
   char text[160];
   std::snprintf(text, sizeof text, "%g degrees is outside the limits of %s: %.1f to %.1f degrees, modulo 360", target_deg,
                 RightArm::name(index), joint.lower_rad * 180 / pi, joint.upper_rad * 180 / pi);
-  std::move(done).fail({lrt::Errc::refused, text});
+  done.fail({lrt::Errc::refused, text});
 }
 
 lrt::Result<void> LinkedArm::add_to(lrt::Server& server) {
@@ -80,7 +80,7 @@ void LinkedArm::publish() noexcept {
     lrt::Responder& move = moves_[i];
     if (!move) continue;
     if (move.cancelled()) move = {};
-    else if (!arm_.moving(i)) std::move(move).succeed();
+    else if (!arm_.moving(i)) move.succeed();
     else move.progress(arm_.progress(i));
   }
 }

@@ -42,7 +42,7 @@ int failed(const lrt::Error& error) { return std::fprintf(stderr, "baxter: %s\n"
 
 int main(int argc, char** argv) {
   lrt::Options options;
-  std::vector<std::string>& callbacks = options.engine.subscriptions.callbacks.allow;
+  std::vector<std::string>& callbacks = options.callbacks.allow;
   callbacks = {"127.0.0.0/8", "::1"};  // this machine only, and the hosts of --allow-callback
   bool demo = false;
   for (int i = 1; i < argc; ++i) {
@@ -50,22 +50,22 @@ int main(int argc, char** argv) {
     if (arg == "--demo") {
       demo = true;
     } else if (arg == "--bind" && i + 1 < argc) {
-      options.address = argv[++i];
+      options.listen.address = argv[++i];
     } else if (arg == "--allow-callback" && i + 1 < argc) {
       callbacks.emplace_back(argv[++i]);
     } else if (arg == "--subscriptions" && i + 1 < argc) {
-      options.subscriptions_file = argv[++i];
+      options.callbacks.file = argv[++i];
     } else if (arg == "--transport" && i + 1 < argc) {
-      options.transport = [name = std::string(argv[++i])](lrt::transport::TransportOptions t) { return lrt::transport::make_named(name, std::move(t)); };
+      options.listen.transport = [name = std::string(argv[++i])](lrt::transport::TransportOptions t) { return lrt::transport::make_named(name, std::move(t)); };
     } else if (arg == "--tls" && i + 1 < argc) {
       const std::string folder = argv[++i];
-      options.tls.emplace();
-      options.tls->certificate_file = folder + "/server.pem";
-      options.tls->key_file = folder + "/server-key.pem";
+      options.security.tls.emplace();
+      options.security.tls->certificate_file = folder + "/server.pem";
+      options.security.tls->key_file = folder + "/server-key.pem";
     } else if (arg == "--port" && i + 1 < argc) {
       const std::string text = argv[++i];
       const char* const end = text.data() + text.size();
-      const auto [read_to, error] = std::from_chars(text.data(), end, options.port);
+      const auto [read_to, error] = std::from_chars(text.data(), end, options.listen.port);
       if (error != std::errc() || read_to != end) return std::fprintf(stderr, "baxter: --port wants 0 to 65535\n"), 2;
     } else {
       std::fprintf(stderr, "usage: baxter [--port N] [--bind ADDRESS] [--demo] [--allow-callback HOST]... [--subscriptions FILE]\n"
@@ -73,7 +73,7 @@ int main(int argc, char** argv) {
       return arg == "--help" ? 0 : 2;
     }
   }
-  options.engine.log = [](lrt::LogLevel level, std::string_view text) {
+  options.log = [](lrt::LogLevel level, std::string_view text) {
     if (level >= lrt::LogLevel::warning) std::fprintf(stderr, "baxter: %.*s\n", static_cast<int>(text.size()), text.data());
   };
 
@@ -89,7 +89,7 @@ int main(int argc, char** argv) {
 
   std::signal(SIGINT, [](int) { interrupted = 1; });
   std::signal(SIGTERM, [](int) { interrupted = 1; });
-  if (options.tls) std::signal(SIGHUP, [](int) { hung_up = 1; });
+  if (options.security.tls) std::signal(SIGHUP, [](int) { hung_up = 1; });
   std::printf("Baxter's right arm is at %s (Ctrl-C ends)\n", server->url().c_str());
   std::fflush(stdout);
 

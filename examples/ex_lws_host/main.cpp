@@ -44,9 +44,9 @@ int main(int argc, char** argv) {
     arm.property("angle", [&] { return angle; });
 
     lrt::Options options;
-    if (argc == 3 && std::string_view(argv[1]) == "--port") options.port = static_cast<std::uint16_t>(std::atoi(argv[2]));
-    options.io = lrt::Io::in_poll;
-    options.transport = [](lrt::transport::TransportOptions o) { return lrt::transport::make_libwebsockets(std::move(o), context); };
+    if (argc == 3 && std::string_view(argv[1]) == "--port") options.listen.port = static_cast<std::uint16_t>(std::atoi(argv[2]));
+    options.threads.io = lrt::Io::in_poll;
+    options.listen.transport = [](lrt::transport::TransportOptions o) { return lrt::transport::make_libwebsockets(std::move(o), context); };
     auto server = lrt::Server::create(std::move(options));
     if (!server || !server->add(std::move(arm))) return 1;
     std::printf("listening on %s\n", server->url().c_str());

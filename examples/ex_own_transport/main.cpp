@@ -26,10 +26,10 @@ volatile std::sig_atomic_t interrupted = 0;
 
 int main(int argc, char** argv) {
   lrt::Options options;
-  options.transport = make_epoll_transport;
+  options.listen.transport = make_epoll_transport;
   if (argc == 3 && argv[1] == std::string_view("--port")) {
     const std::string_view text = argv[2];
-    const auto [read_to, error] = std::from_chars(text.data(), text.data() + text.size(), options.port);
+    const auto [read_to, error] = std::from_chars(text.data(), text.data() + text.size(), options.listen.port);
     if (error != std::errc() || read_to != text.data() + text.size()) return std::fprintf(stderr, "--port wants 0 to 65535\n"), 2;
   } else if (argc != 1) {
     return std::fprintf(stderr, "usage: ex_own_transport [--port N]\n"), 2;

@@ -133,7 +133,7 @@ int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string_view word = argv[i];
     if (word == "--port" && i + 1 < argc) {
-      if (!read(argv[++i], options.port)) return usage();
+      if (!read(argv[++i], options.listen.port)) return usage();
     } else if (word == "--linear" && i + 1 < argc) {
       description.linear.insert(argv[++i]);
     } else if (word == "--limits" && i + 3 < argc) {

@@ -34,7 +34,7 @@ int main(int argc, char** argv) {
     if (arg.compare(0, 1, "-") != 0 && count < 2) {
       files[count++] = arg;
     } else if (arg == "--bind" && i + 1 < argc) {
-      options.address = argv[++i];
+      options.listen.address = argv[++i];
     } else if (arg == "--argument" && i + 1 < argc) {
       const std::string given = argv[++i];
       const std::size_t equals = given.find('=');
@@ -43,7 +43,7 @@ int main(int argc, char** argv) {
     } else if (arg == "--port" && i + 1 < argc) {
       const std::string text = argv[++i];
       const char* const end = text.data() + text.size();
-      const auto [read_to, error] = std::from_chars(text.data(), end, options.port);
+      const auto [read_to, error] = std::from_chars(text.data(), end, options.listen.port);
       if (error != std::errc() || read_to != end) return std::fprintf(stderr, "ex_urdf_robot: --port wants 0 to 65535\n"), 2;
     } else {
       std::fprintf(stderr, "usage: ex_urdf_robot [URDF] [CSV] [--port N] [--bind ADDRESS] [--argument NAME=VALUE]...\n");

@@ -59,7 +59,7 @@ void MovingRobot::follow_commands() noexcept {
 
 void MovingRobot::report(Variable& v, double position) noexcept {
   if (v.move.cancelled()) v.move = {};
-  else if (position == v.target) std::move(v.move).succeed();
+  else if (position == v.target) v.move.succeed();
   else v.move.progress((position - v.start) / (v.target - v.start));
 }
 

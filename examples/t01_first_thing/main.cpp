@@ -10,11 +10,11 @@ int main() {
   joint.property("rotation", [&] { return angle; }, lrt::unit::radian);
   joint.action("rotate", [&](double target, lrt::Responder done) {
     angle = target;
-    std::move(done).succeed();
+    done.succeed();
   });
 
   lrt::Options options;                                       // http://127.0.0.1:8080/, for this machine only
-  options.port = lesson::port();                              // with --serve: 8080
+  options.listen.port = lesson::port();                              // with --serve: 8080
   lrt::Server server = lrt::Server::create(options).value();  // value() throws what a Result has instead of a value
   server.add(std::move(joint)).value();
 

@@ -44,7 +44,7 @@ int main() {
     if (position != target) position += position < target ? 1 : -1;
     if (move && move->cancelled()) move.reset();
     if (move && position == target) {
-      std::move(*move).succeed();
+      move->succeed();
       move.reset();
     } else if (move) {
       move->progress(0.25);  // optional

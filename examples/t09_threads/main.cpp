@@ -57,14 +57,14 @@ int main() {
   Worker worker;
 
   lrt::Options options = lesson::options();
-  options.executor = [&](std::function<void()> job) { worker.post(std::move(job)); };
+  options.threads.executor = [&](std::function<void()> job) { worker.post(std::move(job)); };
   lrt::Server server = lrt::Server::create(options).value();
   server.add(make("default", lrt::Dispatch::as_server)).value();   // in poll: robot code needs no locks
   server.add(make("quick", lrt::Dispatch::io_thread)).value();     // at once: for fast, thread-safe code
   server.add(make("elsewhere", lrt::Dispatch::executor)).value();  // for long work: a camera, a planner
 
-  options.io = lrt::Io::in_poll;  // lrt has no thread: requests are answered in poll() only
-  options.port = 0;
+  options.threads.io = lrt::Io::in_poll;  // lrt has no thread: requests are answered in poll() only
+  options.listen.port = 0;
   lrt::Server single = lrt::Server::create(options).value();
   single.add(make("default", lrt::Dispatch::as_server)).value();
   single.add(make("quick", lrt::Dispatch::io_thread)).value();

@@ -46,11 +46,11 @@ int main() {
   lrt::transport::Loopback* loopback = nullptr;  // owned by the server
 
   lrt::Options options;
-  options.io = lrt::Io::in_poll;
-  options.engine.clock = &clock;
-  options.engine.ids = std::make_shared<Numbers>();
-  options.engine.public_base = "http://robot.example";
-  options.transport = [&](lrt::transport::TransportOptions o) {
+  options.threads.io = lrt::Io::in_poll;
+  options.clock = &clock;
+  options.ids = std::make_shared<Numbers>();
+  options.listen.public_base = "http://robot.example";
+  options.listen.transport = [&](lrt::transport::TransportOptions o) {
     auto made = std::make_unique<lrt::transport::Loopback>(std::move(o));
     loopback = made.get();
     return made;
@@ -75,7 +75,7 @@ int main() {
   if (angle != 1.25) return 1;
 
   ask("GET", "/joint/rotation");
-  clock.advance(options.engine.host_timeout);  // the host hangs ...
+  clock.advance(options.limits.host_timeout);  // the host hangs ...
   server.poll();                            // ... and the waiting request gets 503
 }
 

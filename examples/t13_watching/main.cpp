@@ -16,7 +16,7 @@ int main() {
     for (int step = 1; step <= 4; ++step) angle.publish(to * step / 4), done.progress(step / 4.0);
     temperature += 0.25;
     motor.changed();
-    std::move(done).succeed();
+    done.succeed();
   });
 
   lrt::Server server = lrt::Server::create(lesson::options()).value();

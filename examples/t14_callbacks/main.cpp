@@ -12,10 +12,10 @@ int main() {
   joint.action("turn", [&](double to) { angle.publish(to); });
 
   lrt::Options options = lesson::options();
-  auto& callbacks = options.engine.subscriptions.callbacks;
+  auto& callbacks = options.callbacks;
   callbacks.allow = {"127.0.0.0/8"};  // networks, addresses, names; default: none
   callbacks.attempts = 3;             // failed attempts; then the subscription is suspended
-  // options.subscriptions_file = "subscriptions.ttl";  // to keep callbacks across restarts
+  // options.callbacks.file = "subscriptions.ttl";  // to keep callbacks across restarts
 
   lrt::Server server = lrt::Server::create(options).value();
   server.add(std::move(joint)).value();

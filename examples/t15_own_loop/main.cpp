@@ -20,7 +20,7 @@ int main() {
   wheel.action("spin", [&](double to) { wanted = to; });  // called by server.poll(), on this thread
 
   lrt::Options options = lesson::options();
-  options.io = lrt::Io::in_poll;  // no thread of lrt
+  options.threads.io = lrt::Io::in_poll;  // no thread of lrt
   lrt::Server server = lrt::Server::create(options).value();
   server.add(std::move(wheel)).value();
 

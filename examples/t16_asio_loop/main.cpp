@@ -18,8 +18,8 @@ int main() {
   battery.action("connect", [&](double consumers) { load = consumers; });
 
   lrt::Options options = lesson::options();
-  options.io = lrt::Io::in_poll;
-  options.transport = [&io](lrt::transport::TransportOptions o) { return lrt::transport::make_http(std::move(o), io); };
+  options.threads.io = lrt::Io::in_poll;
+  options.listen.transport = [&io](lrt::transport::TransportOptions o) { return lrt::transport::make_http(std::move(o), io); };
   lrt::Server server = lrt::Server::create(options).value();
   server.add(std::move(battery)).value();
 

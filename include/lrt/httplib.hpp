@@ -270,11 +270,11 @@ class Mount {
 /// Below a prefix every request is the server's. Without one the host's routes stay if they were added before; then a POST, PUT or PATCH without
 /// Content-Length waits for the host's read timeout with some releases (0.11).
 ///
-/// A client may name the host server's port on this machine, or with that port one of EngineOptions::allowed_hosts; or set
-/// EngineOptions::public_base. There are no WebSockets here; web callbacks are ordered by POST or GET with `Upgrade: callback` as elsewhere.
+/// A client may name the host server's port on this machine, or with that port one of Security::allowed_hosts; or set
+/// Listen::public_base. There are no WebSockets here; web callbacks are ordered by POST or GET with `Upgrade: callback` as elsewhere.
 /// http::Request::client_certificate is empty. A waiting request and each event stream keep one of the host's threads.
 ///
-/// A server without a port of its own has `options.transport = lrt::transport::no_network`.
+/// A server without a port of its own has `options.listen.transport = lrt::transport::no_network`.
 ///
 /// @param http_server  not listening yet
 /// @param server       stays where it is and lives until http_server has stopped listening; it may stop before

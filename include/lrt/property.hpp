@@ -25,7 +25,7 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
  public:
   /// Makes the property writable: PUT calls `write(T)`, which returns void or Result<void>. An error is answered 409. A following GET
   /// shows the written value until the robot publishes again.
-  /// @par Threads  `write` runs where the thing's Dispatch says.
+  /// @par Threads  `write` runs where dispatch() says.
   /// @par Implements  R0.5
   template <class F>
   Self& on_write(F write) {
@@ -103,8 +103,8 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
   /// present value. A value with rows of different lengths has no octets.
   ///
   /// PUT accepts octets if at most one length of the type is free: a MatrixXd cannot be written in octets, because they do not contain the
-  /// number of columns. engine::EngineOptions::max_body_triples and max_list_members limit the numbers in a body. If a value has more numbers than
-  /// engine::EngineOptions::max_value_members, its RDF describes the octets instead of the numbers.
+  /// number of columns. Limits::max_body_triples and max_list_members limit the numbers in a body. If a value has more numbers than
+  /// Limits::max_value_members, its RDF describes the octets instead of the numbers.
   /// @par Errors  invalid_option, for other types: by Server::add
   Self& octets() {
     return this->edit("octets", [](auto& s) { s.octets = true; });

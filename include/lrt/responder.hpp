@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <string>
 #include <utility>
@@ -24,52 +25,70 @@ class InvocationLink {
   virtual void on_cancel(UniqueFunction<void()> hook) = 0;
 };
 
+/// What the copies of a Responder share. Ends the invocation as failed when the last copy is destroyed without a result.
+class SharedInvocation {
+ public:
+  explicit SharedInvocation(std::shared_ptr<InvocationLink> link) : link_(std::move(link)) {}
+  ~SharedInvocation();
+  SharedInvocation(const SharedInvocation&) = delete;
+  SharedInvocation& operator=(const SharedInvocation&) = delete;
+
+  /// Only the first call has an effect.
+  void finish(Result<rdf::Value> result) noexcept;
+  bool finished() const noexcept { return finished_.load(std::memory_order_acquire); }
+  InvocationLink& link() const noexcept { return *link_; }
+
+ private:
+  const std::shared_ptr<InvocationLink> link_;
+  std::atomic<bool> finished_{false};
+};
+
 class ResponderBase {
  public:
+  /// An empty responder: its calls have no effect, and one of an action may be assigned later.
   ResponderBase() = default;
-  explicit ResponderBase(std::shared_ptr<InvocationLink> link) : link_(std::move(link)) {}
-  ResponderBase(ResponderBase&&) noexcept = default;
-  ResponderBase& operator=(ResponderBase&& other) noexcept;
-  /// If neither succeed() nor fail() was called, ends the invocation as failed; a waiting client gets 500.
-  ~ResponderBase();
+  explicit ResponderBase(std::shared_ptr<InvocationLink> link) : invocation_(std::make_shared<SharedInvocation>(std::move(link))) {}
 
-  /// True while it holds an unfinished invocation. An empty responder may be stored and assigned later.
-  explicit operator bool() const noexcept { return link_ != nullptr; }
+  /// True while it refers to an invocation for which neither succeed() nor fail() was called, on this or another copy.
+  explicit operator bool() const noexcept { return invocation_ && !invocation_->finished(); }
 
   /// Ends the invocation as failed, with `error` in its representation. Errc::refused: the robot's state or limits exclude the command, a
   /// waiting client gets 409. Any other code: the robot tried and failed, 500.
-  void fail(Error error) &&;
-  void fail(std::string message) && { std::move(*this).fail(Error{Errc::failed, std::move(message)}); }
+  void fail(Error error) const { finish(Unexpected{std::move(error)}); }
+  void fail(std::string message) const { fail(Error{Errc::failed, std::move(message)}); }
   /// Sets the progress of the invocation, 0 to 1.
-  void progress(double fraction) noexcept {
-    if (link_) link_->progress(fraction);
+  void progress(double fraction) const noexcept {
+    if (invocation_) invocation_->link().progress(fraction);
   }
   /// True after the invocation was cancelled or preempted. Then stop the robot's action and destroy the responder.
-  bool cancelled() const noexcept { return link_ && link_->cancelled(); }
+  bool cancelled() const noexcept { return invocation_ && invocation_->link().cancelled(); }
   /// Runs `hook` once when the invocation is cancelled or preempted or its thing is removed; at once if that has happened already. The hook
-  /// runs where the thing's Dispatch says, so possibly after Server::remove() has returned.
-  void on_cancel(UniqueFunction<void()> hook) {
-    if (link_) link_->on_cancel(std::move(hook));
+  /// runs where the action's Dispatch says, so possibly after Server::remove() has returned. It must not hold a copy of this responder:
+  /// then the last copy would never be destroyed.
+  void on_cancel(UniqueFunction<void()> hook) const {
+    if (invocation_) invocation_->link().on_cancel(std::move(hook));
   }
 
  protected:
-  void finish(Result<rdf::Value> result) {
-    if (auto link = std::move(link_)) link->finish(std::move(result));
+  void finish(Result<rdf::Value> result) const {
+    if (invocation_) invocation_->finish(std::move(result));
   }
 
  private:
-  std::shared_ptr<InvocationLink> link_;
+  std::shared_ptr<SharedInvocation> invocation_;
 };
 }  // namespace model
 
-/// Ends an invocation of an asynchronous action without output: call exactly one of `succeed() &&` and `fail(...) &&`.
+/// Ends an invocation of an asynchronous action without output: call succeed() or fail(). Copies refer to the same invocation, so a
+/// std::function can hold one. The first call of succeed() or fail() on any copy counts, later ones have no effect. When the last copy is
+/// destroyed and neither was called, the invocation ends as failed, and a waiting client gets 500.
 ///
-/// @par Threads  Any, one at a time.
+/// @par Threads  Any. Several copies may be used at the same time, one copy by one thread at a time.
 /// @par Implements  R0.8, paper 5.4
 class Responder : public model::ResponderBase {
  public:
   using ResponderBase::ResponderBase;
-  void succeed() && { finish(rdf::Value()); }
+  void succeed() const { finish(rdf::Value()); }
 };
 
 /// Ends an invocation of an asynchronous action that produces a T.
@@ -77,7 +96,7 @@ template <class T>
 class ResponderOf : public model::ResponderBase {
  public:
   using ResponderBase::ResponderBase;
-  void succeed(const T& output) && { finish(rdf::traits<T>::encode(output)); }
+  void succeed(const T& output) const { finish(rdf::traits<T>::encode(output)); }
 };
 
 }  // namespace lrt

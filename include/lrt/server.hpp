@@ -2,50 +2,19 @@
 
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
-#include <lrt/delivery/deliverer.hpp>
-#include <lrt/engine/engine.hpp>
+#include <lrt/engine/handler.hpp>
+#include <lrt/http/message.hpp>
+#include <lrt/options.hpp>
 #include <lrt/thing.hpp>
-#include <lrt/transport/transport.hpp>
 
 namespace lrt {
-
-/// Which thread does the I/O (SPEC 3.10).
-enum class Io : std::uint8_t {
-  own_thread,  ///< a thread of lrt: requests for pushed and static resources do not need the host
-  in_poll,     ///< no thread of lrt: Server::poll does everything
-};
-
-/// Options of a Server. The defaults suit a robot on a developer's desk.
-struct Options {
-  std::string address = "127.0.0.1";         ///< numeric address to listen on
-  std::uint16_t port = 8080;                 ///< 0: any free one, see Server::port
-  Io io = Io::own_thread;
-  engine::EngineOptions engine;              ///< base, hosts, limits of requests, subscriptions, authorizer, Dispatch, clock, ids, log
-  transport::Limits limits;                  ///< of connections and messages
-  /// Runs the lambdas of things with Dispatch::executor. It must run each exactly once, at any time.
-  std::function<void(std::function<void()>)> executor;
-  /// Makes the transport. Empty: the first of transport::names() is used.
-  std::function<std::unique_ptr<transport::Transport>(transport::TransportOptions)> transport;
-  /// Allows listening on an address that is not a loopback address without TLS and without an authorizer. Then every client that can connect to
-  /// the port can move the robot (R0.2).
-  bool allow_unprotected_network = false;
-  /// Certificate and key. If set, the port accepts HTTPS only (R0.2).
-  std::optional<transport::TlsOptions> tls;
-  /// The file that stores web callbacks across restarts. Empty: they are not stored. It is written atomically soon after a change. An unreadable
-  /// file is renamed and logged. The file contains the callbacks' secrets, so only its owner can read it.
-  std::string subscriptions_file;
-  /// Makes the deliverer of web callbacks. Empty: delivery::make_deliverer. Not called if engine.subscriptions.callbacks allows no receiver.
-  std::function<Result<std::unique_ptr<delivery::Deliverer>>(delivery::Source&, const subscription::CallbackOptions&, LogCallback)> deliverer;
-};
 
 class EventSource;
 struct Served;
@@ -104,7 +73,7 @@ class Server {
   /// @par Time        At most host_timeout, or what `Prefer: wait` says.
   Served serve(const http::Request& request);
 
-  /// Reads the certificate and key of Options::tls again. Open connections are kept.
+  /// Reads the certificate and key of Security::tls again. Open connections are kept.
   /// @par Errors   invalid_option: the server has no TLS; io_error: the old certificate and key stay in use
   /// @par Threads  Any.
   Result<void> reload_tls();

@@ -18,7 +18,7 @@ namespace lrt::engine {
 class Bases {
  public:
   /// @param public_base    the only base of requests, "https://robot.example/arm"; empty: each request's Host decides
-  /// @param allowed_hosts  as EngineOptions::allowed_hosts
+  /// @param allowed_hosts  as Security::allowed_hosts
   Bases(std::string public_base, std::vector<std::string> allowed_hosts);
 
   /// Where the server listens. All bases that were known are forgotten.

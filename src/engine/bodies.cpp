@@ -8,11 +8,26 @@
 #include <lrt/rdf/value_codec.hpp>
 #include <lrt/shacl/validator.hpp>
 
+#include "src/base/charset.hpp"
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
 
 namespace {
+
+bool is_text(std::optional<rdf::Plain> format) noexcept { return format != rdf::Plain::cbor && format != rdf::Plain::octets; }
+
+/// Blanks what an XML declaration says of the encoding: the field Content-Type precedes it (RFC 7303 3).
+void blank_declared_encoding(std::string& document) {
+  if (document.compare(0, 5, "<?xml") != 0) return;
+  const std::size_t end = document.find("?>");
+  const std::size_t name = document.find("encoding");
+  const std::size_t open = document.find_first_of("\"'", name);
+  if (end == std::string::npos || open == std::string::npos || open > end) return;
+  const std::size_t close = document.find(document[open], open + 1);
+  if (close < end) document.replace(name, close + 1 - name, close + 1 - name, ' ');
+}
+
 std::size_t longest_list_in(const rdf::Value& value) {
   const rdf::Value::Sequence* members = value.sequence();
   if (!members) return 0;
@@ -52,14 +67,17 @@ std::variant<Bodies::Body, http::Response> Bodies::read(const Context& context, 
   if (!content_type && request.body.empty()) return Body{};
   const bool octets =
       value && context.resource->variants().type_of(Variant(rdf::Plain::octets)) != std::string_view() && rdf::reads_octets(*value);
-  const auto unsupported = [&](const std::string& found) {
-    std::string types = readable_types(value != nullptr);
-    if (octets) types += ", " + std::string(rdf::media_type(rdf::Plain::octets));
-    http::Response response = responses_.problem(context, 415, "Content-Type: expected one of " + types + ", found " + found);
+  const auto accepted_types = [&] {
+    return readable_types(value != nullptr) + (octets ? ", " + std::string(rdf::media_type(rdf::Plain::octets)) : "");
+  };
+  const auto not_accepted = [&](const std::string& detail) {
+    const std::string types = accepted_types();
+    http::Response response = responses_.problem(context, 415, "Content-Type: " + detail);
     response.fields.set("Accept", types);  // RFC 9110 15.5.16
     if (request.method == "POST") response.fields.set("Accept-Post", types);
     return response;
   };
+  const auto unsupported = [&](const std::string& found) { return not_accepted("expected one of " + accepted_types() + ", found " + found); };
   if (!content_type) return unsupported("none");
   const Result<MediaType> type = MediaType::parse(*content_type);
   if (!type || request.count("Content-Type") > 1) return unsupported("\"" + request.joined("Content-Type") + "\"");
@@ -67,14 +85,25 @@ std::variant<Bodies::Body, http::Response> Bodies::read(const Context& context, 
   std::optional<rdf::Plain> format;
   if (value && !syntax) format = rdf::plain_of(*type);
   if (!syntax && (!format || (*format == rdf::Plain::octets && !octets))) return unsupported(type->essence());
-  if (const std::string_view charset = type->parameter("charset"); !charset.empty() && !http::iequals(charset, "utf-8"))
-    return unsupported("charset " + std::string(charset));
+  std::string_view text = request.body;
+  std::string transcoded;
+  if (const std::string_view charset = type->parameter("charset"); !charset.empty() && is_text(format)) {
+    const Result<std::string_view> utf8 = charset::to_utf8(request.body, charset, transcoded);
+    if (!utf8 && utf8.error().code == Errc::unsupported_syntax) return not_accepted(utf8.error().message);
+    if (!utf8) return responses_.problem(context, 400, "body: " + utf8.error().message);
+    text = *utf8;
+    if (syntax == rdf::Syntax::rdf_xml) {
+      if (transcoded.empty()) transcoded = text;
+      blank_declared_encoding(transcoded);
+      text = transcoded;
+    }
+  }
 
   const std::string base = responses_.iri(context, context.resource->path);
   if (format) {
     Body body;
     body.empty = request.body.empty();
-    const Result<void> read = rdf::read_plain(request.body, *format, *value, facets, context.resource->thing->names_base(view_.bases[context.base]),
+    const Result<void> read = rdf::read_plain(text, *format, *value, facets, context.resource->thing->names_base(view_.bases[context.base]),
                                               options_.max_body_triples, body.graph, body.graph.intern(rdf::iri(base)));
     if (read) return body;
     const Errc code = read.error().code;
@@ -87,7 +116,7 @@ std::variant<Bodies::Body, http::Response> Bodies::read(const Context& context, 
   const std::string own_context = responses_.iri(context, context_document_);
   read_options.context = own_context;
   read_options.context_prefixes = &options_.prefixes;
-  Result<rdf::Graph> graph = rdf::read(request.body, *syntax, read_options);
+  Result<rdf::Graph> graph = rdf::read(text, *syntax, read_options);
   if (!graph) {
     const Error& e = graph.error();
     return responses_.problem(context, e.code == Errc::limit_exceeded ? 413 : 400, "body: " + e.message);

@@ -18,8 +18,8 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
     auto read = bodies_.read_value(context, *action.spec->input, action.spec->facets);
     if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
     input = std::move(std::get<rdf::Value>(read));
-  } else {
-    // SPEC 3.1: without input it takes an empty body. RDF is covered by no constraint, and so ignored.
+  } else if (!context.request().body.empty()) {
+    // Without input it takes an empty body, whatever the header fields say of it. RDF is covered by no constraint, and so ignored.
     static const rdf::Type nothing = [] {
       rdf::Type type;
       type.kind = rdf::Type::Kind::record;
@@ -33,7 +33,9 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   if (auto response = refused_by_policy(action, context)) return *std::move(response);
 
   const http::Preferences& preferences = context.preferences();
-  const bool waits = preferences.wait ? preferences.wait->count() > 0 : !action.spec->asynchronous && !preferences.respond_async;
+  const bool must_queue = action.spec->policy.kind == ActionPolicy::Kind::queue && (action.active > 0 || !action.queue.empty());
+  const bool until_end = preferences.wait || !action.spec->asynchronous;
+  const bool waits = preferences.wait ? preferences.wait->count() > 0 : !preferences.respond_async && (until_end || !must_queue);
   const std::string path = action.path + "/" + options_.ids->next();
   auto made = std::make_unique<InvocationResource>(path, action);
   InvocationResource& invocation = *made;
@@ -48,7 +50,7 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
       registry_.remove(invocation);
       return responses_.overloaded(context);
     }
-    invocation.waiting.push_back(*ticket);
+    invocation.waiting.push_back({*ticket, until_end});
   }
   if (action.spec->policy.kind == ActionPolicy::Kind::preempt) {
     std::vector<InvocationResource*> older;
@@ -56,7 +58,6 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
       if (!i->finished()) older.push_back(i.get());
     for (InvocationResource* i : older) cancel(*i, context.now);
   }
-  const bool must_queue = action.spec->policy.kind == ActionPolicy::Kind::queue && (action.active > 0 || !action.queue.empty());
   invocation.control = std::make_shared<InvocationControl>(calls_.inbox(), [this, ref = Ref(invocation)](Result<rdf::Value> result, TimePoint now) {
     if (InvocationResource* i = registry_.find(ref)) finished(*i, std::move(result), now);
   });
@@ -69,11 +70,7 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   else launch(invocation, context.now);
 
   if (ticket) return Deferred{*ticket};
-  if (preferences.respond_async || preferences.wait) return accepted(context, invocation);
-  if (context.wants_representation()) return response_for(context, invocation);
-  http::Response response = responses_.no_content(context);
-  response.fields.add("Location", responses_.iri(context, invocation.path));
-  return response;
+  return accepted(context, invocation);
 }
 
 std::optional<http::Response> Invocations::refused_by_policy(const ActionResource& action, const Context& context) const {
@@ -99,13 +96,13 @@ std::optional<http::Response> Invocations::refused_by_policy(const ActionResourc
   return std::nullopt;
 }
 
-/// Calls the start lambda where the Thing's lambdas run.
+/// Calls the start lambda where it is to run.
 void Invocations::launch(InvocationResource& invocation, TimePoint now) {
   ActionResource& action = invocation.action;
   ++action.active;
   start_deadlines_.set(invocation.start_deadline, now.steady + options_.host_timeout, invocation.id);
   invocation.token = std::make_shared<CancelToken>();
-  calls_.run(action.thing->where(), [this, ref = Ref(invocation), inbox = calls_.inbox(), spec = action.spec, control = invocation.control,
+  calls_.run(action.thing->where(*action.spec), [this, ref = Ref(invocation), inbox = calls_.inbox(), spec = action.spec, control = invocation.control,
                                      token = invocation.token, input = invocation.input]() mutable {
     if (!token->take()) return;
     inbox->put([this, ref](TimePoint at) {
@@ -116,6 +113,9 @@ void Invocations::launch(InvocationResource& invocation, TimePoint now) {
       spec->start(input, control);
       return {};
     }));
+    inbox->put([this, ref](TimePoint at) {
+      if (InvocationResource* i = registry_.find(ref)) start_returned(*i, at);
+    });
   });
 }
 
@@ -125,6 +125,21 @@ void Invocations::started(InvocationResource& invocation, TimePoint now) {
   invocation.status = Status::running;
   invocation.started = now.utc;
   invocation.mark_changed();
+}
+
+/// The lambda has neither thrown nor refused the command, or the invocation would have ended.
+void Invocations::start_returned(InvocationResource& invocation, TimePoint now) {
+  auto& waiting = invocation.waiting;
+  const auto first = std::stable_partition(waiting.begin(), waiting.end(), [](const WaitingRequest& w) { return w.until_end; });
+  std::vector<WaitingRequest> answered(first, waiting.end());
+  waiting.erase(first, waiting.end());
+  respond_to(std::move(answered), now, [&](const Context& context) { return response_for(context, invocation); });
+}
+
+template <class MakeResponse>
+void Invocations::respond_to(std::vector<WaitingRequest> requests, TimePoint now, MakeResponse make) {
+  for (const WaitingRequest& request : requests)
+    if (const Context* context = pending_.resume(request.ticket, now)) pending_.respond(request.ticket, make(*context));
 }
 
 void Invocations::finished(InvocationResource& invocation, Result<rdf::Value> result, TimePoint now) {
@@ -141,7 +156,7 @@ void Invocations::cancel_on_host(InvocationResource& invocation) {
   if (invocation.token) invocation.token->cancel();
   auto hook = invocation.control->cancel();
   if (!hook) return;
-  calls_.run(invocation.thing->where(), [hook = std::move(hook)]() mutable {
+  calls_.run(invocation.thing->where(*invocation.action.spec), [hook = std::move(hook)]() mutable {
     (void)guarded<void>([&]() -> Result<void> { return hook(), Result<void>(); });
   });
 }
@@ -159,8 +174,7 @@ void Invocations::cancel(InvocationResource& invocation, TimePoint now) {
 void Invocations::never_begun(InvocationResource& invocation, TimePoint now) {
   leave_queue(invocation);
   (void)invocation.control->cancel();
-  for (const Ticket ticket : std::exchange(invocation.waiting, {}))
-    if (const Context* context = pending_.resume(ticket, now)) pending_.respond(ticket, responses_.timed_out(*context));
+  respond_to(std::exchange(invocation.waiting, {}), now, [&](const Context& context) { return responses_.timed_out(context); });
   invocation.result = unexpected(Errc::timed_out, "the robot's program did not begin in time");
   invocation.status = Status::failed;
   ended(invocation, now);
@@ -172,8 +186,7 @@ void Invocations::ended(InvocationResource& invocation, TimePoint now) {
   invocation.ended = now.utc;
   invocation.mark_changed();
   if (invocation.token) --action.active;
-  for (const Ticket ticket : std::exchange(invocation.waiting, {}))
-    if (const Context* context = pending_.resume(ticket, now)) pending_.respond(ticket, response_for(*context, invocation));
+  respond_to(std::exchange(invocation.waiting, {}), now, [&](const Context& context) { return response_for(context, invocation); });
   start_deadlines_.clear(invocation.start_deadline);
   launch_next(action, now);
   prune(action);
@@ -184,8 +197,8 @@ void Invocations::wait_is_over(Ticket ticket, Context& context, ResourceId id, b
   auto* invocation = static_cast<InvocationResource*>(registry_.find(id));
   if (!invocation) return pending_.respond(ticket, responses_.timed_out(context));
   auto& waiting = invocation->waiting;
-  waiting.erase(std::remove(waiting.begin(), waiting.end(), ticket), waiting.end());
-  // What the host has begun, even if the engine does not know yet, goes on.
+  waiting.erase(std::remove_if(waiting.begin(), waiting.end(), [&](const WaitingRequest& w) { return w.ticket == ticket; }), waiting.end());
+  // What the host has begun, even if the engine does not know yet, goes on: 202, because it may still be refused.
   if (may_take_long || invocation->status == Status::running || (invocation->token && !invocation->token->cancel())) return pending_.respond(ticket, accepted(context, *invocation));
   // The client is told to come again, so it must not happen later.
   const TimePoint now = context.now;
@@ -247,14 +260,7 @@ http::Response Invocations::response_for(const Context& context, const Invocatio
   const std::string location = responses_.iri(context, invocation.path);
   const model::ActionSpec& spec = *invocation.action.spec;
   http::Response response;
-  if (context.wants_representation()) {
-    rdf::Graph graph;
-    representations_.describe(graph, invocation, context.base);
-    const PlainValue value = *invocation.plain_value();
-    response = responses_.graph(context, 200, graph, &value);
-    response.fields.add("Content-Location", location);
-    response.fields.add("Preference-Applied", "return=representation");
-  } else if (invocation.status == Status::failed || invocation.status == Status::cancelled) {
+  if (invocation.status == Status::failed || invocation.status == Status::cancelled) {
     response = invocation.status == Status::cancelled
                    ? responses_.problem(context, 409, "the invocation was cancelled before it ended")
                    : responses_.refused(context, "action \"" + invocation.action.path + "\" failed", invocation.result.error());
@@ -262,6 +268,14 @@ http::Response Invocations::response_for(const Context& context, const Invocatio
     links.add(location, "related");
     links.finish(response.fields, {});
     return response;
+  }
+  if (context.wants_representation()) {
+    rdf::Graph graph;
+    representations_.describe(graph, invocation, context.base);
+    const PlainValue value = *invocation.plain_value();
+    response = responses_.graph(context, 200, graph, &value);
+    response.fields.add("Content-Location", location);
+    response.fields.add("Preference-Applied", "return=representation");
   } else if (spec.output && invocation.result && !invocation.result->is_null() && !context.wants_minimal()) {
     rdf::Graph graph;
     const rdf::TermId focus = graph.intern(rdf::iri(location + "#result"));
@@ -295,8 +309,7 @@ Outcome Invocations::remove(InvocationResource& invocation, Context& context) {
 
 void Invocations::removed(ActionResource& action, TimePoint now) {
   for (const auto& i : action.invocations) {
-    for (const Ticket ticket : std::exchange(i->waiting, {}))
-      if (const Context* context = pending_.resume(ticket, now)) pending_.respond(ticket, responses_.gone(*context));
+    respond_to(std::exchange(i->waiting, {}), now, [&](const Context& context) { return responses_.gone(context); });
     start_deadlines_.clear(i->start_deadline);
     if (!i->finished()) cancel_on_host(*i);
     registry_.remove(*i);

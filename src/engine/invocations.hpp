@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include <lrt/engine/engine.hpp>
 
@@ -47,16 +48,19 @@ class Invocations {
   std::optional<http::Response> refused_by_policy(const ActionResource& action, const Context& context) const;
   void launch(InvocationResource& invocation, TimePoint now);
   void started(InvocationResource& invocation, TimePoint now);
+  void start_returned(InvocationResource& invocation, TimePoint now);
   void finished(InvocationResource& invocation, Result<rdf::Value> result, TimePoint now);
   void cancel_on_host(InvocationResource& invocation);
   void cancel(InvocationResource& invocation, TimePoint now);
   void never_begun(InvocationResource& invocation, TimePoint now);
   void ended(InvocationResource& invocation, TimePoint now);
   void wait_is_over(Ticket ticket, Context& context, ResourceId invocation, bool may_take_long);
+  template <class MakeResponse>
+  void respond_to(std::vector<WaitingRequest> requests, TimePoint now, MakeResponse make);
   void launch_next(ActionResource& action, TimePoint now);
   void prune(ActionResource& action);
   static void leave_queue(InvocationResource& invocation);
-  /// Once it has ended, or with `return=representation` at once.
+  /// Once the robot has taken it: its result, why it failed, or where it continues.
   http::Response response_for(const Context& context, const InvocationResource& invocation) const;
   /// 202: the invocation continues, and its resource shows its status.
   http::Response accepted(const Context& context, const InvocationResource& invocation) const;

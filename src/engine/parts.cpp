@@ -43,7 +43,7 @@ Parts::Parts(EngineOptions given)
       context_text(rdf::json_ld_context(options.prefixes)),
       responses(options, bases, TermsResource::location, std::string(ContextResource::location) + "?v=" + version_of(context_text)),
       values(calls, registry, options, clock),
-      view{options, registry, bases, !options.subscriptions.callbacks.allow.empty()},
+      view{options, registry, bases, !options.callbacks.allow.empty()},
       representations(options, view, responses, cache, values, pending),
       bodies(options, view, responses, ContextResource::location),
       scanner(values, registry, calls, options.subscriptions, clock),

@@ -153,10 +153,10 @@ void PropertyValues::start(PropertyResource& property) {
   encode(property, std::nullopt, std::move(encoders));
 }
 
-/// A pulled property: its lambda, where the Thing's lambdas run.
+/// A pulled property: its lambda, where that is to run.
 void PropertyValues::read(PropertyResource& property) {
   property.refresh_state.token = calls_.call<model::Reading>(
-      property.thing->where(), [spec = property.spec]() -> Result<model::Reading> { return spec->read(); },
+      property.thing->where(*property.spec), [spec = property.spec]() -> Result<model::Reading> { return spec->read(); },
       [this, ref = Ref(property)](Result<model::Reading> reading, TimePoint now) {
         PropertyResource* p = registry_.find(ref);
         if (!p) return;

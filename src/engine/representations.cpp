@@ -10,6 +10,7 @@
 #include <lrt/http/range.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/engine/overview.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
 
@@ -240,6 +241,8 @@ Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Var
   if (variant.kind() == Variant::Kind::plain) {
     const PlainValue value = *resource.plain_value();
     text = rdf::write_plain(*value.type, *value.facets, value.value(), variant.plain());
+  } else if (variant == Variant::overview()) {
+    text = Overview(view_, base, page).of(resource);
   } else if (const auto whole = resource.document()) {
     text = std::string(*whole);
   } else {

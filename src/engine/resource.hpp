@@ -28,6 +28,7 @@ struct EngineView;
 class About;
 class ChangeScanner;
 class Context;
+class Overview;
 class PropertyResource;
 class Registry;
 class Resource;
@@ -122,7 +123,13 @@ class Resource {
   virtual void describe(const Description& d) const = 0;
   /// Its types, stated wherever it is linked to (SPEC 2).
   virtual void describe_types(About& about) const = 0;
-  virtual const Variants& variants() const { return graph_variants(); }
+  virtual const Variants& variants() const { return overview_variants(); }
+  /// What it is in overviews, in one word.
+  virtual std::string_view kind() const noexcept = 0;
+  /// What overviews say of it wherever they link to it, besides href, kind and methods.
+  virtual void summarize(Overview& o) const { (void)o; }
+  /// What its own overview says besides.
+  virtual void overview(Overview& o) const { (void)o; }
   /// The value behind variants without RDF; nullopt: there is none.
   virtual std::optional<PlainValue> plain_value() const { return std::nullopt; }
   /// Its RDF states at most that many values.

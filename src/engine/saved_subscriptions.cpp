@@ -85,7 +85,7 @@ Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::G
   if (read.refused) log(read.id, "waits: this server may not call " + url->authority + " now");
   const auto has_its_id = [&](const PendingRestore& other) { return other.id == read.id; };
   if (std::any_of(pending_.begin(), pending_.end(), has_its_id) ||
-      subscriptions_.callback_count() + pending_.size() >= options_.subscriptions.callbacks.max_callbacks)
+      subscriptions_.callback_count() + pending_.size() >= options_.callbacks.max_callbacks)
     return unexpected(Errc::refused, "there is another of that identifier, or there are too many");
   return read;
 }

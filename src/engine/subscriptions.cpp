@@ -55,16 +55,16 @@ Subscriptions::Subscriptions(const EngineOptions& options, Registry& registry, B
       representations_(representations),
       values_(values),
       scanner_(scanner),
-      allowed_(subscription::AllowedHosts::parse(options.subscriptions.callbacks.allow)),
+      allowed_(subscription::AllowedHosts::parse(options.callbacks.allow)),
       instance_(RandomIds().next()) {}
 
 Result<void> Subscriptions::check_options() const {
   if (!allowed_) return Unexpected{allowed_.error()};
   const subscription::SubscriptionOptions& s = options_.subscriptions;
   if (s.scan_period.count() <= 0) return unexpected(Errc::invalid_option, "subscriptions.scan_period: expected more than 0");
-  if (s.callbacks.attempts == 0) return unexpected(Errc::invalid_option, "subscriptions.callbacks.attempts: expected at least 1");
-  if (s.callbacks.secret.size() > max_secret)
-    return unexpected(Errc::invalid_option, "subscriptions.callbacks.secret: expected at most " + std::to_string(max_secret) + " bytes");
+  if (options_.callbacks.attempts == 0) return unexpected(Errc::invalid_option, "callbacks.attempts: expected at least 1");
+  if (options_.callbacks.secret.size() > max_secret)
+    return unexpected(Errc::invalid_option, "callbacks.secret: expected at most " + std::to_string(max_secret) + " bytes");
   return {};
 }
 
@@ -110,7 +110,7 @@ subscription::Policy Subscriptions::default_policy(const Resource& observed) con
 
 std::optional<http::Response> Subscriptions::too_many(const Context& context, Protocol protocol) const {
   const bool callback = protocol == Protocol::callback;
-  if (by_channel_.size() < options_.subscriptions.max_subscriptions && (!callback || callbacks_ < options_.subscriptions.callbacks.max_callbacks)) return std::nullopt;
+  if (by_channel_.size() < options_.subscriptions.max_subscriptions && (!callback || callbacks_ < options_.callbacks.max_callbacks)) return std::nullopt;
   http::Response response = responses_.problem(context, 503, callback ? "there are as many web callbacks as this server keeps"
                                                                       : "there are as many subscriptions as this server keeps");
   responses_.add_retry_after(response);
@@ -326,7 +326,7 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
   std::string known_tag = std::move(request.known_tag);
   const bool begins_with_refresh = request.begins_with_refresh;
   auto made = std::make_unique<SubscriptionResource>(std::move(path), std::move(id), Channel{next_channel_++}, std::move(request), base, created, *this,
-                                                     options_.subscriptions, queued_bytes_);
+                                                     options_, queued_bytes_);
   SubscriptionResource& s = *made;
   s.last_tag = std::move(known_tag);
   by_channel_.emplace(static_cast<std::uint64_t>(s.channel), &s);
@@ -576,7 +576,7 @@ std::optional<subscription::Notification> Subscriptions::next_notification(Chann
     subscription::Notification notification;
     notification.url = s->url;
     notification.body = item->body;
-    notification.secret = s->secret.empty() ? options_.subscriptions.callbacks.secret : s->secret;
+    notification.secret = s->secret.empty() ? options_.callbacks.secret : s->secret;
     notification.failed_before = s->retry.tried();
     notification.fields.add("Content-Type", content_type(s->its_variant, s->observed.variants().type_of(s->its_variant)));
     notification.fields.add(notification_field, instance_);

@@ -39,7 +39,7 @@ class Subscriptions {
   Subscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, const Bodies& bodies,
                 Representations& representations, PropertyValues& values, ChangeScanner& scanner);
 
-  /// @par Errors  invalid_option: of EngineOptions::subscriptions
+  /// @par Errors  invalid_option: of the options of subscriptions and callbacks
   Result<void> check_options() const;
   bool makes_callbacks() const { return allowed_ && !allowed_->empty(); }
   /// This server may post to the URL.

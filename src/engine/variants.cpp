@@ -53,6 +53,15 @@ const Variants& graph_variants() {
   return all;
 }
 
+const Variants& overview_variants() {
+  static const Variants all = [] {
+    Variants both = of_graphs();
+    add(both, rdf::media_type(rdf::Plain::json), Variant::overview());
+    return with_page(std::move(both));
+  }();
+  return all;
+}
+
 const Variants& value_variants() {
   static const Variants all = [] {
     Variants both = of_graphs();

@@ -16,13 +16,15 @@ namespace lrt::engine {
 /// One of the media types in which a resource has a representation.
 class Variant {
  public:
-  enum class Kind : std::uint8_t { rdf, inlined_json_ld, plain, encoded };
+  enum class Kind : std::uint8_t { rdf, inlined_json_ld, plain, overview, encoded };
 
   Variant() = default;  ///< Turtle
   explicit Variant(rdf::Syntax syntax) : Variant(Kind::rdf, static_cast<std::uint8_t>(syntax)) {}
   explicit Variant(rdf::Plain format) : Variant(Kind::plain, static_cast<std::uint8_t>(format)) {}
   /// JSON-LD with its context inside.
   static Variant inlined_json_ld() { return {Kind::inlined_json_ld, static_cast<std::uint8_t>(rdf::Syntax::json_ld)}; }
+  /// JSON of a resource that has no plain value: Overview.
+  static Variant overview() { return {Kind::overview, 0}; }
   /// By the property's encoder of that index.
   static Variant encoded(std::size_t encoder) { return {Kind::encoded, static_cast<std::uint8_t>(encoder)}; }
 
@@ -36,7 +38,7 @@ class Variant {
   /// Some values have no representation in it, although other values of the property do.
   bool may_be_missing() const noexcept { return kind_ == Kind::encoded || *this == Variant(rdf::Plain::octets); }
   /// Always UTF-8, so WebSockets carry it in text messages and event streams carry it.
-  bool is_text() const noexcept { return is_rdf() || (kind_ == Kind::plain && plain() != rdf::Plain::cbor && plain() != rdf::Plain::octets); }
+  bool is_text() const noexcept { return is_rdf() || kind_ == Kind::overview || (kind_ == Kind::plain && plain() != rdf::Plain::cbor && plain() != rdf::Plain::octets); }
 
   friend bool operator==(Variant a, Variant b) noexcept { return a.kind_ == b.kind_ && a.number_ == b.number_; }
   friend bool operator!=(Variant a, Variant b) noexcept { return !(a == b); }
@@ -68,6 +70,8 @@ inline constexpr std::string_view event_stream_type = "text/event-stream";
 
 /// Of resources that only RDF describes.
 const Variants& graph_variants();
+/// Of resources that RDF and an overview in JSON describe.
+const Variants& overview_variants();
 /// Of resources with a value that can be written without RDF.
 const Variants& value_variants();
 /// Of the JSON-LD context.

@@ -55,19 +55,11 @@ void ResourceSpec::report(const char* call, const char* what) const noexcept {
   }
 }
 
-ResponderBase& ResponderBase::operator=(ResponderBase&& other) noexcept {
-  if (this != &other) {
-    ResponderBase old(std::move(*this));
-    link_ = std::move(other.link_);
-  }
-  return *this;
-}
+SharedInvocation::~SharedInvocation() { finish(unexpected(Errc::dropped, "the responder was destroyed before succeed() or fail()")); }
 
-ResponderBase::~ResponderBase() {
-  if (link_) link_->finish(unexpected(Errc::dropped, "the responder was destroyed before succeed() or fail()"));
+void SharedInvocation::finish(Result<rdf::Value> result) noexcept {
+  if (!finished_.exchange(true, std::memory_order_acq_rel)) link_->finish(std::move(result));
 }
-
-void ResponderBase::fail(Error error) && { finish(Unexpected{std::move(error)}); }
 
 }  // namespace model
 

@@ -14,6 +14,7 @@
 #include "src/rdf/json_parse.hpp"
 #include "src/rdf/n_triples.hpp"
 #include "src/rdf/limits.hpp"
+#include "src/rdf/plain_names.hpp"
 #include "src/rdf/value_writer.hpp"
 
 namespace lrt::rdf {
@@ -25,49 +26,12 @@ constexpr std::size_t max_depth = 64;  // as in read_value()
 
 const Type& without_optional(const Type& type) noexcept { return type.kind == Kind::optional ? without_optional(*type.element) : type; }
 
-/// The names of a record's members: the names of the fields; for repeated names "maths:x"; if these are repeated too, the IRIs.
-std::vector<std::string> member_names(const Type& record) {
-  std::vector<std::string> names;
-  names.reserve(record.fields.size());
-  for (const FieldType& f : record.fields) names.push_back(f.name);
-  const auto tell_apart = [&](auto name_of) {
-    std::vector<std::size_t> order(names.size());  // sorted by name, because a robot's state may have a thousand members
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return names[a] < names[b]; });
-    std::vector<std::size_t> repeated;
-    for (std::size_t i = 0; i < order.size(); ++i) {
-      const bool as_before = i > 0 && names[order[i]] == names[order[i - 1]];
-      const bool as_next = i + 1 < order.size() && names[order[i]] == names[order[i + 1]];
-      if (as_before || as_next) repeated.push_back(order[i]);
-    }
-    for (const std::size_t i : repeated) names[i] = name_of(record.fields[i].predicate);
-  };
-  tell_apart([](const std::string& predicate) {
-    std::string name = abbreviate(predicate);
-    return name.front() == '<' ? predicate : name;
-  });
-  tell_apart([](const std::string& predicate) { return predicate; });
-  return names;
-}
-
-/// Whether values of the type have the unit of their facets: see write_value().
-bool carries_unit(const Type& type, const Facets& facets) noexcept {
-  if (facets.unit().empty()) return false;
-  if (type.kind == Kind::list || type.kind == Kind::optional) return carries_unit(*type.element, facets);
-  return type.is_number() || type.kind == Kind::record;
-}
-
 /// Whether {"value": ..., "unit": ...} would be read as the record itself.
 bool has_value_member(const Type& type) {
   if (type.kind == Kind::map) return true;  // its names are free
   if (type.kind != Kind::record) return false;
   const std::vector<std::string> names = member_names(type);
   return std::find(names.begin(), names.end(), "value") != names.end();
-}
-
-std::string_view code_of(const Unit& unit) noexcept {
-  if (!unit.ucum.empty()) return unit.ucum;
-  return unit.qudt.empty() ? unit.vom.text : unit.qudt.text;
 }
 
 class JsonWriter {
@@ -84,7 +48,7 @@ class JsonWriter {
       out_ += "{\"value\":";
       bare(type, facets, value);
       out_ += ",\"unit\":";
-      append_quoted(out_, code_of(facets.unit()));
+      append_quoted(out_, unit_code(facets.unit()));
       out_ += '}';
     } else {
       bare(type, facets, value);
@@ -439,7 +403,7 @@ class DocumentReader {
     }
     if (unit == Document::none) return value;
     if (!carries_unit(type, facets)) refuse(unit, "expected no unit, because none is declared");
-    const std::string_view code = code_of(facets.unit());
+    const std::string_view code = unit_code(facets.unit());
     if (kind(unit) != Json::string || document_.text(unit) != code) refuse(unit, "expected \"" + std::string(code) + "\"");
     return value;
   }
@@ -585,6 +549,41 @@ Result<void> read_text(std::string_view body, const Type& outer, const Facets& f
 }
 
 }  // namespace
+
+std::vector<std::string> member_names(const Type& record) {
+  std::vector<std::string> names;
+  names.reserve(record.fields.size());
+  for (const FieldType& f : record.fields) names.push_back(f.name);
+  const auto tell_apart = [&](auto name_of) {
+    std::vector<std::size_t> order(names.size());  // sorted by name, because a robot's state may have a thousand members
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return names[a] < names[b]; });
+    std::vector<std::size_t> repeated;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      const bool as_before = i > 0 && names[order[i]] == names[order[i - 1]];
+      const bool as_next = i + 1 < order.size() && names[order[i]] == names[order[i + 1]];
+      if (as_before || as_next) repeated.push_back(order[i]);
+    }
+    for (const std::size_t i : repeated) names[i] = name_of(record.fields[i].predicate);
+  };
+  tell_apart([](const std::string& predicate) {
+    std::string name = abbreviate(predicate);
+    return name.front() == '<' ? predicate : name;
+  });
+  tell_apart([](const std::string& predicate) { return predicate; });
+  return names;
+}
+
+bool carries_unit(const Type& type, const Facets& facets) noexcept {
+  if (facets.unit().empty()) return false;
+  if (type.kind == Kind::list || type.kind == Kind::optional) return carries_unit(*type.element, facets);
+  return type.is_number() || type.kind == Kind::record;
+}
+
+std::string_view unit_code(const Unit& unit) noexcept {
+  if (!unit.ucum.empty()) return unit.ucum;
+  return unit.qudt.empty() ? unit.vom.text : unit.qudt.text;
+}
 
 std::string_view media_type(Plain format) noexcept {
   switch (format) {

@@ -34,8 +34,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
  public:
   explicit Impl(Options options)
       : options_(std::move(options)),
-        clock_(options_.engine.clock ? *options_.engine.clock : system_clock()),
-        log_(options_.engine.log),
+        clock_(options_.clock ? *options_.clock : system_clock()),
+        log_(options_.log),
         engine_(engine_options()) {}
 
   ~Impl() override {
@@ -45,38 +45,38 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
 
   Result<void> listen() {
     const Turn not_yet(*this);  // on a loop of the host's, turns come as soon as the transport starts
-    if (options_.engine.dispatch == Dispatch::executor && !options_.executor)
-      return unexpected(Errc::invalid_option, "Dispatch::executor needs Options::executor");
+    if (options_.threads.dispatch == Dispatch::executor && !options_.threads.executor)
+      return unexpected(Errc::invalid_option, "Dispatch::executor needs Threads::executor");
     if (Result<void> checked = engine_.check(); !checked) return checked;
     transport::TransportOptions t;
-    t.address = options_.address;
-    t.port = options_.port;
+    t.address = options_.listen.address;
+    t.port = options_.listen.port;
     t.limits = options_.limits;
-    t.tls = options_.tls;
+    t.tls = options_.security.tls;
     t.clock = &clock_;
     t.log = log_.sink();
     t.turn = [this] { poll(host_loop_budget); };
-    transport_ = options_.transport ? options_.transport(std::move(t)) : transport::make_named({}, std::move(t));
+    transport_ = options_.listen.transport ? options_.listen.transport(std::move(t)) : transport::make_named({}, std::move(t));
     if (!transport_) return unexpected(Errc::invalid_option, "there is no transport");
-    if (transport_->capabilities().on_host_loop && options_.io != Io::in_poll)
+    if (transport_->capabilities().on_host_loop && options_.threads.io != Io::in_poll)
       return unexpected(Errc::invalid_option, "the transport lives on a loop of the host's: that needs Io::in_poll");
     descriptor_is_used_ = transport_->capabilities().on_host_loop;
-    if (options_.tls && !transport_->capabilities().tls) return unexpected(Errc::invalid_option, "the transport has no TLS");
-    if (transport_->capabilities().network && !is_loopback(options_.address) && !options_.tls && !options_.engine.authorize &&
-        !options_.allow_unprotected_network)
-      return unexpected(Errc::insecure_address, "listening on " + options_.address +
-                                                    " lets the network move the robot: set tls, an authorizer, or allow_unprotected_network");
+    if (options_.security.tls && !transport_->capabilities().tls) return unexpected(Errc::invalid_option, "the transport has no TLS");
+    if (transport_->capabilities().network && !is_loopback(options_.listen.address) && !options_.security.tls && !options_.security.authorize &&
+        !options_.security.allow_unprotected_network)
+      return unexpected(Errc::insecure_address, "listening on " + options_.listen.address +
+                                                    " lets the network move the robot: set security.tls, security.authorize, or security.allow_unprotected_network");
     if (Result<void> started = transport_->start(*this); !started) return started;
-    engine_.listens_on(options_.address, transport_->port(), options_.tls.has_value());
+    engine_.listens_on(options_.listen.address, transport_->port(), options_.security.tls.has_value());
     transport_waker_ = transport_->waker();
     engine_.set_waker(transport_waker_);
-    if (!options_.subscriptions_file.empty()) restore();
-    if (const auto& callbacks = options_.engine.subscriptions.callbacks; !callbacks.allow.empty()) {
-      auto made = options_.deliverer ? options_.deliverer(*this, callbacks, waking_log()) : delivery::make_deliverer(*this, callbacks, waking_log());
+    if (!options_.callbacks.file.empty()) restore();
+    if (const auto& callbacks = options_.callbacks; !callbacks.allow.empty()) {
+      auto made = callbacks.deliverer ? callbacks.deliverer(*this, callbacks, waking_log()) : delivery::make_deliverer(*this, callbacks, waking_log());
       if (!made) return Unexpected{std::move(made).error()};
       deliverer_ = *std::move(made);
     }
-    if (options_.io == Io::own_thread) io_ = std::thread([this] { serve(); });
+    if (options_.threads.io == Io::own_thread) io_ = std::thread([this] { serve(); });
     return {};
   }
 
@@ -98,7 +98,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (serving_ == std::this_thread::get_id()) return std::chrono::milliseconds(0);  // called by a lambda that the transport's turn runs
     try {
       const auto end = std::chrono::steady_clock::now() + budget;
-      const bool serves = options_.io == Io::in_poll;
+      const bool serves = options_.threads.io == Io::in_poll;
       std::chrono::milliseconds rest = forever;
       if (!serves && rest_.is_awake()) rest_.clear();
       if (serves) rest = serve_once(budget, std::chrono::milliseconds(0));
@@ -126,7 +126,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       const std::chrono::milliseconds rest = std::min(poll(std::chrono::milliseconds(10)), std::chrono::milliseconds(1000));
       if (rest.count() == 0) continue;
       try {
-        if (options_.io == Io::in_poll) serve_once(std::chrono::milliseconds(10), rest);
+        if (options_.threads.io == Io::in_poll) serve_once(std::chrono::milliseconds(10), rest);
         else rest_.wait(rest);
       } catch (...) {
       }
@@ -135,7 +135,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
 
   int descriptor() noexcept {
     descriptor_is_used_ = true;
-    if (options_.io == Io::own_thread) return rest_.descriptor();
+    if (options_.threads.io == Io::own_thread) return rest_.descriptor();
     return transport_ ? transport_->descriptor() : -1;
   }
 
@@ -145,7 +145,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
   void wake() noexcept {
-    if (options_.io == Io::in_poll && transport_waker_) transport_waker_->wake();
+    if (options_.threads.io == Io::in_poll && transport_waker_) transport_waker_->wake();
     else rest_.wake();
   }
 
@@ -168,7 +168,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     }
     if (io.joinable()) io.join();
     if (runner.joinable()) runner.join();
-    if (options_.io == Io::in_poll && transport_) {
+    if (options_.threads.io == Io::in_poll && transport_) {
       if (const Turn turn(*this); turn) finish();
       else wait_until_finished();  // a turn on another thread carries out the stop
     }
@@ -180,8 +180,9 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
   std::uint16_t port() const noexcept { return transport_ ? transport_->port() : 0; }
   std::string url() const {
-    const bool six = options_.address.find(':') != std::string::npos;
-    return (options_.tls ? "https://" : "http://") + (six ? "[" + options_.address + "]" : options_.address) + ":" + std::to_string(port()) + "/";
+    const bool six = options_.listen.address.find(':') != std::string::npos;
+    return (options_.security.tls ? "https://" : "http://") + (six ? "[" + options_.listen.address + "]" : options_.listen.address) + ":" +
+           std::to_string(port()) + "/";
   }
 
   // engine::Handler, on the transport's thread
@@ -306,9 +307,21 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   };
 
   engine::EngineOptions engine_options() {
-    engine::EngineOptions options = options_.engine;
+    engine::EngineOptions options;
+    static_cast<engine::Limits&>(options) = options_.limits;
+    options.public_base = options_.listen.public_base;
+    options.allowed_hosts = options_.security.allowed_hosts;
+    options.allowed_origins = options_.security.allowed_origins;
+    options.authorize = options_.security.authorize;
+    options.challenge = options_.security.challenge;
+    options.dispatch = options_.threads.dispatch;
+    options.subscriptions = options_.subscriptions;
+    options.callbacks = options_.callbacks;
+    options.prefixes = options_.prefixes;
+    options.clock = options_.clock;
+    options.ids = options_.ids;
     options.log = log_.sink();
-    if (!options.page) options.page = page::console();
+    options.page = options_.page ? options_.page : page::console();
     return options;
   }
 
@@ -356,7 +369,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
   /// For threads that do not flush the log themselves.
   LogCallback waking_log() {
-    if (!options_.engine.log) return {};
+    if (!options_.log) return {};
     return [this, sink = log_.sink()](LogLevel level, std::string_view message) {
       sink(level, message);
       wake_io();
@@ -408,7 +421,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   /// Nothing about the file stops the start.
   void restore() {
     constexpr std::size_t max_bytes = 16 * 1024 * 1024;
-    const std::string& path = options_.subscriptions_file;
+    const std::string& path = options_.callbacks.file;
     Result<std::optional<std::string>> text = SavedFile::load(path, max_bytes);
     Result<void> restored;
     if (!text) restored = Unexpected{text.error()};
@@ -450,9 +463,9 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
           for_io = true;
           break;
         case Dispatch::executor:
-          if (options_.executor) {
+          if (options_.threads.executor) {
             auto shared = std::make_shared<UniqueFunction<void()>>(std::move(job.run));
-            options_.executor([shared] { (*shared)(); });
+            options_.threads.executor([shared] { (*shared)(); });
             break;
           }
           [[fallthrough]];
@@ -463,7 +476,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     } catch (const std::exception& e) {
       log(LogLevel::error, std::string("the executor threw: ") + e.what());
     }
-    if (for_host && options_.io == Io::own_thread) rest_.wake();
+    if (for_host && options_.threads.io == Io::own_thread) rest_.wake();
     if (!for_io) return;
     if (serving_ == std::this_thread::get_id()) run_io_jobs();
     else wake_io();

@@ -61,8 +61,8 @@ int main(int argc, char** argv) {
   double seconds = 20, warm_up = 3, work_us = 50;
   std::chrono::microseconds budget(200);
   lrt::Options options;
-  options.port = 0;
-  options.io = lrt::Io::in_poll;
+  options.listen.port = 0;
+  options.threads.io = lrt::Io::in_poll;
   for (int i = 1; i < argc; ++i) {
     const std::string_view name = argv[i];
     if (name == "--without") without = true;

@@ -180,8 +180,8 @@ int main(int argc, char** argv) {
   }
   const auto options = [&] {
     lrt::Options made;
-    made.port = 0;
-    made.io = lrt::Io::in_poll;
+    made.listen.port = 0;
+    made.threads.io = lrt::Io::in_poll;
     if (!transport.empty()) bench::use_transport(transport, made);
     return made;
   };

@@ -106,8 +106,8 @@ int main(int argc, char** argv) {
   ::close(done[1]);
 
   lrt::Options options;
-  options.port = 0;
-  options.engine.subscriptions.always_scan = argc > 1 && std::string(argv[1]) == "--tick";
+  options.listen.port = 0;
+  options.subscriptions.always_scan = argc > 1 && std::string(argv[1]) == "--tick";
   lrt::Server server = lrt::Server::create(options).value();
   lrt::Thing arm{"arm"};
   std::vector<lrt::PushedProperty<double>> properties;
@@ -122,7 +122,7 @@ int main(int argc, char** argv) {
   }
   std::nth_element(empty.begin(), empty.begin() + 50'000, empty.end());
   const double clock_ns = empty[50'000];
-  std::printf("%s; reading the clock takes %.0f ns and is taken off\n", options.engine.subscriptions.always_scan ? "tick" : "woken when it sleeps", clock_ns);
+  std::printf("%s; reading the clock takes %.0f ns and is taken off\n", options.subscriptions.always_scan ? "tick" : "woken when it sleeps", clock_ns);
 
   double t = 0;
   for (const int clients : {0, 10, 1000}) {

@@ -41,10 +41,10 @@ int main(int argc, char** argv) {
   std::signal(SIGINT, [](int) { ended = 1; });
   std::signal(SIGTERM, [](int) { ended = 1; });
 
-  options.port = 0;
+  options.listen.port = 0;
   options.limits.max_connections = 4096;
-  options.engine.subscriptions.max_subscriptions = 4096;
-  options.engine.subscriptions.always_scan = tick;
+  options.subscriptions.max_subscriptions = 4096;
+  options.subscriptions.always_scan = tick;
   auto server = lrt::Server::create(std::move(options));
   if (!server) return std::fprintf(stderr, "%s\n", server.error().message.c_str()), 1;
   lrt::Thing joint{"arm/joint"};

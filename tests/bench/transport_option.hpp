@@ -19,7 +19,7 @@ inline void use_transport(std::string_view name, lrt::Options& options) {
     std::fprintf(stderr, "no transport %.*s in this build\n", static_cast<int>(name.size()), name.data());
     std::exit(3);
   }
-  options.transport = [name](lrt::transport::TransportOptions o) { return lrt::transport::make_named(name, std::move(o)); };
+  options.listen.transport = [name](lrt::transport::TransportOptions o) { return lrt::transport::make_named(name, std::move(o)); };
 }
 
 /// `--tls DIR`: what examples/make-certificate.sh has put there.
@@ -27,7 +27,7 @@ inline void use_tls(const std::string& dir, lrt::Options& options) {
   lrt::transport::TlsOptions tls;
   tls.certificate_file = dir + "/server.pem";
   tls.key_file = dir + "/server-key.pem";
-  options.tls = tls;
+  options.security.tls = tls;
 }
 
 }  // namespace bench

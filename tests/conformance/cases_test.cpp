@@ -66,10 +66,10 @@ class EngineTarget final : public Target {
 
 Options server_options(const Clock& clock) {
   Options o;
-  o.port = 0;
-  o.io = Io::in_poll;
-  o.engine.clock = &clock;
-  o.engine.ids = std::make_shared<FixedIds>();
+  o.listen.port = 0;
+  o.threads.io = Io::in_poll;
+  o.clock = &clock;
+  o.ids = std::make_shared<FixedIds>();
   return o;
 }
 
@@ -77,7 +77,7 @@ class LoopbackTarget final : public Target {
  public:
   LoopbackTarget() {
     Options o = server_options(clock);
-    o.transport = [this](transport::TransportOptions t) {
+    o.listen.transport = [this](transport::TransportOptions t) {
       auto made = std::make_unique<transport::Loopback>(std::move(t));
       loopback_ = made.get();
       return made;
@@ -143,8 +143,8 @@ class SocketTarget final : public Target {
  public:
   explicit SocketTarget(const Served& served) : tls_(served.tls) {
     Options o = server_options(clock);
-    o.transport = served.make;
-    if (tls_) o.tls = TlsSide::get().options;
+    o.listen.transport = served.make;
+    if (tls_) o.security.tls = TlsSide::get().options;
     server_ = std::make_unique<Server>(Server::create(std::move(o)).value());
     server_->add(robot.arm()).value();
     server_->add(robot.tool()).value();
@@ -175,7 +175,7 @@ class HttplibTarget final : public Target {
  public:
   HttplibTarget() {
     Options o = server_options(clock);
-    o.transport = transport::no_network;
+    o.listen.transport = transport::no_network;
     server_ = std::make_unique<Server>(Server::create(std::move(o)).value());
     server_->add(robot.arm()).value();
     server_->add(robot.tool()).value();
@@ -248,8 +248,8 @@ class Run {
       Responder grip = std::move(robot.grips.back());
       robot.grips.pop_back();
       if (value == "progress") grip.progress(0.5), robot.grips.push_back(std::move(grip));
-      else if (value == "succeed") std::move(grip).succeed();
-      else if (value == "fail") std::move(grip).fail("it slipped");
+      else if (value == "succeed") grip.succeed();
+      else if (value == "fail") grip.fail("it slipped");
       else if (value != "drop") throw std::runtime_error("unknown: set " + what);
     } else {
       throw std::runtime_error("unknown: set " + what);

@@ -185,17 +185,17 @@ class Player {
     if (value == "progress") return robot_.grips.back().progress(0.5);
     Responder responder = std::move(robot_.grips.back());
     robot_.grips.pop_back();
-    if (value == "succeed") std::move(responder).succeed();
-    else if (value == "fail") std::move(responder).fail("it slipped");
+    if (value == "succeed") responder.succeed();
+    else if (value == "fail") responder.fail("it slipped");
     else if (value != "drop") throw std::runtime_error("wire.txt: unknown: @ grip " + value);
   }
   Options options() {
     Options o;
-    o.port = 0;
-    o.io = Io::in_poll;
-    o.engine.clock = &clock_;
-    o.engine.allowed_hosts = {"robot.example:80"};  // entity tags and lengths do not depend on the port
-    o.engine.ids = std::make_shared<FixedIds>();
+    o.listen.port = 0;
+    o.threads.io = Io::in_poll;
+    o.clock = &clock_;
+    o.security.allowed_hosts = {"robot.example:80"};  // entity tags and lengths do not depend on the port
+    o.ids = std::make_shared<FixedIds>();
     return o;
   }
 

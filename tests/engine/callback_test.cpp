@@ -14,7 +14,7 @@ namespace {
 
 engine::EngineOptions allowing(std::vector<std::string> hosts = {"127.0.0.0/8", "receiver.example"}) {
   engine::EngineOptions options;
-  options.subscriptions.callbacks.allow = std::move(hosts);
+  options.callbacks.allow = std::move(hosts);
   return options;
 }
 
@@ -174,8 +174,8 @@ TEST_CASE("a failed notification is tried again after longer and longer pauses, 
 
 TEST_CASE("after the stated failures a callback is suspended, then removed; a response resumes it", "[engine][R0.16][delivery]") {
   engine::EngineOptions options = allowing();
-  options.subscriptions.callbacks.attempts = 3;
-  options.subscriptions.callbacks.suspended_attempts = 2;
+  options.callbacks.attempts = 3;
+  options.callbacks.suspended_attempts = 2;
   Arm arm(options);
   REQUIRE(arm.bench.ask("GET /arm/angle?queueLength=5" + callback).status == 201);
   const auto fail = [&](DeliveryResult receipt) {
@@ -279,7 +279,7 @@ TEST_CASE("a description that the shape refuses gets 422 with the report and con
 
 TEST_CASE("callbacks have a limit of their own", "[engine][limits]") {
   engine::EngineOptions options = allowing();
-  options.subscriptions.callbacks.max_callbacks = 2;
+  options.callbacks.max_callbacks = 2;
   Arm arm(options);
   for (int i = 0; i < 2; ++i) CHECK(arm.bench.ask("GET /arm/angle" + callback).status == 201);
   CHECK(arm.bench.ask("GET /arm/angle" + callback).status == 503);

@@ -63,7 +63,7 @@ TEST_CASE("an entity tag changes exactly when the bytes of its representation do
   look("invoked");
   r.robot.grips[0].progress(0.5);
   look("progressed");
-  std::move(r.robot.grips[0]).succeed();
+  r.robot.grips[0].succeed();
   look("ended");
   r.bench.add(Thing{"arm/other"});
   look("a thing more");
@@ -195,7 +195,7 @@ TEST_CASE("If-Match guards DELETE and POST too", "[engine][R0.11]") {
   Robot r;
   REQUIRE(r.bench.ask("POST /arm/actions/grip").status == 204);
   const std::string running = r.bench.get("/arm/actions/grip/i1").tag();
-  std::move(r.robot.grips[0]).succeed();
+  r.robot.grips[0].succeed();
   CHECK(r.bench.ask("DELETE /arm/actions/grip/i1\nIf-Match: " + running).status == 412);
   CHECK(r.bench.get("/arm/actions/grip/i1").status == 200);
   CHECK(r.bench.ask("DELETE /arm/actions/grip/i1\nIf-Match: " + r.bench.get("/arm/actions/grip/i1").tag()).status == 204);

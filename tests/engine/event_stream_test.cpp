@@ -315,7 +315,7 @@ TEST_CASE("the last event of an invocation is its final state", "[engine][event 
   arm.bench.run();
   const Channel channel = arm.bench.open_stream(path);
   (void)arm.bench.pushes();
-  std::move(arm.robot.grips.back()).succeed();
+  arm.robot.grips.back().succeed();
   CHECK(arm.events(channel).back().data == arm.get(path));
   arm.bench.ask("DELETE " + path);
   CHECK(closes(arm.bench.pushes(), channel) == 1);

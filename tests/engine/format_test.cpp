@@ -331,7 +331,7 @@ TEST_CASE("octets of a matrix have the shape of the present value, and a ragged 
 
 TEST_CASE("subscribers to octets get what there is of them, and a ragged value is left out", "[engine][R0.12][R0.17]") {
   engine::EngineOptions options;
-  options.subscriptions.callbacks.allow = {"127.0.0.1"};
+  options.callbacks.allow = {"127.0.0.1"};
   Bench bench(std::move(options));
   using Rows = std::vector<std::vector<std::uint8_t>>;
   Thing thing{"a"};

@@ -23,7 +23,7 @@ struct Counting {
     thing.action("sync", [this] { ++commands; });
     thing.action("async", [this](Responder done) {
       ++commands;
-      std::move(done).succeed();
+      done.succeed();
     });
     thing.collection<int>("c").on_create([this](int) { ++creates; }).on_remove([this](const std::string&) { ++removes; });
     bench.add(std::move(thing));
@@ -44,7 +44,7 @@ TEST_CASE("resources without a lambda are served though the host never polls", "
     CHECK_FALSE(sent.ticket);
     CHECK(sent.answer.status == 200);
   }
-  CHECK_FALSE(c.bench.send("POST /arm/actions/async").ticket);
+  CHECK_FALSE(c.bench.send("POST /arm/actions/async\nPrefer: respond-async").ticket);
   CHECK(c.bench.engine.take_jobs().size() == 1);
 }
 
@@ -62,6 +62,7 @@ TEST_CASE("a host that does not poll: 503 with Retry-After after host_time, and 
   sent.push_back(c.bench.send(Bench::turtle_request("PUT", "/arm/p", number_body("1"))));
   sent.push_back(c.bench.send("POST /arm/actions/sync"));
   sent.push_back(c.bench.send("POST /arm/actions/sync"));  // in the queue
+  sent.push_back(c.bench.send("POST /arm/actions/async"));
   sent.push_back(c.bench.send(Bench::turtle_request("POST", "/arm/c", "<> vom:numericalValue 1 .")));
   sent.push_back(c.bench.send("DELETE /arm/c/i1"));
   CHECK(c.bench.engine.next_deadline() == c.bench.clock.now().steady + milliseconds(1500));
@@ -88,11 +89,13 @@ TEST_CASE("a host that does not poll: 503 with Retry-After after host_time, and 
   CHECK(c.bench.turtle("POST", "/arm/c", "<> vom:numericalValue 1 .").status == 201);
   CHECK(c.bench.ask("DELETE /arm/c/i1").status == 204);
   CHECK(c.commands == 1);
+  CHECK(c.bench.ask("POST /arm/actions/async").status == 204);
+  CHECK(c.commands == 2);
 }
 
-TEST_CASE("an asynchronous command that is not begun in time fails and is not carried out later", "[engine][R0.6]") {
+TEST_CASE("a command of a client that does not wait fails if it is not begun in time, and is not carried out later", "[engine][R0.6]") {
   Counting c;
-  REQUIRE(c.bench.send("POST /arm/actions/async").answer.status == 204);
+  REQUIRE(c.bench.send("POST /arm/actions/async\nPrefer: respond-async").answer.status == 202);
   const auto waiting = c.bench.send("POST /arm/actions/sync\nPrefer: wait=60");
   c.bench.clock.advance(seconds(3));
   c.bench.collect();
@@ -132,6 +135,28 @@ TEST_CASE("a command that runs when its time is over gets 202 and goes on", "[en
   bench.run();
   CHECK(seen);
   CHECK(missing(bench.get("/arm/actions/slow/i1"), "<arm/actions/slow/i1> lrt:status lrt:succeeded .") == "");
+}
+
+TEST_CASE("an asynchronous action whose lambda does not return in time gets 202: it may still be refused", "[engine][R0.6][R0.7]") {
+  Bench bench;
+  std::optional<Bench::Sent> sent;
+  bool seen = false;
+  Thing thing{"arm"};
+  thing.action("slow", [&](Responder done) {
+    bench.clock.advance(seconds(5));
+    const auto answer = bench.answer(*sent);
+    REQUIRE(answer);
+    CHECK(answer->status == 202);
+    CHECK(answer->field("Location") == "http://localhost/arm/actions/slow/i1");
+    CHECK_FALSE(answer->has("Preference-Applied"));
+    seen = true;
+    done.fail(Error{Errc::refused, "the brake is on"});
+  });
+  bench.add(std::move(thing));
+  sent = bench.send("POST /arm/actions/slow");
+  bench.run();
+  CHECK(seen);
+  CHECK(missing(bench.get("/arm/actions/slow/i1"), "<arm/actions/slow/i1> lrt:status lrt:failed ; lrt:error \"the brake is on\" .") == "");
 }
 
 TEST_CASE("more waiting requests than the limit are 503 at once, and do nothing", "[engine][R0.6]") {

@@ -216,6 +216,49 @@ TEST_CASE("removing a thing cancels what it is doing", "[engine][R0.5]") {
   bench.run();
   CHECK(robot.grips[0].cancelled());
   CHECK(robot.stops == std::vector<std::string>{"grip 0"});
-  std::move(robot.grips[0]).succeed();
+  robot.grips[0].succeed();
   bench.collect();
+}
+
+TEST_CASE("a property, an action and a collection may each say where their lambdas run, or else their thing says", "[engine]") {
+  engine::EngineOptions options;
+  options.dispatch = Dispatch::executor;
+  Bench bench(options);
+  Thing thing{"arm"};
+  thing.dispatch(Dispatch::in_poll);
+  thing.property("p", [] { return 1; }).on_write([](int) {});
+  thing.property("quick", [] { return 1; }).on_write([](int) {}).dispatch(Dispatch::io_thread);
+  std::optional<Responder> kept;
+  thing.action("a", [] {});
+  thing.action("quick", [&](Responder done) {
+         done.on_cancel([] {});
+         kept = done;
+       })
+      .policy(ActionPolicy::parallel(4))
+      .dispatch(Dispatch::io_thread);
+  thing.action("server", [] {}).dispatch(Dispatch::as_server);
+  thing.collection<int>("c").on_create([](int) {});
+  thing.collection<int>("quick_c").on_create([](int) {}).on_remove([](const std::string&) {}).dispatch(Dispatch::io_thread);
+  bench.add(std::move(thing));
+  const auto where = [&](const std::string& text) {
+    (void)bench.send(text);
+    bench.collect();
+    std::vector<engine::Job> jobs = bench.engine.take_jobs();
+    REQUIRE(jobs.size() == 1);
+    jobs[0].run();
+    bench.run();
+    return jobs[0].where;
+  };
+  const std::string value = "\nContent-Type: application/json\n\n1";
+  CHECK(where("GET /arm/p") == Dispatch::in_poll);
+  CHECK(where("PUT /arm/p" + value) == Dispatch::in_poll);
+  CHECK(where("GET /arm/quick") == Dispatch::io_thread);
+  CHECK(where("PUT /arm/quick" + value) == Dispatch::io_thread);
+  CHECK(where("POST /arm/actions/a") == Dispatch::in_poll);
+  CHECK(where("POST /arm/actions/quick") == Dispatch::io_thread);
+  CHECK(where("DELETE /arm/actions/quick/i2") == Dispatch::io_thread);  // its hook
+  CHECK(where("POST /arm/actions/server") == Dispatch::executor);
+  CHECK(where("POST /arm/c" + value) == Dispatch::in_poll);
+  CHECK(where("POST /arm/quick_c" + value) == Dispatch::io_thread);
+  CHECK(where("DELETE /arm/quick_c/i5") == Dispatch::io_thread);
 }

@@ -24,7 +24,7 @@ struct Saved {
     EngineOptions options;
     options.clock = &clock;
     options.ids = std::make_shared<FixedIds>();
-    options.subscriptions.callbacks.allow = std::move(allow);
+    options.callbacks.allow = std::move(allow);
     options.log = [this](LogLevel, std::string_view line) { log.emplace_back(line); };
     parts = std::make_unique<Parts>(std::move(options));
   }

@@ -388,7 +388,7 @@ TEST_CASE("observers of an action are notified of new invocations, observers of 
   arm.bench.look();
   while (arm.bench.engine.next_ready(arm.bench.clock.now())) {
   }  // named, and next_push() was not called yet
-  std::move(arm.robot.grips[0]).succeed();
+  arm.robot.grips[0].succeed();
   arm.bench.collect();
   told.clear();
   while (const auto push = arm.bench.engine.next_push(channel, arm.bench.clock.now())) told.push_back(*push->message);
@@ -411,7 +411,7 @@ TEST_CASE("the last representation of an invocation is sent before its socket cl
   for (const char* query : {"", "?queueLength=0"}) (void)arm.bench.open(invocation + query);
   (void)arm.bench.pushes();
   REQUIRE(arm.robot.grips.size() == 1);
-  std::move(arm.robot.grips[0]).succeed();
+  arm.robot.grips[0].succeed();
   const auto told = arm.bench.pushes();
   std::size_t finals = 0, closes = 0;
   for (const auto& [channel, push] : told) {

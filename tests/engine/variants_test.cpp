@@ -12,7 +12,7 @@ using namespace lrt;
 using namespace lrt::engine;
 
 TEST_CASE("a variant is found by its media type and the other way round", "[engine][R1.2]") {
-  for (const Variants* all : {&graph_variants(), &value_variants(), &context_variants()}) {
+  for (const Variants* all : {&graph_variants(), &overview_variants(), &value_variants(), &context_variants()}) {
     REQUIRE(all->types.size() == all->variants.size());
     for (std::size_t i = 0; i < all->types.size(); ++i) {
       CHECK(all->find(all->types[i]) == all->variants[i]);
@@ -23,6 +23,7 @@ TEST_CASE("a variant is found by its media type and the other way round", "[engi
   CHECK(graph_variants().types.front() == "text/turtle");  // the first choice
   CHECK_FALSE(graph_variants().find("application/json"));
   CHECK(value_variants().find("application/json") == Variant(rdf::Plain::json));
+  CHECK(overview_variants().find("application/json") == Variant::overview());
 }
 
 TEST_CASE("the page stands behind what lrt writes and before a user's encoders", "[engine][R1.2]") {
@@ -46,6 +47,8 @@ TEST_CASE("what is text can be an event; encodings and octets may be missing", "
   CHECK(Variant().is_text());
   CHECK(Variant(rdf::Plain::json).is_text());
   CHECK(Variant::inlined_json_ld().is_rdf());
+  CHECK(Variant::overview().is_text());
+  CHECK_FALSE(Variant::overview().is_rdf());
   CHECK_FALSE(Variant(rdf::Plain::cbor).is_text());
   CHECK_FALSE(Variant(rdf::Plain::octets).is_text());
   CHECK_FALSE(Variant::encoded(0).is_text());

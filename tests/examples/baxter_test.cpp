@@ -23,11 +23,11 @@ class Robot {
  public:
   Robot() {
     lrt::Options options;
-    options.io = lrt::Io::in_poll;
-    options.engine.clock = &clock;
-    options.engine.ids = std::make_shared<FixedIds>();
-    options.engine.public_base = "http://example.org";
-    options.transport = [this](lrt::transport::TransportOptions t) {
+    options.threads.io = lrt::Io::in_poll;
+    options.clock = &clock;
+    options.ids = std::make_shared<FixedIds>();
+    options.listen.public_base = "http://example.org";
+    options.listen.transport = [this](lrt::transport::TransportOptions t) {
       auto made = std::make_unique<lrt::transport::Loopback>(std::move(t));
       loopback_ = made.get();
       return made;
@@ -168,12 +168,13 @@ TEST_CASE("what rotate does not take is 422 and the arm does not move", "[exampl
   refused("43.6 , 50");
 }
 
-TEST_CASE("a target that the joint's limits exclude fails, and the error names the limit", "[examples][R0.6]") {
+TEST_CASE("a target that the joint's limits exclude is refused, and the error names the limit", "[examples][R0.6]") {
   Robot robot;
   const Answer a = robot.rotate("right_s1", "180");
-  CHECK(a.status == 204);
-  for (int i = 0; i < 10; ++i) robot.step();
-  const std::string location = a.field("Location");
+  CHECK(a.status == 409);
+  CHECK(a.says("60.0"));
+  REQUIRE(a.linked("related").size() == 1);
+  const std::string location = *a.linked("related").begin();
   CHECK(robot.status(location) == "failed");
   const lrt::rdf::Graph graph = robot.get(location.substr(18)).graph();
   const std::string error(graph.object(lrt::rdf::iri(location), lrt::vocab::lrt::error).value().text);

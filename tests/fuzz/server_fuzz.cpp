@@ -42,7 +42,7 @@ lrt::Thing make_joint(Robot& robot) {
   joint.action("rotate", [&robot](float target, lrt::Responder done) {
     ++robot.commands;
     robot.angle = static_cast<double>(target);
-    if (target < 100) std::move(done).succeed();
+    if (target < 100) done.succeed();
     else if (target < 200) throw 1;
   }).consumes(lrt::rdf::Facets{}.unit(lrt::unit::degree).at_least(0).below(360)).policy(lrt::ActionPolicy::preempt());
   joint.action("add", [](std::array<int, 2> n) { return n[0] + n[1]; });

@@ -75,7 +75,7 @@ struct Robot {
   explicit Robot(
       const std::string& prefix = "/robot", MountOptions mount_options = {},
       const std::function<void(httplib::Server&)>& before = [](httplib::Server&) {}, Options options = {}) {
-    options.transport = transport::no_network;
+    options.listen.transport = transport::no_network;
     server = std::make_unique<Server>(Server::create(std::move(options)).value());
     Thing arm{"arm"};
     angle = arm.property<double>("angle");
@@ -321,7 +321,7 @@ TEST_CASE("a POST without a body does not wait for one", "[httplib]") {
 
 TEST_CASE("a request that the host does not poll for is 503", "[httplib][R0.6]") {
   Options options;
-  options.engine.host_timeout = milliseconds(1);
+  options.limits.host_timeout = milliseconds(1);
   Robot robot(
       "/robot", {}, [](httplib::Server&) {}, std::move(options));
   Socket client(robot.host->port());
@@ -421,7 +421,7 @@ TEST_CASE("an event stream to HTTP/1.0 ends with its connection", "[httplib][str
 
 TEST_CASE("two servers live in one host", "[httplib]") {
   Options options;
-  options.transport = transport::no_network;
+  options.listen.transport = transport::no_network;
   Server other = Server::create(options).value();
   other.add(Thing{"leg"}).value();
   Robot robot("/robot", {}, [&](httplib::Server& http_server) { mount(http_server, other, "/other"); });
@@ -433,7 +433,7 @@ TEST_CASE("two servers live in one host", "[httplib]") {
 
 TEST_CASE("a server has its own port as well", "[httplib]") {
   Options options;
-  options.port = 0;
+  options.listen.port = 0;
   Server server = Server::create(std::move(options)).value();
   server.add(Thing{"arm"}).value();
   const HttplibHost host([&](httplib::Server& http_server) { mount(http_server, server, "/robot"); });
@@ -449,7 +449,7 @@ TEST_CASE("a server has its own port as well", "[httplib]") {
 
 TEST_CASE("web callbacks are ordered by GET with Upgrade, WebSockets are not offered", "[httplib][R0.13]") {
   Options options;
-  options.engine.subscriptions.callbacks.allow = {"127.0.0.1"};
+  options.callbacks.allow = {"127.0.0.1"};
   Robot robot(
       "/robot", {}, [](httplib::Server&) {}, std::move(options));
   const std::string get = "GET /robot/arm/angle\nConnection: Upgrade\n";
@@ -481,7 +481,7 @@ TEST_CASE("over the host's TLS representations have https", "[httplib][tls][R0.2
   const Certificate own = make_certificate({"robot", "DNS:localhost,IP:127.0.0.1"}, &authority);
   const SslContext trusting = tls_client(authority);
   Options options;
-  options.transport = transport::no_network;
+  options.listen.transport = transport::no_network;
   Server server = Server::create(std::move(options)).value();
   server.add(Thing{"arm"}).value();
   auto https =

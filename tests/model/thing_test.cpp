@@ -1,5 +1,11 @@
 #include <lrt/thing.hpp>
 
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "tests/support/catch.hpp"
 
 using namespace lrt;
@@ -34,8 +40,72 @@ TEST_CASE("the signature of an action is derived from its callable", "[model]") 
   STATIC_REQUIRE(std::is_same_v<ActionShape<decltype(changes)>::Return, int>);
   STATIC_REQUIRE(std::is_same_v<ActionShape<Callable>::Input, std::string>);
   STATIC_REQUIRE(std::is_same_v<ActionShape<decltype(&free_function)>::Input, double>);
-  STATIC_REQUIRE_FALSE(std::is_copy_constructible_v<Responder>);
+}
+
+namespace {
+
+/// An invocation that counts what it gets.
+struct FakeInvocation final : model::InvocationLink {
+  void finish(Result<rdf::Value> result) noexcept override { results.push_back(std::move(result)); }
+  void progress(double fraction) noexcept override { last_progress = fraction; }
+  bool cancelled() const noexcept override { return is_cancelled; }
+  void on_cancel(UniqueFunction<void()> given) override { hook = std::move(given); }
+  std::vector<Result<rdf::Value>> results;
+  double last_progress = -1;
+  bool is_cancelled = false;
+  UniqueFunction<void()> hook;
+};
+
+}  // namespace
+
+TEST_CASE("copies of a Responder are one invocation: the first result counts", "[model][R0.8]") {
+  STATIC_REQUIRE(std::is_copy_constructible_v<Responder>);
   STATIC_REQUIRE(std::is_nothrow_move_constructible_v<Responder>);
+  STATIC_REQUIRE(std::is_nothrow_move_assignable_v<Responder>);
+  const auto invocation = std::make_shared<FakeInvocation>();
+  const Responder first(invocation);
+  const Responder second = first;
+  CHECK(first);
+  second.progress(0.5);
+  CHECK(invocation->last_progress == 0.5);
+  second.succeed();
+  first.fail("too late");
+  second.succeed();
+  CHECK_FALSE(first);
+  CHECK_FALSE(second);
+  REQUIRE(invocation->results.size() == 1);
+  CHECK(invocation->results[0]);
+  invocation->is_cancelled = true;
+  CHECK(first.cancelled());
+}
+
+TEST_CASE("a std::function holds a Responder", "[model][R0.8]") {
+  const auto invocation = std::make_shared<FakeInvocation>();
+  std::function<void(bool)> on_done;
+  {
+    const ResponderOf<int> done(invocation);
+    on_done = [done](bool ok) { ok ? done.succeed(7) : done.fail(Error{Errc::refused, "no"}); };
+  }
+  std::function<void(bool)> copy = on_done;
+  on_done = nullptr;
+  CHECK(invocation->results.empty());
+  copy(true);
+  copy(false);
+  REQUIRE(invocation->results.size() == 1);
+  CHECK(*invocation->results[0]->integer() == 7);
+}
+
+TEST_CASE("the invocation fails when the last copy of its Responder is destroyed", "[model][R0.6]") {
+  const auto invocation = std::make_shared<FakeInvocation>();
+  std::optional<Responder> first(invocation), second(first);
+  Responder assigned;
+  assigned = *second;
+  first.reset();
+  second.reset();
+  CHECK(invocation->results.empty());
+  assigned = Responder();
+  REQUIRE(invocation->results.size() == 1);
+  CHECK(invocation->results[0].error().code == Errc::dropped);
 }
 
 TEST_CASE("a thing stores its description", "[model]") {
@@ -94,6 +164,6 @@ TEST_CASE("a responder without an invocation does nothing", "[model]") {
   CHECK_FALSE(empty.cancelled());
   empty.on_cancel([] { FAIL("called"); });
   Responder moved = std::move(empty);
-  std::move(moved).succeed();
-  std::move(moved).fail("twice");
+  moved.succeed();
+  moved.fail("twice");
 }

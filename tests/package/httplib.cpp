@@ -7,7 +7,7 @@
 
 int main() {
   lrt::Options options;
-  options.transport = lrt::transport::no_network;
+  options.listen.transport = lrt::transport::no_network;
   lrt::Server server = lrt::Server::create(options).value();
   httplib::Server host;
   lrt::mount(host, server, "/robot");

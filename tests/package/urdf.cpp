@@ -6,7 +6,7 @@
 
 int main(int, char** argv) {
   lrt::Options options;
-  options.port = 0;
+  options.listen.port = 0;
   lrt::Server server = lrt::Server::create(options).value();
   auto robot = lrt::urdf::load(argv[1]).value();
   robot.add_to(server).value();

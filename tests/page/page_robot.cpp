@@ -150,8 +150,8 @@ class Gantry {
 
 int main(int argc, char** argv) {
   lrt::Options options;
-  options.port = static_cast<std::uint16_t>(argc >= 3 && std::string(argv[1]) == "--port" ? std::atoi(argv[2]) : 0);
-  if (argc == 4) options.engine.public_base = argv[3];
+  options.listen.port = static_cast<std::uint16_t>(argc >= 3 && std::string(argv[1]) == "--port" ? std::atoi(argv[2]) : 0);
+  if (argc == 4) options.listen.public_base = argv[3];
   lrt::Server server = lrt::Server::create(options).value();
   lrt::test::SampleRobot robot;
   bool armed = false;

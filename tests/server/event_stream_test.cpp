@@ -98,8 +98,8 @@ class StreamClient {
 
 struct Arm {
   explicit Arm(Options options = {}) {
-    options.port = 0;
-    options.io = GENERATE(Io::own_thread, Io::in_poll);
+    options.listen.port = 0;
+    options.threads.io = GENERATE(Io::own_thread, Io::in_poll);
     server.emplace(Server::create(std::move(options)).value());
     Thing thing{"arm"};
     angle = thing.property<double>("angle");
@@ -211,8 +211,8 @@ TEST_CASE("HTTP/1.0 has event streams that end with the connection", "[server][e
 
 TEST_CASE("what cannot be an event stream is refused over a socket as on the engine", "[server][event stream][R0.6]") {
   Options options;
-  options.engine.subscriptions.max_subscriptions = 1;
-  options.engine.allowed_origins = {"https://dashboard.example"};
+  options.subscriptions.max_subscriptions = 1;
+  options.security.allowed_origins = {"https://dashboard.example"};
   Arm arm(std::move(options));
   const auto status = [&](const std::string& text) { return arm.ask(text + "\nAccept: text/event-stream").status; };
   CHECK(status("GET /") == 406);

@@ -50,7 +50,7 @@ struct Joint {
     thing.property("angle", [this] { return ++reads, angle; }).on_write([this](double value) { angle = value; });
     thing.action("home", [this](Responder done) {
       angle = 0;
-      std::move(done).succeed();
+      done.succeed();
     });
     thing.action("act", [this] {
       if (act) act();
@@ -86,8 +86,8 @@ void sleep_on(Server& server) {
 TEST_CASE("a host that sleeps on the descriptor runs lambdas when they are due", "[server]") {
   const Io io = GENERATE(Io::in_poll, Io::own_thread);
   Options options;
-  options.port = 0;
-  options.io = io;
+  options.listen.port = 0;
+  options.threads.io = io;
   Server server = Server::create(std::move(options)).value();
   Joint joint(server);
   std::vector<int> statuses;
@@ -123,8 +123,8 @@ TEST_CASE("a host that sleeps on the descriptor runs lambdas when they are due",
 TEST_CASE("the descriptor shows what one poll has left of the lambdas", "[server]") {
   const Io io = GENERATE(Io::in_poll, Io::own_thread);
   Options options;
-  options.port = 0;
-  options.io = io;
+  options.listen.port = 0;
+  options.threads.io = io;
   Server server = Server::create(std::move(options)).value();
   Joint joint(server);
   int acted = 0;
@@ -154,9 +154,9 @@ using boost::system::error_code;
 
 Options on(asio::io_context& io) {
   Options options;
-  options.port = 0;
-  options.io = Io::in_poll;
-  options.transport = [&io](transport::TransportOptions given) { return transport::make_http(std::move(given), io); };
+  options.listen.port = 0;
+  options.threads.io = Io::in_poll;
+  options.listen.transport = [&io](transport::TransportOptions given) { return transport::make_http(std::move(given), io); };
   return options;
 }
 
@@ -241,7 +241,7 @@ bool run_out(asio::io_context& io) {
 TEST_CASE("a server on a host's io_context needs Io::in_poll", "[server]") {
   asio::io_context io;
   Options options = on(io);
-  options.io = Io::own_thread;
+  options.threads.io = Io::own_thread;
   const Result<Server> server = Server::create(std::move(options));
   REQUIRE_FALSE(server);
   CHECK(server.error().code == Errc::invalid_option);
@@ -444,7 +444,7 @@ TEST_CASE("stop ends the host's run, from wherever it is called", "[server]") {
   }
   SECTION("from a lambda that is run where the request is read") {
     Options options = on(io);
-    options.engine.dispatch = Dispatch::io_thread;
+    options.threads.dispatch = Dispatch::io_thread;
     Server other = Server::create(std::move(options)).value();
     Joint second(other);
     second.act = [&] {

@@ -35,9 +35,9 @@ int status(Server& server, const std::string& text) { return serve(server, text)
 
 /// A server with each way to do I/O, with a port of its own and without.
 Server make(Io io, bool network, Options options = {}) {
-  options.port = 0;
-  options.io = io;
-  if (!network) options.transport = transport::no_network;
+  options.listen.port = 0;
+  options.threads.io = io;
+  if (!network) options.listen.transport = transport::no_network;
   return Server::create(std::move(options)).value();
 }
 
@@ -115,7 +115,7 @@ TEST_CASE("serve waits for the lambdas that the host runs", "[server][serve][R0.
 TEST_CASE("serve is 503 when the host does not poll, and the lambda is not run later", "[server][serve][R0.6]") {
   for (const auto& [io, network] : kinds) {
     Options options;
-    options.engine.host_timeout = milliseconds(1);
+    options.limits.host_timeout = milliseconds(1);
     Server server = make(io, network, std::move(options));
     int writes = 0;
     Thing thing{"arm"};
@@ -151,7 +151,7 @@ TEST_CASE("requests of guests and of the server's own port do not get each other
 
 TEST_CASE("the own port's request that a guest finds overdue is answered", "[server][serve][R0.6]") {
   Options options;
-  options.engine.host_timeout = milliseconds(1);
+  options.limits.host_timeout = milliseconds(1);
   Server server = make(Io::own_thread, true, std::move(options));
   Thing thing{"arm"};
   thing.property("p", [] { return 1; });
@@ -167,7 +167,7 @@ TEST_CASE("the own port's request that a guest finds overdue is answered", "[ser
 TEST_CASE("lambdas on the I/O thread serve guests without a poll of the host's", "[server][serve][R0.5]") {
   const bool network = GENERATE(true, false);
   Options options;
-  options.engine.dispatch = Dispatch::io_thread;
+  options.threads.dispatch = Dispatch::io_thread;
   Server server = make(Io::own_thread, network, std::move(options));
   Thing thing{"arm"};
   thing.property("p", [] { return 3; });
@@ -178,7 +178,7 @@ TEST_CASE("lambdas on the I/O thread serve guests without a poll of the host's",
 TEST_CASE("a stop answers waiting guests with 503 and ends their event streams", "[server][serve]") {
   for (const auto& [io, network] : kinds) {
     Options options;
-    options.engine.host_timeout = seconds(600);
+    options.limits.host_timeout = seconds(600);
     Server server = make(io, network, std::move(options));
     Thing thing{"arm"};
     thing.property("pulled", [] { return 1; });
@@ -291,7 +291,7 @@ TEST_CASE("many guests at once, some with streams, while things come and go", "[
 
 TEST_CASE("a guest's request may name loopback with the host's port, or an allowed host", "[server][serve][R0.2]") {
   Options options;
-  options.engine.allowed_hosts = {"robot.example"};
+  options.security.allowed_hosts = {"robot.example"};
   Server server = make(Io::own_thread, false, std::move(options));
   server.add(Thing{"arm"}).value();
   const auto base = [&](const std::string& host, int version = 11) {
@@ -318,7 +318,7 @@ TEST_CASE("a guest's request may name loopback with the host's port, or an allow
 
 TEST_CASE("one server at two prefixes of one host knows both IRIs of a resource", "[server][serve]") {
   Options options;
-  options.engine.subscriptions.callbacks.allow = {"127.0.0.1"};
+  options.callbacks.allow = {"127.0.0.1"};
   Server server = make(Io::own_thread, false, std::move(options));
   Thing thing{"arm"};
   auto pushed = thing.property<int>("p");
@@ -343,7 +343,7 @@ TEST_CASE("the authorizer is asked once about a guest's request and may use the 
   Server* to_use = nullptr;
   std::atomic<int> calls{0};
   Options options;
-  options.engine.authorize = [&](const http::Request& request) {
+  options.security.authorize = [&](const http::Request& request) {
     if (++calls == 1) to_use->add(Thing{"born"}).value();
     return request.method == "GET" ? engine::Access::granted : engine::Access::forbidden;
   };
@@ -365,7 +365,7 @@ TEST_CASE("a Responder on another thread answers a waiting guest", "[server][ser
     std::thread worker;
     Thing thing{"arm"};
     thing.action("work",
-                 [&](Responder done) { worker = std::thread([d = std::move(done)]() mutable { std::move(d).succeed(); }); });
+                 [&](Responder done) { worker = std::thread([done] { done.succeed(); }); });
     server.add(std::move(thing)).value();
     {
       const Polling polling(server);
@@ -377,8 +377,8 @@ TEST_CASE("a Responder on another thread answers a waiting guest", "[server][ser
 
 TEST_CASE("a callback to the host's own port is refused: it would come back", "[server][serve][R0.13]") {
   Options options;
-  options.engine.allowed_hosts = {"robot.example"};
-  options.engine.subscriptions.callbacks.allow = {"127.0.0.1", "localhost", "robot.example"};
+  options.security.allowed_hosts = {"robot.example"};
+  options.callbacks.allow = {"127.0.0.1", "localhost", "robot.example"};
   Server server = make(Io::own_thread, false, std::move(options));
   Thing thing{"arm"};
   auto pushed = thing.property<int>("p");

@@ -32,8 +32,8 @@ namespace {
 
 Options any_port(Io io = Io::own_thread) {
   Options options;
-  options.port = 0;
-  options.io = io;
+  options.listen.port = 0;
+  options.threads.io = io;
   return options;
 }
 
@@ -79,43 +79,43 @@ const Io all_io[] = {Io::own_thread, Io::in_poll};
 TEST_CASE("create says why it does not listen", "[server][R0.2]") {
   Server first = make();
   Options taken = any_port();
-  taken.port = first.port();
+  taken.listen.port = first.port();
   const auto code = [](Options options) {
     const Result<Server> server = Server::create(std::move(options));
     return server ? Errc{255} : server.error().code;
   };
   CHECK(code(taken) == Errc::address_in_use);
   Options open = any_port();
-  open.address = "0.0.0.0";
+  open.listen.address = "0.0.0.0";
   CHECK(code(open) == Errc::insecure_address);
-  open.address = "::";
+  open.listen.address = "::";
   CHECK(code(open) == Errc::insecure_address);
   Options bad = any_port();
-  bad.address = "not an address";
+  bad.listen.address = "not an address";
   CHECK(code(bad) != Errc{255});
   Options no_executor = any_port();
-  no_executor.engine.dispatch = Dispatch::executor;
+  no_executor.threads.dispatch = Dispatch::executor;
   CHECK(code(no_executor) == Errc::invalid_option);
   Options nothing = any_port();
-  nothing.transport = [](transport::TransportOptions) { return nullptr; };
+  nothing.listen.transport = [](transport::TransportOptions) { return nullptr; };
   CHECK(code(nothing) == Errc::invalid_option);
 }
 
 TEST_CASE("a network address needs an authorizer or the integrator's word", "[server][R0.2]") {
   Options open = any_port();
-  open.address = "0.0.0.0";
-  SECTION("the word") { open.allow_unprotected_network = true; }
-  SECTION("an authorizer") { open.engine.authorize = [](const http::Request&) { return engine::Access::granted; }; }
+  open.listen.address = "0.0.0.0";
+  SECTION("the word") { open.security.allow_unprotected_network = true; }
+  SECTION("an authorizer") { open.security.authorize = [](const http::Request&) { return engine::Access::granted; }; }
   Server server = make(std::move(open));
   CHECK(Socket(server.port()).ask("GET /\nHost: 127.0.0.1:" + std::to_string(server.port())).status == 200);
 }
 
 TEST_CASE("any loopback address will do", "[server][R0.2]") {
   Options options = any_port();
-  options.address = "127.0.0.2";
+  options.listen.address = "127.0.0.2";
   CHECK(make(std::move(options)).url().find("http://127.0.0.2:") == 0);
   Options six = any_port();
-  six.address = "::1";
+  six.listen.address = "::1";
   if (const Result<Server> server = Server::create(std::move(six))) CHECK(server->url() == "http://[::1]:" + std::to_string(server->port()) + "/");
   else CHECK(server.error().code == Errc::io_error);  // a machine without IPv6
 }
@@ -137,7 +137,7 @@ TEST_CASE("with its own thread pushed and static resources are served though the
 
 TEST_CASE("a pulled property is 503 when the host does not poll, and is not read later without a client", "[server][R0.6]") {
   Options options = any_port();
-  options.engine.host_timeout = milliseconds(1);
+  options.limits.host_timeout = milliseconds(1);
   Server server = make(std::move(options));
   Thing thing{"arm"};
   int writes = 0;
@@ -184,7 +184,7 @@ TEST_CASE("Io::in_poll makes no thread, Io::own_thread one", "[server]") {
 TEST_CASE("poll begins at most one lambda after its budget is used up, and says that there is more", "[server]") {
   Options options = any_port(Io::in_poll);
   transport::Loopback* loopback = nullptr;
-  options.transport = [&](transport::TransportOptions t) {
+  options.listen.transport = [&](transport::TransportOptions t) {
     auto made = std::make_unique<transport::Loopback>(std::move(t));
     loopback = made.get();
     return made;
@@ -236,7 +236,7 @@ TEST_CASE("things come and go while the server serves", "[server][R0.3]") {
 TEST_CASE("a lambda may add and remove things", "[server][R0.3]") {
   const Dispatch where = GENERATE(Dispatch::in_poll, Dispatch::io_thread);
   Options options = any_port();
-  options.engine.dispatch = where;
+  options.threads.dispatch = where;
   Server server = make(std::move(options));
   Thing thing{"arm"};
   thing.action("grow", [&] {
@@ -289,7 +289,7 @@ TEST_CASE("stop from a lambda ends run", "[server]") {
   const Dispatch where = GENERATE(Dispatch::in_poll, Dispatch::io_thread);
   CAPTURE(static_cast<int>(io), static_cast<int>(where));
   Options options = any_port(io);
-  options.engine.dispatch = where;
+  options.threads.dispatch = where;
   Server server = make(std::move(options));
   Thing thing{"arm"};
   thing.action("stop", [&] { server.stop(); });
@@ -365,7 +365,7 @@ TEST_CASE("destruction with requests in flight, responders kept, and things publ
     }
     pushed->publish(1);
     kept->progress(0.5);
-    std::move(*kept).succeed();
+    kept->succeed();
   }
 }
 
@@ -379,7 +379,7 @@ TEST_CASE("a waiting request gets its response as soon as a Responder is used, f
     Socket client(server.port());
     client.send("POST /arm/actions/act\nPrefer: wait=100\nHost: 127.0.0.1:" + std::to_string(server.port()));
     eventually([&] { return server.poll(), kept.has_value(); });
-    std::thread other([&] { std::move(*kept).succeed(); });
+    std::thread other([&] { kept->succeed(); });
     CHECK(client.await([&] { server.poll(); }).status == 204);
     other.join();
   }
@@ -389,7 +389,7 @@ TEST_CASE("an executor runs the lambdas of Things with Dispatch::executor", "[se
   std::mutex mutex;
   std::vector<std::function<void()>> handed;
   Options options = any_port();
-  options.executor = [&](std::function<void()> job) {
+  options.threads.executor = [&](std::function<void()> job) {
     const std::lock_guard lock(mutex);
     handed.push_back(std::move(job));
   };
@@ -410,8 +410,8 @@ TEST_CASE("an executor runs the lambdas of Things with Dispatch::executor", "[se
 
 TEST_CASE("an executor that throws costs the request, not the server", "[server][R0.6]") {
   Options options = any_port();
-  options.engine.host_timeout = milliseconds(1);
-  options.executor = [](std::function<void()>) { throw std::runtime_error("full"); };
+  options.limits.host_timeout = milliseconds(1);
+  options.threads.executor = [](std::function<void()>) { throw std::runtime_error("full"); };
   Server server = make(std::move(options));
   Thing thing{"arm"};
   thing.dispatch(Dispatch::executor).property("p", [] { return 1; });
@@ -434,7 +434,7 @@ TEST_CASE("a server is moved while it serves", "[server]") {
 
 TEST_CASE("lambdas on the I/O thread run without the host", "[server][R0.5]") {
   Options options = any_port();
-  options.engine.dispatch = Dispatch::io_thread;
+  options.threads.dispatch = Dispatch::io_thread;
   Server server = make(std::move(options));
   SampleRobot robot;
   server.add(robot.arm()).value();
@@ -499,7 +499,7 @@ TEST_CASE("pictures reach four clients as they are, and the default transport co
   CAPTURE(name);
   constexpr std::size_t size = 1'000'000, clients = 4;
   Options options = any_port(Io::in_poll);
-  options.transport = [&](transport::TransportOptions o) { return transport::make_named(name, std::move(o)); };
+  options.listen.transport = [&](transport::TransportOptions o) { return transport::make_named(name, std::move(o)); };
   Server server = make(std::move(options));
   Thing head{"head"};
   auto image = head.property<Picture>("image").representation("image/x-test", [](const Picture& p) { return p.bytes; });

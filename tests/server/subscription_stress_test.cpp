@@ -182,7 +182,7 @@ class Scene {
     Thing a{"a"};
     x_ = a.property<double>("x");
     a.property("pulled", [this] { return pulled_.load(); }).sample(milliseconds(2));
-    a.action("go", [](double, Responder done) { std::move(done).succeed(); });
+    a.action("go", [](double, Responder done) { done.succeed(); });
     server.add(std::move(a)).value();
     Thing b{"b"};
     y_ = b.property<std::string>("y");  // owns memory
@@ -194,10 +194,10 @@ class Scene {
   }
   static Options options() {
     Options o;
-    o.port = 0;
-    o.engine.allowed_hosts = {"localhost:80"};
-    o.engine.subscriptions.callbacks.allow = {"127.0.0.1"};
-    o.engine.subscriptions.callbacks.max_threads = 8;
+    o.listen.port = 0;
+    o.security.allowed_hosts = {"localhost:80"};
+    o.callbacks.allow = {"127.0.0.1"};
+    o.callbacks.max_threads = 8;
     return o;
   }
   void publish_x(double v) { x_->publish(v), ++pulled_; }
@@ -457,8 +457,8 @@ TEST_CASE("subscribers that come and go while values are published at full speed
 TEST_CASE("stop() with everything busy ends all sockets with 1001, and soon", "[server][R0.12][R0.13]") {
   SmallReceiver receiver;
   Options options = Scene::options();
-  options.engine.subscriptions.callbacks.response_time = std::chrono::minutes(1);  // longer than patience: stop() does not wait for it
-  options.engine.subscriptions.callbacks.max_threads = 80;                           // a quarter at one receiver: more than hang
+  options.callbacks.response_time = std::chrono::minutes(1);  // longer than patience: stop() does not wait for it
+  options.callbacks.max_threads = 80;                           // a quarter at one receiver: more than hang
   Scene scene(options);
   std::vector<std::unique_ptr<Watcher>> watchers;
   for (int i = 0; i < 40; ++i) watchers.push_back(std::make_unique<Watcher>(scene.server.port(), paths[static_cast<std::size_t>(i) % 8]));

@@ -55,8 +55,8 @@ namespace {
 /// A server whose host polls while it waits for a response. A hang ends the test.
 struct Host {
   explicit Host(Io io, Options options = {}, std::string what = "the server") : watchdog(std::move(what)) {
-    options.port = 0;
-    options.io = io;
+    options.listen.port = 0;
+    options.threads.io = io;
     server.emplace(Server::create(std::move(options)).value());
     here = server.has_value();
   }
@@ -91,7 +91,7 @@ TEST_CASE("the log callback may add and remove Things", "[server][user code]") {
   const Io io = GENERATE(Io::own_thread, Io::in_poll);
   std::function<void()> call;
   Options options;
-  options.engine.log = [&](LogLevel, std::string_view) {
+  options.log = [&](LogLevel, std::string_view) {
     if (call) call();
   };
   Host host(io, std::move(options), "the log callback");
@@ -108,7 +108,7 @@ TEST_CASE("the log callback may stop the server", "[server][user code]") {
   std::atomic<bool> stopped{false};
   std::function<void()> call;
   Options options;
-  options.engine.log = [&](LogLevel, std::string_view) {
+  options.log = [&](LogLevel, std::string_view) {
     if (call) call();
   };
   Host host(io, std::move(options), "the log callback that stops the server");
@@ -207,7 +207,7 @@ TEST_CASE("the authorizer may add and remove Things, and is asked once for each 
   std::function<void()> call;
   std::atomic<int> asked{0};
   Options options;
-  options.engine.authorize = [&](const http::Request&) {
+  options.security.authorize = [&](const http::Request&) {
     ++asked;
     if (call) call();
     return engine::Access::granted;
@@ -265,8 +265,8 @@ TEST_CASE("an executor may call the server and run lambdas at once", "[server][u
   const Io io = GENERATE(Io::own_thread, Io::in_poll);
   std::function<void()> call;
   Options options;
-  options.engine.dispatch = Dispatch::executor;
-  options.executor = [&](std::function<void()> job) {
+  options.threads.dispatch = Dispatch::executor;
+  options.threads.executor = [&](std::function<void()> job) {
     if (call) call();
     job();
   };
@@ -324,8 +324,8 @@ TEST_CASE("a deliverer may call the server when it is notified", "[server][user 
   std::function<void()> call;
   std::atomic<int> posted{0};
   Options options;
-  options.engine.subscriptions.callbacks.allow = {"receiver.example"};
-  options.deliverer = [&](delivery::Source& source, const subscription::CallbackOptions&,
+  options.callbacks.allow = {"receiver.example"};
+  options.callbacks.deliverer = [&](delivery::Source& source, const subscription::CallbackOptions&,
                           LogCallback) -> Result<std::unique_ptr<delivery::Deliverer>> {
     return std::unique_ptr<delivery::Deliverer>(std::make_unique<Calling>(source, call, posted));
   };

@@ -29,21 +29,14 @@ namespace lrt::engine {
 /// The verdict of an authorizer.
 enum class Access : std::uint8_t {
   granted,
-  unauthenticated,  ///< 401, with EngineOptions::challenge
+  unauthenticated,  ///< 401, with Security::challenge
   forbidden,        ///< 403
 };
 /// Judges a request. A GET with `Upgrade: callback` makes the robot post to a URL, so do not grant it to clients that may only read.
 using Authorizer = std::function<Access(const http::Request&)>;
 
-/// The rules of one server. Each limit guards against what a client can make grow.
-struct EngineOptions {
-  /// Absolute IRI that representations use as base, "https://robot.example/arm". Empty: from each request's Host (SPEC 3.7).
-  std::string public_base;
-  /// Further hosts that a request may name when there is no public base: "robot.local" (with the listening port) or "name:port".
-  std::vector<std::string> allowed_hosts;
-  /// Pages of other origins ("https://dashboard.example") that may send commands from a browser, besides those of this server; "*": any. If
-  /// there are some, WebSockets and event streams that name another origin are refused, too.
-  std::vector<std::string> allowed_origins;
+/// Bounds of what clients can make grow in the engine: time and memory.
+struct Limits {
   std::chrono::milliseconds host_timeout{2'000};       ///< a request waits so long for the host to run a lambda; then 503
   std::chrono::seconds retry_after{1};                 ///< of that 503
   std::chrono::seconds max_wait{60};                   ///< of `Prefer: wait`; more is taken as this
@@ -59,16 +52,23 @@ struct EngineOptions {
   std::size_t max_body_triples = 10'000;               ///< of a request body; more: 413
   std::size_t max_body_text_bytes = 16 * 1024 * 1024;  ///< of a request body's IRIs and literals, written out; more: 413
   std::size_t max_list_members = 10'000;               ///< of one list in a request body; more: 413
+};
+
+/// The rules of one server; see the groups of lrt::Options, from which Server makes them.
+struct EngineOptions : Limits {
+  std::string public_base;                             ///< Listen::public_base
+  std::vector<std::string> allowed_hosts;              ///< Security::allowed_hosts
+  std::vector<std::string> allowed_origins;            ///< Security::allowed_origins
+  Authorizer authorize;                                ///< Security::authorize
+  std::string challenge = "Bearer";                    ///< Security::challenge
+  Dispatch dispatch = Dispatch::in_poll;               ///< Threads::dispatch
+  subscription::SubscriptionOptions subscriptions;
+  subscription::CallbackOptions callbacks;
   rdf::Prefixes prefixes = rdf::default_prefixes();
-  /// Empty: all clients may do everything. Called once for each request, on the thread that serves it, without a lock of lrt.
-  Authorizer authorize;
-  std::string challenge = "Bearer";                    ///< WWW-Authenticate of a 401
-  Dispatch dispatch = Dispatch::in_poll;               ///< of things that do not say
-  subscription::SubscriptionOptions subscriptions;                 ///< limits, delivery, callbacks
   const Clock* clock = nullptr;                        ///< nullptr: system_clock()
   std::shared_ptr<IdSource> ids;                       ///< nullptr: RandomIds
   LogCallback log;
-  std::shared_ptr<const PageSource> page;              ///< HTML for people; nullptr: none. Server sets its own
+  std::shared_ptr<const PageSource> page;              ///< HTML for people; nullptr: none
 };
 
 /// User code to be run where its Dispatch says; with io_thread: soon, by the thread that drives the engine. It may also be dropped. It never throws.
@@ -115,7 +115,7 @@ class Engine final : public Handler {
   void closed(Channel channel) noexcept override;
 
   // Web callbacks: as with WebSockets the engine names a channel once, and the deliverer calls next_notification() until it returns nullopt.
-  /// Whether EngineOptions::subscriptions is in order; to be called before anything else.
+  /// Whether the options of subscriptions and callbacks are in order; to be called before anything else.
   /// @par Errors  invalid_option
   Result<void> check() const;
   /// Callbacks that have something to post.

@@ -51,6 +51,12 @@ class ResourceHandle {
   /// Bounds the length of a text, in code points.
   Self& length(std::size_t min, std::size_t max) { return edit_facets("length", [&](auto& f) { f.length(min, max); }); }
 
+  /// Where the resource's lambdas run, and an action's on_cancel hook. Default: as the thing's lambdas. With Dispatch::io_thread a command
+  /// does not wait for Server::poll: an emergency stop that sets an atomic flag works while the host is busy.
+  Self& dispatch(Dispatch where) {
+    return edit("dispatch", [&](auto& s) { s.dispatch = where; });
+  }
+
   /// A domain predicate from the thing to this resource, in addition to hybrit:property or hybrit:action (R1.9, R1.10).
   Self& predicate(Iri p) {
     return edit("predicate", [&](auto& s) { s.predicates.emplace_back(p.text); });

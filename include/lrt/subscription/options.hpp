@@ -33,7 +33,7 @@ struct CallbackOptions {
 
 /// Subscriptions: limits, and how changes get from the control loop to the engine.
 struct SubscriptionOptions {
-  std::size_t max_subscriptions = 1'500;  ///< of the server; beyond: 503. Less than transport limits.connections, so that requests are served
+  std::size_t max_subscriptions = 1'500;  ///< of the server; beyond: 503. Less than Limits::max_connections, so that requests are served
   std::size_t max_queue_length = 1'000;   ///< notifications that a client may request to be queued; beyond: 422, in a query 400
   std::size_t default_queue_length = 64;  ///< for actions and invocations, if the client requests no length
   std::size_t max_queue_bytes = 256 * 1024;               ///< queued for one subscriber; beyond: the oldest are dropped
@@ -47,7 +47,6 @@ struct SubscriptionOptions {
   unsigned idle_scans_before_sleep = 20;
   /// The engine does not sleep while a resource is observed, so publish() never makes a system call.
   bool always_scan = false;
-  CallbackOptions callbacks;
 };
 
 }  // namespace lrt::subscription

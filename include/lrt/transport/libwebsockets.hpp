@@ -45,7 +45,7 @@ std::unique_ptr<Transport> make_libwebsockets(TransportOptions options);
 /// Needs Io::in_poll. The host's context decides header_timeout, max_header_bytes, and where libwebsockets' log goes. stop() ends all connections at once,
 /// without 1001; with 4.1 a port that no client has come to stays bound until the first does, or until the context is destroyed.
 ///
-/// @param context  must outlive the transport; made with LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT if options.tls is set
+/// @param context  must outlive the transport; made with LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT if options.security.tls is set
 /// @par Threads  That which runs lws_service(), of which there is one: start(), stop() and destruction on it, outside of callbacks of
 ///               libwebsockets, or while no thread is in lws_service(). waker() and reload_tls(): any.
 std::unique_ptr<Transport> make_libwebsockets(TransportOptions options, lws_context* context);

@@ -56,7 +56,7 @@ class Loopback final : public Transport {
   std::unique_ptr<Impl> impl_;
 };
 
-/// For Options::transport of a server without a port of its own, whose requests come from Server::serve().
+/// For Listen::transport of a server without a port of its own, whose requests come from Server::serve().
 inline std::unique_ptr<Transport> no_network(TransportOptions options) { return std::make_unique<Loopback>(std::move(options)); }
 
 }  // namespace lrt::transport

@@ -6,6 +6,7 @@
 
 #include "src/engine/change_scanner.hpp"
 #include "src/engine/description.hpp"
+#include "src/engine/overview.hpp"
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/blueprint.hpp"
 #include "src/engine/resources/thing.hpp"
@@ -44,6 +45,11 @@ rdf::Type invocation_record(const model::ActionSpec& action) {
   if (action.input) field("input", *action.input, action.facets);
   if (action.output) field("result", *action.output, action.output_facets);
   return record;
+}
+
+std::string_view policy_name(const model::ActionSpec& action) noexcept {
+  constexpr std::string_view names[] = {"preempt", "queue", "reject", "parallel"};
+  return names[static_cast<std::size_t>(action.policy.kind)];
 }
 
 rdf::Value instant(Utc time) { return time == Utc{} ? rdf::Value() : rdf::traits<Utc>::encode(time); }
@@ -144,8 +150,7 @@ void ActionResource::describe(const Description& d) const {
     request.add(vocab::http_core::body, body);
     About(d.graph, body).link(vocab::dcterms::conformsTo, shapes + input_shape());
   }
-  constexpr std::string_view names[] = {"preempt", "queue", "reject", "parallel"};
-  about.add(vocab::lrt::policy, rdf::literal(names[static_cast<std::size_t>(spec->policy.kind)]));
+  about.add(vocab::lrt::policy, rdf::literal(policy_name(*spec)));
   about.statements(spec->statements, d.base);
   for (const auto& i : invocations) about.link(vocab::lrt::invocation, d.base + i->path);
   const auto shape = [&](const std::string& name, const rdf::Type* type, const rdf::Facets& facets) {
@@ -159,6 +164,20 @@ void ActionResource::describe_types(About& about) const {
   about.a(vocab::hybrit::Action);
   if (spec->asynchronous) about.a(vocab::hybrit::AsynchronousAction);
   about.a(spec->classes);
+}
+
+void ActionResource::summarize(Overview& o) const {
+  o.described(spec->statements, spec->classes, nullptr);
+  o.schema("input", spec->input, spec->input_facets);
+  o.schema("output", spec->output, spec->output_facets);
+  o.json("asynchronous", spec->asynchronous ? "true" : "false");
+}
+
+void ActionResource::overview(Overview& o) const {
+  o.text("policy", policy_name(*spec));
+  o.begin_array("invocations");
+  for (const auto& i : invocations) o.link({}, *i);
+  o.end_array();
 }
 
 void ActionResource::link_related(http::LinkWriter& links, const std::string& base) const {

@@ -22,6 +22,12 @@ class ActionResource;
 
 enum class Status : std::uint8_t { pending, running, succeeded, failed, cancelled };
 
+/// A request that waits for its invocation.
+struct WaitingRequest {
+  Ticket ticket;
+  bool until_end;  ///< false: until the start lambda has returned
+};
+
 /// One invocation of an Action: status, progress, times, input and result (SPEC 3.1).
 class InvocationResource final : public Resource {
  public:
@@ -33,6 +39,7 @@ class InvocationResource final : public Resource {
 
   void describe(const Description& d) const override;
   void describe_types(About& about) const override;
+  std::string_view kind() const noexcept override { return "invocation"; }
   const Variants& variants() const override { return value_variants(); }
   std::optional<PlainValue> plain_value() const override;
   bool fits_rdf(std::size_t max_values) const override;
@@ -56,7 +63,7 @@ class InvocationResource final : public Resource {
   Utc created{}, started{}, ended{};
   std::shared_ptr<CancelToken> token;      ///< of the call that starts it, once there is one
   DeadlineQueue<ResourceId>::Place start_deadline;
-  std::vector<Ticket> waiting;             ///< requests to be responded to when it ends
+  std::vector<WaitingRequest> waiting;
 };
 
 /// A command: what it consumes and produces, its binding, its invocations (R1.10, paper 5.4).
@@ -74,6 +81,9 @@ class ActionResource final : public Resource {
 
   void describe(const Description& d) const override;
   void describe_types(About& about) const override;
+  std::string_view kind() const noexcept override { return "action"; }
+  void summarize(Overview& o) const override;
+  void overview(Overview& o) const override;
   std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
   void link_related(http::LinkWriter& links, const std::string& base) const override;
   bool observable() const noexcept override { return true; }

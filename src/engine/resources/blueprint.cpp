@@ -7,6 +7,7 @@
 
 #include "src/engine/bases.hpp"
 #include "src/engine/description.hpp"
+#include "src/engine/overview.hpp"
 #include "src/engine/resources/action.hpp"
 #include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/property.hpp"
@@ -110,6 +111,12 @@ void BlueprintResource::describe(const Description& d) const {
   if (d.engine.makes_callbacks && !user_shape(node, subscriptions))
     describe_subscription_shape(d.graph, self + "#" + subscriptions, d.engine.options.subscriptions);
   add_placed(d.graph, node.user_shapes, d.base);
+}
+
+void BlueprintResource::overview(Overview& o) const {
+  o.links("properties", thing->properties);
+  o.links("actions", thing->actions);
+  o.links("collections", thing->collections);
 }
 
 void BlueprintResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const {

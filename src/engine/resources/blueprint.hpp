@@ -18,6 +18,8 @@ class BlueprintResource final : public Resource {
   using Resource::Resource;
   void describe(const Description& d) const override;
   void describe_types(About&) const override {}
+  std::string_view kind() const noexcept override { return "blueprint"; }
+  void overview(Overview& o) const override;
   std::string described_by(const std::string&) const override { return {}; }
   Reads reads() const noexcept override { return Reads::known_values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;

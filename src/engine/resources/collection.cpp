@@ -6,6 +6,7 @@
 #include <lrt/rdf/value_codec.hpp>
 
 #include "src/engine/description.hpp"
+#include "src/engine/overview.hpp"
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/thing.hpp"
 
@@ -40,7 +41,7 @@ Outcome MemberResource::remove(Context& context, Parts& parts) {
   if (!ticket) return parts.responses.overloaded(context);
   removing_ = true;
   auto token = parts.calls.call<void>(
-      thing->where(), [spec = collection.spec, known_id = member_id] { return spec->remove(known_id); },
+      thing->where(*collection.spec), [spec = collection.spec, known_id = member_id] { return spec->remove(known_id); },
       [ref = Ref(*this), &parts, ticket = *ticket](const Result<void>& result, TimePoint now) {
         if (MemberResource* member = parts.registry.find(ref)) member->removed(result, ticket, parts, now);
         else parts.respond_gone(ticket);
@@ -78,6 +79,10 @@ void MemberResource::describe_types(About& about) const {
 
 std::optional<PlainValue> MemberResource::plain_value() const { return PlainValue{collection.spec->type, &collection.spec->facets, &value}; }
 
+void MemberResource::summarize(Overview& o) const {
+  if (const Result<std::string> json = rdf::write_plain(*collection.spec->type, collection.spec->facets, value, rdf::Plain::json)) o.json("value", *json);
+}
+
 std::string MemberResource::up() const { return collection.path; }
 
 // ------------------------------------------------------------------------------------------------------------ collection
@@ -106,7 +111,7 @@ Outcome CollectionResource::post(Context& context, Parts& parts) {
   const std::string new_id = parts.options.ids->next();
   rdf::Value& value = std::get<rdf::Value>(read);
   auto token = parts.calls.call<void>(
-      thing->where(), [s = spec, new_id, value] { return s->create(new_id, value); },
+      thing->where(*spec), [s = spec, new_id, value] { return s->create(new_id, value); },
       [ref = Ref(*this), &parts, new_id, value, ticket = *ticket](const Result<void>& result, TimePoint now) mutable {
         if (CollectionResource* collection = parts.registry.find(ref)) collection->created(new_id, std::move(value), result, ticket, parts, now);
         else parts.respond_gone(ticket);
@@ -164,6 +169,13 @@ void CollectionResource::describe(const Description& d) const {
 }
 
 void CollectionResource::describe_types(About& about) const { describe_container_types(about); }
+
+void CollectionResource::summarize(Overview& o) const {
+  o.described(spec->statements, spec->classes, nullptr);
+  o.schema("schema", spec->type, spec->facets);
+}
+
+void CollectionResource::overview(Overview& o) const { o.members("members", *this); }
 
 std::vector<Resource*> CollectionResource::members() const {
   std::vector<Resource*> all;

@@ -25,6 +25,8 @@ class MemberResource final : public Resource {
   Outcome remove(Context& context, Parts& parts) override;
   void describe(const Description& d) const override;
   void describe_types(About& about) const override;
+  std::string_view kind() const noexcept override { return "member"; }
+  void summarize(Overview& o) const override;
   const Variants& variants() const override { return value_variants(); }
   std::optional<PlainValue> plain_value() const override;
   bool fits_rdf(std::size_t max_values) const override { return fits(value, max_values); }
@@ -52,6 +54,9 @@ class CollectionResource final : public Resource {
   bool takes_plain_values() const noexcept override { return true; }
   void describe(const Description& d) const override;
   void describe_types(About& about) const override;
+  std::string_view kind() const noexcept override { return "collection"; }
+  void summarize(Overview& o) const override;
+  void overview(Overview& o) const override;
   std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
   bool is_container() const noexcept override { return true; }
   std::vector<Resource*> members() const override;

@@ -4,6 +4,7 @@
 #include <lrt/rdf/codec.hpp>
 
 #include "src/engine/description.hpp"
+#include "src/engine/overview.hpp"
 #include "src/engine/registry.hpp"
 #include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/thing.hpp"
@@ -11,15 +12,24 @@
 
 namespace lrt::engine {
 
+namespace {
+constexpr std::string_view title = "Robotic Things";
+}
+
 void RootResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
   describe_types(about);
-  about.add(vocab::dcterms::title, rdf::literal("Robotic Things"));
+  about.add(vocab::dcterms::title, rdf::literal(title));
   about.link(vocab::rdfs::seeAlso, d.base + terms_);
   describe_container(about, *this, d);
 }
 
 void RootResource::describe_types(About& about) const { describe_container_types(about); }
+
+void RootResource::overview(Overview& o) const {
+  o.text("title", title);
+  o.members("things", *this);
+}
 
 std::vector<Resource*> RootResource::members() const {
   std::vector<Resource*> all;

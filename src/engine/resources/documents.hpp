@@ -13,6 +13,8 @@ class RootResource final : public Resource {
   explicit RootResource(const Registry& registry, std::string terms) : Resource("/", nullptr), registry_(registry), terms_(std::move(terms)) {}
   void describe(const Description& d) const override;
   void describe_types(About& about) const override;
+  std::string_view kind() const noexcept override { return "root"; }
+  void overview(Overview& o) const override;
   bool is_container() const noexcept override { return true; }
   std::vector<Resource*> members() const override;
   std::string described_by(const std::string& base) const override { return base + terms_; }
@@ -29,6 +31,8 @@ class TermsResource final : public Resource {
   TermsResource() : Resource(location, nullptr) {}
   void describe(const Description& d) const override;
   void describe_types(About&) const override {}
+  const Variants& variants() const override { return graph_variants(); }
+  std::string_view kind() const noexcept override { return "terms"; }
   std::uint64_t state(std::uint64_t) const noexcept override { return 1; }
   bool is_rdf_source() const noexcept override { return false; }
 };
@@ -42,6 +46,7 @@ class ContextResource final : public Resource {
   void describe(const Description&) const override {}
   void describe_types(About&) const override {}
   const Variants& variants() const override { return context_variants(); }
+  std::string_view kind() const noexcept override { return "context"; }
   std::optional<std::string_view> document() const override { return text_; }
   std::uint64_t state(std::uint64_t) const noexcept override { return 1; }
   std::string_view cache_control() const noexcept override { return "max-age=86400"; }

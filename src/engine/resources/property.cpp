@@ -6,6 +6,7 @@
 
 #include "src/engine/change_scanner.hpp"
 #include "src/engine/description.hpp"
+#include "src/engine/overview.hpp"
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/thing.hpp"
 
@@ -44,6 +45,16 @@ void PropertyResource::describe_types(About& about) const {
   about.a(vocab::hybrit::Property);
   describe_value_types(about, *spec->type);
   about.a(spec->classes);
+}
+
+void PropertyResource::summarize(Overview& o) const {
+  o.described(spec->statements, spec->classes, spec->type);
+  o.schema("schema", spec->type, spec->facets);
+  if (spec->frame) o.text("frame", o.iri(*spec->frame));
+  std::vector<std::string> formats;
+  for (const model::RepresentationSpec& r : spec->representations) formats.push_back(r.media_type);
+  if (spec->octets) formats.emplace_back(rdf::media_type(rdf::Plain::octets));
+  o.texts("formats", formats);
 }
 
 /// Which formats there are of the present value, their sizes, and how numbers lie in them: binary and semantic data together (the paper's
@@ -167,7 +178,7 @@ void PropertyResource::judge_write(Parts& parts, TimePoint now, bool encoded) {
   }
   context->ignores_conditions = true;
   write_token_ = parts.calls.call<Written>(
-      thing->where(),
+      thing->where(*spec),
       [s = spec, value = writes_.front().value]() -> Result<Written> {
         if (s->slot) s->slot->forget();
         if (Result<void> result = s->write(value); !result) return Unexpected{std::move(result).error()};

@@ -29,6 +29,8 @@ class PropertyResource final : public Resource {
 
   void describe(const Description& d) const override;
   void describe_types(About& about) const override;
+  std::string_view kind() const noexcept override { return "property"; }
+  void summarize(Overview& o) const override;
   const Variants& variants() const override { return own_variants_ ? *own_variants_ : value_variants(); }
   std::optional<PlainValue> plain_value() const override { return PlainValue{spec->type, &spec->facets, &value}; }
   bool fits_rdf(std::size_t max_values) const override { return only_octets || fits(value, max_values); }

@@ -6,6 +6,7 @@
 
 #include "src/engine/bases.hpp"
 #include "src/engine/description.hpp"
+#include "src/engine/overview.hpp"
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/thing.hpp"
@@ -24,7 +25,7 @@ std::string receiver_of(const std::string& url) {
 // ---------------------------------------------------------------------------------------------------------- subscription
 
 SubscriptionResource::SubscriptionResource(std::string its_path, std::string its_id, Channel its_channel, SubscriptionRequest request,
-                                           std::size_t its_base, Utc at, Subscriptions& owner, const subscription::SubscriptionOptions& options,
+                                           std::size_t its_base, Utc at, Subscriptions& owner, const EngineOptions& options,
                                            std::size_t& queued_bytes)
     : Resource(std::move(its_path), request.observed->thing),
       subscription_id(std::move(its_id)),
@@ -37,7 +38,7 @@ SubscriptionResource::SubscriptionResource(std::string its_path, std::string its
       receiver(receiver_of(request.url)),
       secret(std::move(request.secret)),
       created(at),
-      backlog(request.policy, options.max_queue_bytes, options.max_total_queue_bytes, queued_bytes),
+      backlog(request.policy, options.subscriptions.max_queue_bytes, options.subscriptions.max_total_queue_bytes, queued_bytes),
       retry(options.callbacks),
       owner_(owner) {}
 
@@ -91,6 +92,26 @@ void SubscriptionResource::describe_types(About& about) const {
   }
 }
 
+void SubscriptionResource::summarize(Overview& o) const {
+  constexpr std::string_view protocols[] = {"websocket", "callback", "event_stream"};
+  o.text("protocol", protocols[static_cast<std::size_t>(protocol)]);
+  o.link("observes", o.iri(observed), observed.kind());
+}
+
+void SubscriptionResource::overview(Overview& o) const {
+  const subscription::Policy& policy = backlog.policy();
+  o.text("callback", url);
+  o.text("mediaType", observed.variants().type_of(its_variant));
+  o.text("created", to_xsd_date_time(created));
+  if (policy.queues()) o.number("queueLength", policy.queue_length);
+  if (policy.minimum_interval.count() > 0)
+    o.json("minimumInterval", rdf::lexical::format(std::chrono::duration<double>(policy.minimum_interval).count()));
+  o.number("delivered", delivered);
+  o.number("dropped", backlog.dropped());
+  o.text("lastError", last_error);
+  o.json("suspended", retry.suspended() ? "true" : "false");
+}
+
 std::string SubscriptionResource::up() const { return thing->subscriptions.path; }
 
 // ------------------------------------------------------------------------------------------------------------- container
@@ -111,6 +132,8 @@ void SubscriptionsResource::describe(const Description& d) const {
 }
 
 void SubscriptionsResource::describe_types(About& about) const { describe_container_types(about); }
+
+void SubscriptionsResource::overview(Overview& o) const { o.members("members", *this); }
 
 std::vector<Resource*> SubscriptionsResource::members() const {
   std::vector<Resource*> all;

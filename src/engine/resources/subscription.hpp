@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <lrt/engine/engine.hpp>
 #include <lrt/subscription/channel.hpp>
-#include <lrt/subscription/options.hpp>
 
 #include "src/engine/deadline_queue.hpp"
 #include "src/engine/resource.hpp"
@@ -35,13 +35,16 @@ struct SubscriptionRequest {
 class SubscriptionResource final : public Resource, public Observer {
  public:
   SubscriptionResource(std::string path, std::string id, Channel its_channel, SubscriptionRequest request, std::size_t its_base, Utc at,
-                       Subscriptions& owner, const subscription::SubscriptionOptions& options, std::size_t& queued_bytes);
+                       Subscriptions& owner, const EngineOptions& options, std::size_t& queued_bytes);
 
   Methods methods() const noexcept override;
   /// DELETE cancels. With If-Match it is cancelled only if its counters have not moved (R0.11).
   Outcome remove(Context& context, Parts& parts) override;
   void describe(const Description& d) const override;
   void describe_types(About& about) const override;
+  std::string_view kind() const noexcept override { return "subscription"; }
+  void summarize(Overview& o) const override;
+  void overview(Overview& o) const override;
   std::uint64_t state(std::uint64_t) const noexcept override { return revision + delivered + backlog.dropped(); }
   std::string up() const override;
 
@@ -90,6 +93,8 @@ class SubscriptionsResource final : public Resource {
   std::string input_shape() const override { return "subscriptions"; }
   void describe(const Description& d) const override;
   void describe_types(About& about) const override;
+  std::string_view kind() const noexcept override { return "subscriptions"; }
+  void overview(Overview& o) const override;
   std::uint64_t state(std::uint64_t structure) const noexcept override { return structure + revision; }
   bool is_container() const noexcept override { return true; }
   std::vector<Resource*> members() const override;

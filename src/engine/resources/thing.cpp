@@ -5,6 +5,7 @@
 #include <lrt/engine/engine.hpp>
 
 #include "src/engine/description.hpp"
+#include "src/engine/overview.hpp"
 #include "src/engine/registry.hpp"
 #include "src/engine/resources/action.hpp"
 #include "src/engine/resources/collection.hpp"
@@ -51,6 +52,25 @@ void ThingResource::describe(const Description& d) const {
 }
 
 void ThingResource::describe_types(About& about) const { about.a(vocab::hybrit::RoboticThing).a(thing->spec->classes); }
+
+void ThingResource::summarize(Overview& o) const {
+  o.text("title", thing->spec->title);
+  o.texts("types", thing->spec->classes);
+}
+
+void ThingResource::overview(Overview& o) const {
+  const ThingNode& node = *thing;
+  o.link("state", node.state);
+  if (node.spec->blueprint.empty()) o.link("blueprint", node.blueprint);
+  else o.link("blueprint", node.spec->blueprint, node.blueprint.kind());
+  o.link("subscriptions", node.subscriptions);
+  o.links("properties", node.properties);
+  o.links("actions", node.actions);
+  o.links("collections", node.collections);
+  o.begin_array("things");
+  for (const ThingNode* child : node.children) o.link({}, child->self);
+  o.end_array();
+}
 
 void ThingResource::link_related(http::LinkWriter& links, const std::string& base) const {
   const ThingNode& node = *thing;

@@ -27,6 +27,9 @@ class ThingResource final : public Resource {
   using Resource::Resource;
   void describe(const Description& d) const override;
   void describe_types(About& about) const override;
+  std::string_view kind() const noexcept override { return "thing"; }
+  void summarize(Overview& o) const override;
+  void overview(Overview& o) const override;
   void link_related(http::LinkWriter& links, const std::string& base) const override;
   std::string up() const override;
   bool observable() const noexcept override { return true; }
@@ -39,6 +42,7 @@ class StateResource final : public Resource {
   void describe(const Description& d) const override;
   void describe_types(About&) const override {}
   const Variants& variants() const override { return value_variants(); }
+  std::string_view kind() const noexcept override { return "state"; }
   std::optional<PlainValue> plain_value() const override;
   bool fits_rdf(std::size_t max_values) const override;
   std::uint64_t state(std::uint64_t structure) const noexcept override;
@@ -59,7 +63,8 @@ struct ThingNode {
   std::string names_base(const std::string& base) const { return base + blueprint.path; }
   /// The Blueprint that it refers to.
   std::string blueprint_iri(const std::string& base) const { return spec->blueprint.empty() ? names_base(base) : spec->blueprint; }
-  Dispatch where() const noexcept { return spec->dispatch; }
+  /// Where the lambdas of one of its resources run.
+  Dispatch where(const model::ResourceSpec& resource) const noexcept { return resource.dispatch.value_or(spec->dispatch); }
   /// All its resources that have been there since its registration.
   std::vector<Resource*> resources();
 

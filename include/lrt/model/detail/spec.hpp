@@ -28,10 +28,10 @@ namespace lrt {
 
 /// Where user lambdas run.
 enum class Dispatch : std::uint8_t {
-  as_server,   ///< as the server does (the default of a Thing)
+  as_server,   ///< as the server does (the default of a Thing; of a property, action or collection it is what its thing does)
   in_poll,     ///< inside Server::poll, on the host's thread (the default of a server): robot code needs no locks
   io_thread,   ///< on the I/O thread: shortest response time; for fast, thread-safe code
-  executor,    ///< passed to Options::executor
+  executor,    ///< passed to Threads::executor
 };
 
 /// What happens to an invocation while another one of the same action is pending or running.
@@ -68,6 +68,7 @@ struct ResourceSpec {
   std::vector<std::string> classes;      ///< further rdf:types
   std::vector<std::string> predicates;   ///< domain predicates from the thing to it
   std::vector<Statement> statements;
+  std::optional<Dispatch> dispatch;      ///< nullopt: as the thing
   std::atomic<bool> sealed{false};       ///< registered: set-up calls of the handle have no effect
   std::string label;                     ///< if sealed: the resource for messages, `property "arm/angle"`
   std::shared_ptr<HandleLog> log;        ///< if sealed: of the server

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <lrt/base/clock.hpp>
+#include <lrt/base/ids.hpp>
+#include <lrt/base/log.hpp>
+#include <lrt/base/result.hpp>
+#include <lrt/delivery/deliverer.hpp>
+#include <lrt/engine/engine.hpp>
+#include <lrt/rdf/codec.hpp>
+#include <lrt/subscription/options.hpp>
+#include <lrt/transport/transport.hpp>
+
+namespace lrt {
+
+/// Which thread does the I/O (SPEC 3.10).
+enum class Io : std::uint8_t {
+  own_thread,  ///< a thread of lrt: requests for pushed and static resources do not need the host
+  in_poll,     ///< no thread of lrt: Server::poll does everything
+};
+
+/// Where the server listens, and by which name clients know it.
+struct Listen {
+  std::string address = "127.0.0.1";  ///< numeric address to listen on
+  std::uint16_t port = 8080;          ///< 0: any free one, see Server::port
+  /// Absolute IRI that representations use as base, "https://robot.example/arm". Empty: from each request's Host (SPEC 3.7).
+  std::string public_base;
+  /// Makes the transport. Empty: the first of transport::names() is used.
+  std::function<std::unique_ptr<transport::Transport>(transport::TransportOptions)> transport;
+};
+
+/// Who may do what (R0.2). The defaults let programs on this machine do everything.
+struct Security {
+  /// Certificate and key. If set, the port accepts HTTPS only.
+  std::optional<transport::TlsOptions> tls;
+  /// Judges each request. Empty: all clients may do everything. Called once for each request, on the thread that serves it, without a lock
+  /// of lrt.
+  engine::Authorizer authorize;
+  std::string challenge = "Bearer";  ///< WWW-Authenticate of a 401
+  /// Further hosts that a request may name when there is no public base: "robot.local" (with the listening port) or "name:port". Others: 421.
+  std::vector<std::string> allowed_hosts;
+  /// Pages of other origins ("https://dashboard.example") that may send commands from a browser, besides those of this server; "*": any. If
+  /// there are some, WebSockets and event streams that name another origin are refused, too.
+  std::vector<std::string> allowed_origins;
+  /// Allows listening on an address that is not a loopback address without TLS and without an authorizer. Then every client that can connect
+  /// to the port can move the robot.
+  bool allow_unprotected_network = false;
+};
+
+/// Bounds of what clients can use: memory, connections and time.
+struct Limits : transport::Limits, engine::Limits {};
+
+/// Web callbacks: receivers, retries, and how they are posted and kept.
+struct Callbacks : subscription::CallbackOptions {
+  /// The file that stores web callbacks across restarts. Empty: they are not stored. It is written atomically soon after a change. An
+  /// unreadable file is renamed and logged. The file contains the callbacks' secrets, so only its owner can read it.
+  std::string file;
+  /// Makes the deliverer. Empty: delivery::make_deliverer. Not called if `allow` is empty.
+  std::function<Result<std::unique_ptr<delivery::Deliverer>>(delivery::Source&, const subscription::CallbackOptions&, LogCallback)> deliverer;
+};
+
+/// Which threads run what.
+struct Threads {
+  Io io = Io::own_thread;
+  Dispatch dispatch = Dispatch::in_poll;  ///< of things that do not have their own
+  /// Runs the lambdas of things with Dispatch::executor. It must run each exactly once, at any time.
+  std::function<void(std::function<void()>)> executor;
+};
+
+/// Options of a Server. The defaults suit a robot on a developer's desk.
+struct Options {
+  Listen listen;
+  Security security;
+  Limits limits;
+  subscription::SubscriptionOptions subscriptions;
+  Callbacks callbacks;
+  Threads threads;
+  const Clock* clock = nullptr;                         ///< nullptr: system_clock()
+  LogCallback log;                                      ///< empty: messages are dropped
+  std::shared_ptr<IdSource> ids;                        ///< of invocations, members and subscriptions; nullptr: RandomIds
+  rdf::Prefixes prefixes = rdf::default_prefixes();     ///< of Turtle and other syntaxes
+  std::shared_ptr<const engine::PageSource> page;       ///< HTML for people; nullptr: the page of lrt
+};
+
+}  // namespace lrt

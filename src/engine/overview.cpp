@@ -1,0 +1,129 @@
+#include "src/engine/overview.hpp"
+
+#include <algorithm>
+
+#include <lrt/engine/engine.hpp>
+#include <lrt/http/problem.hpp>
+#include <lrt/rdf/plain.hpp>
+#include <lrt/rdf/vocab.hpp>
+
+#include "src/engine/bases.hpp"
+#include "src/engine/context.hpp"
+#include "src/engine/representations.hpp"
+#include "src/engine/resources/thing.hpp"
+#include "src/rdf/plain_schema.hpp"
+
+namespace lrt::engine {
+
+Overview::Overview(const EngineView& engine, std::size_t base, std::size_t page)
+    : engine_(engine), base_(engine.bases[base]), page_(page) {}
+
+std::string Overview::of(const Resource& resource) {
+  begin_object({});
+  summary(resource);
+  if (const std::string up = resource.up(); !up.empty()) {
+    if (const Resource* parent = engine_.registry.find(up)) link("parent", *parent);
+  }
+  resource.overview(*this);
+  end_object();
+  return std::move(out_);
+}
+
+void Overview::summary(const Resource& resource) {
+  text("href", iri(resource));
+  text("kind", resource.kind());
+  begin_array("methods");
+  const Methods methods = resource.methods();
+  for (const char* method : {"GET", "HEAD", "OPTIONS"}) text({}, method);
+  if (methods.put) text({}, "PUT");
+  if (methods.post) text({}, "POST");
+  if (methods.remove) text({}, "DELETE");
+  end_array();
+  resource.summarize(*this);
+}
+
+void Overview::link(std::string_view key, const Resource& to) {
+  begin_object(key);
+  summary(to);
+  end_object();
+}
+
+void Overview::link(std::string_view key, const std::string& href, std::string_view kind) {
+  begin_object(key);
+  text("href", href);
+  text("kind", kind);
+  end_object();
+}
+
+void Overview::members(std::string_view key, const Resource& container) {
+  const std::vector<Resource*> all = container.members();
+  number("count", all.size());
+  if (page_ == minimal_page) return;
+  const std::size_t size = engine_.options.max_page_members;
+  const std::size_t first = std::min(all.size(), (page_ - 1) * size), last = std::min(all.size(), first + size);
+  begin_array(key);
+  for (std::size_t i = first; i < last; ++i) link({}, *all[i]);
+  end_array();
+  const auto page = [&](std::string_view name, std::size_t n) {
+    begin_object(name);
+    text("href", variant_iri(base_ + container.path, rdf::media_type(rdf::Plain::json), n));
+    end_object();
+  };
+  if (page_ > 1) page("previous", page_ - 1);
+  if (last < all.size()) page("next", page_ + 1);
+}
+
+void Overview::text(std::string_view key, std::string_view value) {
+  if (value.empty()) return;
+  separate(key);
+  out_ += http::json_string(value);
+}
+
+void Overview::texts(std::string_view key, const std::vector<std::string>& values) {
+  if (values.empty()) return;
+  begin_array(key);
+  for (const std::string& v : values) text({}, v);
+  end_array();
+}
+
+void Overview::json(std::string_view key, std::string_view written) {
+  separate(key);
+  out_ += written;
+}
+
+void Overview::schema(std::string_view key, const rdf::Type* type, const rdf::Facets& facets) {
+  if (type) json(key, rdf::write_schema(*type, facets));
+}
+
+void Overview::described(const std::vector<Statement>& statements, const std::vector<std::string>& classes,
+                         const rdf::Type* type) {
+  for (const Statement& s : statements) {
+    if (s.predicate != vocab::dcterms::title.text || s.object.kind() != Object::Kind::literal) continue;
+    text("title", s.object.text());
+    break;
+  }
+  std::vector<std::string> all = classes;
+  if (type)
+    for (const std::string& c : type->classes)
+      if (std::find(all.begin(), all.end(), c) == all.end()) all.push_back(c);
+  texts("types", all);
+}
+
+std::string Overview::iri(const Object& object) const {
+  rdf::Graph graph;
+  return std::string(graph.term(object_term(graph, object, base_)).text);
+}
+
+void Overview::separate(std::string_view key) {
+  if (!out_.empty() && out_.back() != '{' && out_.back() != '[') out_ += ',';
+  if (key.empty()) return;
+  out_ += http::json_string(key);
+  out_ += ':';
+}
+
+void Overview::begin(std::string_view key, char bracket) {
+  separate(key);
+  out_ += bracket;
+}
+
+}  // namespace lrt::engine

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <lrt/model/statement.hpp>
+#include <lrt/rdf/type.hpp>
+#include <lrt/rdf/value.hpp>
+
+#include "src/engine/description.hpp"
+#include "src/engine/resource.hpp"
+
+namespace lrt::engine {
+
+/// Writes the JSON of a resource that has no plain value: what it is, and what it links to (README, "Values without RDF").
+///
+/// A resource is an object with `href`, `kind`, `methods` and what its kind has; a link to it is the same object with fewer members. The types of
+/// values are JSON Schemas.
+class Overview {
+ public:
+  Overview(const EngineView& engine, std::size_t base, std::size_t page);
+
+  /// The overview of the resource, whole.
+  std::string of(const Resource& resource);
+
+  /// A link. An empty key: within an array.
+  void link(std::string_view key, const Resource& to);
+  void link(std::string_view key, const std::string& href, std::string_view kind);
+  /// Links by the paths that resources have below their thing.
+  template <class Resources>
+  void links(std::string_view key, const Resources& resources) {
+    begin_object(key);
+    for (const auto& r : resources) link(r->spec->path, *r);
+    end_object();
+  }
+  /// The members of a container on this page, how many there are, and the pages before and after.
+  void members(std::string_view key, const Resource& container);
+
+  /// Nothing for an empty text.
+  void text(std::string_view key, std::string_view value);
+  void texts(std::string_view key, const std::vector<std::string>& values);
+  void number(std::string_view key, std::uint64_t value) { json(key, std::to_string(value)); }
+  void json(std::string_view key, std::string_view written);
+  /// Nothing if there is no type.
+  void schema(std::string_view key, const rdf::Type* type, const rdf::Facets& facets);
+  /// The title among the user's triples, and the domain types: the user's and those of a record.
+  void described(const std::vector<Statement>& statements, const std::vector<std::string>& classes, const rdf::Type* type);
+  std::string iri(const Resource& resource) const { return base_ + resource.path; }
+  std::string iri(const Object& object) const;
+
+  void begin_object(std::string_view key) { begin(key, '{'); }
+  void end_object() { end('}'); }
+  void begin_array(std::string_view key) { begin(key, '['); }
+  void end_array() { end(']'); }
+
+ private:
+  void summary(const Resource& resource);
+  void separate(std::string_view key);
+  void begin(std::string_view key, char bracket);
+  void end(char bracket) { out_ += bracket; }
+
+  const EngineView& engine_;
+  const std::string& base_;
+  std::size_t page_;
+  std::string out_;
+};
+
+}  // namespace lrt::engine

@@ -1,0 +1,129 @@
+#include "src/rdf/plain_schema.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include <lrt/rdf/lexical.hpp>
+
+#include "src/rdf/n_triples.hpp"
+#include "src/rdf/plain_names.hpp"
+
+namespace lrt::rdf {
+namespace {
+
+using Kind = Type::Kind;
+
+class SchemaWriter {
+ public:
+  void write(const Type& outer, const Facets& facets, bool says_unit) {
+    const Type* inner = &outer;
+    while (inner->kind == Kind::optional) inner = inner->element;
+    const Type& type = *inner;
+    nullable_ = inner != &outer;
+    out_ += '{';
+    switch (type.kind) {
+      case Kind::boolean: name("boolean"); break;
+      case Kind::integer: name("integer"), integer_bounds(type, facets); break;
+      case Kind::real: name("number"), bounds(facets); break;
+      case Kind::text: name("string"), lengths(facets); break;
+      case Kind::enumeration: name("string"), names(type); break;
+      case Kind::duration: name("string"), member("format", "\"duration\""); break;
+      case Kind::instant: name("string"), member("format", "\"date-time\""); break;
+      case Kind::list: name("array"), items(type, facets); break;
+      case Kind::record: name("object"), fields(type); break;
+      case Kind::optional: break;
+    }
+    if (says_unit && carries_unit(type, facets)) {
+      key("unit");
+      append_quoted(out_, unit_code(facets.unit()));
+    }
+    out_ += '}';
+  }
+  std::string take() { return std::move(out_); }
+
+ private:
+  void name(const char* type) {
+    out_ += "\"type\":";
+    out_ += nullable_ ? "[\"" + std::string(type) + "\",\"null\"]" : "\"" + std::string(type) + "\"";
+  }
+  void key(const char* k) { out_.append(",\"").append(k).append("\":"); }
+  void member(const char* k, const std::string& json) {
+    key(k);
+    out_ += json;
+  }
+
+  void lower(const Facets& f) {
+    if (f.min() && std::isfinite(*f.min()))
+      member(f.min_exclusive() ? "exclusiveMinimum" : "minimum", lexical::format(*f.min()));
+  }
+  void upper(const Facets& f) {
+    if (f.max() && std::isfinite(*f.max()))
+      member(f.max_exclusive() ? "exclusiveMaximum" : "maximum", lexical::format(*f.max()));
+  }
+  void bounds(const Facets& f) { lower(f), upper(f); }
+  /// On each side the narrower of two bounds applies.
+  void integer_bounds(const Type& type, const Facets& f) {
+    if (f.min() && *f.min() >= static_cast<double>(type.lowest)) lower(f);
+    else if (type.lowest != std::numeric_limits<std::int64_t>::min()) member("minimum", std::to_string(type.lowest));
+    if (f.max() && *f.max() <= static_cast<double>(type.highest)) upper(f);
+    else if (type.highest < static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()))
+      member("maximum", std::to_string(type.highest));
+  }
+  void lengths(const Facets& f) {
+    if (f.min_length() > 0) member("minLength", std::to_string(f.min_length()));
+    if (f.max_length() != std::numeric_limits<std::size_t>::max()) member("maxLength", std::to_string(f.max_length()));
+  }
+
+  void names(const Type& type) {
+    key("enum");
+    out_ += '[';
+    for (const std::string& n : type.names) {
+      append_quoted(out_, n);
+      out_ += ',';
+    }
+    if (nullable_) out_ += "null";
+    else if (out_.back() == ',') out_.pop_back();
+    out_ += ']';
+  }
+
+  void items(const Type& type, const Facets& facets) {
+    key("items");
+    write(*type.element, facets, false);
+    if (type.shortest > 0) member("minItems", std::to_string(type.shortest));
+    if (type.longest != std::numeric_limits<std::size_t>::max()) member("maxItems", std::to_string(type.longest));
+  }
+
+  void fields(const Type& type) {
+    const std::vector<std::string> all = member_names(type);
+    std::string required;
+    key("properties");
+    out_ += '{';
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const FieldType& field = type.fields[i];
+      if (i > 0) out_ += ',';
+      append_quoted(out_, all[i]);
+      out_ += ':';
+      write(*field.type, field.facets, true);
+      if (field.type->kind == Kind::optional) continue;
+      required += required.empty() ? "" : ",";
+      append_quoted(required, all[i]);
+    }
+    out_ += '}';
+    if (!required.empty()) member("required", "[" + required + "]");
+    member("additionalProperties", "false");
+  }
+
+  std::string out_;
+  bool nullable_ = false;
+};
+
+}  // namespace
+
+std::string write_schema(const Type& type, const Facets& facets) {
+  SchemaWriter writer;
+  writer.write(type, facets, true);
+  return writer.take();
+}
+
+}  // namespace lrt::rdf
