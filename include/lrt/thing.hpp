@@ -60,51 +60,73 @@ class Thing {
   /// @par Threads     `read` runs where the thing's Dispatch says, never concurrently with itself.
   /// @par Time        Expects `read` to return within one control period.
   /// @par Implements  R0.3, R0.9, R1.9
-  template <class Read, class = std::enable_if_t<std::is_invocable_v<Read&>>>
+  template <class Read>
   auto property(std::string_view path, Read read, const Unit& unit = unit::none) {
-    using T = rdf::detail::stored_t<std::invoke_result_t<Read&>>;
-    auto spec = new_property(path, rdf::traits<T>::type(), unit);
-    spec->changes = std::make_shared<model::ChangeSignal>();
-    spec->read = [read = std::move(read), own = spec.get()]() mutable {
-      T value(read());
-      model::Reading reading{rdf::traits<T>::encode(value), nullptr};
-      if (!own->representations.empty()) reading.whole = std::make_shared<const T>(std::move(value));
-      return reading;
-    };
-    return PulledProperty<T>(std::move(spec));
+    if constexpr (!std::is_invocable_v<Read&>) {
+      static_assert(rdf::detail::always_false<Read>,
+                    "lrt: property expects a callable without parameters that returns the value: property(path, [] { return value; }); a value "
+                    "that is published needs its type: property<double>(path, unit)");
+      return PulledProperty<bool>();
+    } else if constexpr (std::is_void_v<std::invoke_result_t<Read&>>) {
+      static_assert(rdf::detail::always_false<Read>, "lrt: the callable of a property returns nothing; return the value");
+      return PulledProperty<bool>();
+    } else {
+      using T = rdf::detail::stored_t<std::invoke_result_t<Read&>>;
+      auto spec = new_property(path, rdf::traits<T>::type(), unit);
+      spec->changes = std::make_shared<model::ChangeSignal>();
+      spec->read = [read = std::move(read), own = spec.get()]() mutable {
+        T value(read());
+        model::Reading reading{rdf::traits<T>::encode(value), nullptr};
+        if (!own->representations.empty()) reading.whole = std::make_shared<const T>(std::move(value));
+        return reading;
+      };
+      return PulledProperty<T>(std::move(spec));
+    }
   }
   /// Exposes a value as a pushed Property: the control loop passes it to publish(), and GET is answered without the host's thread. Before the
   /// first publish() the property has no value.
   template <class T>
   PushedProperty<T> property(std::string_view path, const Unit& unit = unit::none) {
-    auto spec = new_property(path, rdf::traits<T>::type(), unit);
-    auto slot = std::make_shared<model::Slot<T>>();
-    spec->slot = slot;
-    return PushedProperty<T>(std::move(spec), std::move(slot));
+    if constexpr (!std::is_default_constructible_v<T> || !std::is_copy_constructible_v<T> || !std::is_copy_assignable_v<T>) {
+      static_assert(rdf::detail::always_false<T>,
+                    "lrt: values that are published need a default constructor and copies; add them, or let a lambda return the value: "
+                    "property(path, [] { return value; })");
+      return PushedProperty<T>();
+    } else {
+      auto spec = new_property(path, rdf::traits<T>::type(), unit);
+      auto slot = std::make_shared<model::Slot<T>>();
+      spec->slot = slot;
+      return PushedProperty<T>(std::move(spec), std::move(slot));
+    }
   }
 
   /// Exposes a command as an Action below `actions/`.
   ///
   /// @param path  relative to `actions/`: "rotate"
   /// @param f     `R()`, `R(In)`: synchronous, R is void, a type with traits, or a Result of these;
-  ///              `void(Responder)`, `void(In, Responder)`, `void(In, ResponderOf<Out>)`: asynchronous
+  ///              `void(Responder)`, `void(In, Responder)`, `void(In, ResponderOf<Out>)`: asynchronous.
+  ///              In may be std::string_view or const char* if the action is synchronous: the text lives during the call.
   /// @par Threads  `f` runs where the thing's Dispatch says. An exception it throws fails the invocation (500).
   /// @par Implements  R0.5, R0.8, R1.10, paper 5.4
   template <class F>
   Action action(std::string_view path, F f) {
-    using Shape = model::ActionShape<F>;
-    auto spec = new_action(path);
-    if constexpr (!std::is_void_v<typename Shape::Input>) spec->input = &rdf::traits<typename Shape::Input>::type();
-    if constexpr (Shape::asynchronous) {
-      using Out = typename model::ResponderTraits<typename Shape::Last>::Output;
-      if constexpr (!std::is_void_v<Out>) spec->output = &rdf::traits<Out>::type();
+    if constexpr (!model::check_action<F>()) {
+      return Action();
     } else {
-      using Out = typename model::Unwrapped<typename Shape::Return>::type;
-      if constexpr (!std::is_void_v<Out>) spec->output = &rdf::traits<Out>::type();
+      using Shape = model::ActionShape<F>;
+      auto spec = new_action(path);
+      if constexpr (!std::is_void_v<typename Shape::Input>) spec->input = &rdf::traits<typename Shape::Input>::type();
+      if constexpr (Shape::asynchronous) {
+        using Out = typename model::ResponderTraits<typename Shape::Last>::Output;
+        if constexpr (!std::is_void_v<Out>) spec->output = &rdf::traits<Out>::type();
+      } else {
+        using Out = typename model::Unwrapped<typename Shape::Return>::type;
+        if constexpr (!std::is_void_v<Out>) spec->output = &rdf::traits<Out>::type();
+      }
+      spec->asynchronous = Shape::asynchronous;
+      spec->start = model::erase_action(std::move(f));
+      return Action(std::move(spec));
     }
-    spec->asynchronous = Shape::asynchronous;
-    spec->start = model::erase_action(std::move(f));
-    return Action(std::move(spec));
   }
 
   /// Exposes a container of values. Clients create and remove its members.

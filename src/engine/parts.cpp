@@ -88,8 +88,8 @@ Result<void> Parts::add(Thing thing) {
       return Unexpected{std::move(error)};
     }
   }
-  const auto seal = [&](model::ResourceSpec& spec, const char* what, const char* folder) {
-    spec.seal(std::string(what) + " \"" + node.spec->path + "/" + folder + spec.path + "\"", handle_log);
+  const auto seal = [&](model::ResourceSpec& resource, const char* what, const char* folder) {
+    resource.seal(std::string(what) + " \"" + node.spec->path + "/" + folder + resource.path + "\"", handle_log);
   };
   for (const auto& p : node.spec->properties) {
     seal(*p, "property", "");

@@ -69,6 +69,16 @@ Result<void> check_formats(model::PropertySpec& property, const std::string& nam
   return {};
 }
 
+/// The names of a read-only field in values of the type and of the records around it, "pose/x"; empty: there is none.
+std::string read_only_field(const rdf::Type& type) {
+  if (type.element) return read_only_field(*type.element);
+  for (const rdf::FieldType& field : type.fields) {
+    if (field.read_only) return field.name;
+    if (const std::string inner = read_only_field(*field.type); !inner.empty()) return field.name + "/" + inner;
+  }
+  return {};
+}
+
 /// Everything that the user registers with a Thing, except its Turtle.
 Result<void> check(model::ThingSpec& described) {
   model::ThingSpec* const spec = &described;
@@ -107,6 +117,11 @@ Result<void> check(model::ThingSpec& described) {
       return unexpected(Errc::invalid_option, "\"" + spec->path + "/" + path + "\": the bounds leave no value");
     return {};
   };
+  const auto check_input = [&](const std::string& what, const rdf::Type& type) -> Result<void> {
+    if (const std::string field = read_only_field(type); !field.empty())
+      return unexpected(Errc::invalid_option, what + ": clients cannot send it, because its field \"" + field + "\" is read-only; give the field a setter");
+    return {};
+  };
   const auto check_resource = [&](const model::ResourceSpec& r) -> Result<void> {
     if (Result<void> e = check_iris(r.classes, "type"); !e) return e;
     if (Result<void> e = check_iris(r.predicates, "predicate"); !e) return e;
@@ -120,12 +135,16 @@ Result<void> check(model::ThingSpec& described) {
   for (const auto& p : spec->properties) {
     if (Result<void> e = check_resource(*p); !e) return e;
     if (Result<void> e = check_facets(p->path, p->facets); !e) return e;
+    if (p->write)
+      if (Result<void> e = check_input("property \"" + spec->path + "/" + p->path + "\"", *p->type); !e) return e;
     if (p->frame)
       if (Result<void> e = check_statements({{std::string(vocab::lrt::frame.text), *p->frame}}); !e) return e;
     if (Result<void> e = check_formats(*p, "property \"" + spec->path + "/" + p->path + "\""); !e) return e;
   }
   for (const auto& a : spec->actions) {
     if (Result<void> e = check_resource(*a); !e) return e;
+    if (a->input)
+      if (Result<void> e = check_input("the input of action \"" + spec->path + "/actions/" + a->path + "\"", *a->input); !e) return e;
     for (const auto& [facets, type, what] : {std::tuple(&a->facets, a->input, "input"), std::tuple(&a->output_facets, a->output, "output")}) {
       if (!type && !facets->empty())
         return unexpected(Errc::invalid_option, "action \"" + spec->path + "/actions/" + a->path + "\": there is no " + what +
@@ -136,6 +155,8 @@ Result<void> check(model::ThingSpec& described) {
   for (const auto& c : spec->collections) {
     if (Result<void> e = check_resource(*c); !e) return e;
     if (Result<void> e = check_facets(c->path, c->facets); !e) return e;
+    if (c->create)
+      if (Result<void> e = check_input("collection \"" + spec->path + "/" + c->path + "\"", *c->type); !e) return e;
   }
 
   return {};

@@ -3,6 +3,8 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt::http {
 
 /// Problem details (RFC 9457). `type` is about:blank, `title` the reason phrase.
