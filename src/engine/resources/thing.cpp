@@ -118,10 +118,6 @@ void StateResource::for_each_property(FunctionRef<void(PropertyResource&)> visit
   for (const auto& p : thing->properties) visit(*p);
 }
 
-bool StateResource::keeps_values() const noexcept {
-  return std::any_of(thing->properties.begin(), thing->properties.end(), [](const auto& p) { return p->keeps_values(); });
-}
-
 void StateResource::set_observed(bool observed, ChangeScanner& scanner) {
   for (const auto& p : thing->properties) p->set_watched(observed, scanner);
 }

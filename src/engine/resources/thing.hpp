@@ -53,7 +53,6 @@ class StateResource final : public Resource {
   Reads reads() const noexcept override { return Reads::values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
   bool observable() const noexcept override { return true; }
-  bool keeps_values() const noexcept override;
   void set_observed(bool observed, ChangeScanner& scanner) override;
 };
 
