@@ -110,6 +110,12 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
     return this->edit("octets", [](auto& s) { s.octets = true; });
   }
 
+  /// Serves the property as a file, for example a mesh or a map: a client that accepts anything gets the first representation() instead of
+  /// Turtle, and the thing's state does not contain the property. So its bytes are made only for clients that request this resource.
+  Self& as_file() {
+    return this->edit("as_file", [](auto& s) { s.file = true; });
+  }
+
  protected:
   PropertyHandle() noexcept = default;
   explicit PropertyHandle(std::shared_ptr<PropertySpec> spec) noexcept : Base(std::move(spec)) {}

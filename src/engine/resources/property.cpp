@@ -101,7 +101,7 @@ void PropertyResource::set_watched(bool watched, ChangeScanner& scanner) {
 
 void PropertyResource::mark_changed() {
   Resource::mark_changed();
-  thing->state.notify_observers();
+  if (!spec->file) thing->state.notify_observers();
 }
 
 void PropertyResource::mark_changing() {

@@ -52,8 +52,8 @@ class PropertyResource final : public Resource {
   /// @pre it is a pushed property
   void report_lost();
 
-  /// It has a value, or is read for one. A pushed property promises none before the first publish.
-  bool promises_triples() const noexcept { return (spec->read || !value.is_null()) && !only_octets; }
+  /// Its value is in the state, or is read for it. A pushed property promises none before the first publish.
+  bool promises_triples() const noexcept { return (spec->read || !value.is_null()) && !only_octets && !spec->file; }
   /// The registration is final: the resource goes. Requests that wait for a write get 404.
   void removed(Parts& parts);
 

@@ -82,6 +82,7 @@ struct ThingNode {
   BlueprintResource blueprint;
   SubscriptionsResource subscriptions;
   std::vector<std::unique_ptr<PropertyResource>> properties;
+  std::vector<PropertyResource*> in_state;  ///< those of them that its state contains
   std::vector<std::unique_ptr<ActionResource>> actions;
   std::vector<std::unique_ptr<CollectionResource>> collections;
   ThingNode* parent = nullptr;                          ///< nullptr: below the root
