@@ -151,7 +151,7 @@ TEST_CASE("fields are read and written by getters, setters, lambdas and inherite
 
 TEST_CASE("a setter may refuse a value", "[model]") {
   CHECK(traits<Motor>::decode(with(Motor(), 3, Value(3.0))));
-  CHECK(traits<Motor>::decode(with(Motor(), 3, Value(4.0))).error().code == Errc::out_of_range);
+  CHECK(traits<Motor>::decode(with(Motor(), 3, Value(4.0))).error().code == Errc::expected_value);
   CHECK(traits<Motor>::decode(with(Motor(), 4, Value(6.0))).error().message == "too strong");
 }
 
