@@ -16,12 +16,18 @@ namespace lrt {
 /// The description of a Linked Robotic Thing: its types, properties, actions and collections. Pass it to Server::add when it is complete.
 /// The thing stores the first error of any of its calls, and add() returns it.
 ///
+/// @par Names    Things, properties, actions and collections may have any name. lrt has names of its own below a thing: `state`, `blueprint`,
+///               `subscriptions`, and `actions/` before the name of an action. If the user gives the same path to something else, also later
+///               and as the path of another Thing, then lrt's resource has `-lrt` after its name ("arm/state-lrt", "arm/actions-lrt/turn"),
+///               for as long as the user's is there. Clients follow links, so they find both. Only two paths are reserved: "ns/lrt" and
+///               "ns/context.jsonld".
 /// @par Threads  Set-up only, one thread at a time.
 /// @par Implements  R0.3, R1.1, R1.3
 class Thing {
  public:
-  /// @param path  its path below the server's root, without a leading '/': "baxter/right_s1". A Thing at a prefix of the path is its
-  ///              parent. Names are percent-encoded.
+  /// @param path  its path below the server's root: "baxter/right_s1" or "/baxter/right_s1". A Thing at a prefix of the path is its parent.
+  ///              Names are percent-encoded.
+  /// @par Errors  expected_iri (an empty name, "." or ".."; the message says what to write), duplicate_path: by add()
   explicit Thing(std::string_view path);
   Thing(Thing&&) noexcept;
   Thing& operator=(Thing&&) noexcept;
@@ -38,8 +44,9 @@ class Thing {
   /// Refers to an external Blueprint instead of the generated one (R1.11).
   Thing& blueprint(Iri external);
   /// Adds SHACL shapes in Turtle to the generated Blueprint. Their base is the blueprint. A shape with one of these names replaces the
-  /// generated one: `<#rotation>` for values of the property "rotation", `<#actions/rotate/input>` for the input of the action "rotate",
-  /// `<#waypoints>` for members of the collection "waypoints", `<>` for the thing. A body that does not conform is answered 422 with the
+  /// generated one: `<#rotation>` for values of the property "rotation", `<#actions/rotate/input>` for the input of the action "rotate"
+  /// (`<#actions-lrt/rotate/input>` if there is a property "actions/rotate/input"), `<#waypoints>` for members of the collection "waypoints",
+  /// `<>` for the thing. A body that does not conform is answered 422 with the
   /// report, before any lambda is called.
   /// @par Errors      expected_rdf, expected_value (an ill-formed shape, with its triple): by add()
   /// @par Implements  R1.11, paper 5.1

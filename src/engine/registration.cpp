@@ -21,15 +21,16 @@ namespace {
 
 /// Reads documents about a resource into one graph, with the placeholder as base. Blank nodes of two documents are two nodes even if
 /// both are called b0.
-Result<void> read_documents(rdf::Graph& all, const std::vector<std::string>& documents, const std::string& path, const char* what) {
+Result<rdf::Graph> read_documents(const std::vector<std::string>& documents, const std::string& path, const std::string& name) {
   const std::string base = std::string(placeholder_base) + path;
   rdf::ReadOptions options;
   options.base = base;
+  rdf::Graph all;
   for (const std::string& text : documents) {
     Result<rdf::Graph> graph = rdf::read(text, rdf::Syntax::turtle, options);
     if (!graph) {
       Error error = std::move(graph).error();
-      error.message = "thing \"" + path + "\", " + what + ": " + error.message;
+      error.message = name + ": " + error.message;
       return Unexpected{std::move(error)};
     }
     std::map<rdf::TermId, rdf::TermId> renamed;
@@ -44,7 +45,7 @@ Result<void> read_documents(rdf::Graph& all, const std::vector<std::string>& doc
       all.add(s, p, o);
     }
   }
-  return {};
+  return all;
 }
 
 /// Each media type once, as clients request it; numbers where there are octets.
@@ -100,7 +101,7 @@ Result<void> check(model::ThingSpec& described) {
       if (o.kind() == Object::Kind::iri) {
         if (Result<void> r = check_iris({o.text()}, "object"); !r) return r;
       } else if (o.kind() == Object::Kind::resource) {
-        if (Result<std::string> r = model::encode_path(o.text()); !r) return Unexpected{std::move(r).error()};
+        if (Result<std::string> r = model::encode_path_from_root(o.text()); !r) return Unexpected{std::move(r).error()};
       } else {
         if (!o.datatype().empty())
           if (Result<void> r = check_iris({o.datatype()}, "datatype"); !r) return r;
@@ -164,17 +165,22 @@ Result<void> check(model::ThingSpec& described) {
 
 }  // namespace
 
+Result<rdf::Graph> read_shapes(const model::ThingSpec& spec, const std::string& blueprint_path) {
+  return read_documents(spec.shapes, blueprint_path, "thing \"" + spec.path + "\", its shapes");
+}
+
 Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>& spec) {
   if (!spec) return unexpected(Errc::closed, "the thing was given away already");
   if (spec->first_error) return Unexpected{*spec->first_error};
   if (Result<void> checked = check(*spec); !checked) return Unexpected{std::move(checked).error()};
-  rdf::Graph statements, shapes;
   const std::string path = "/" + spec->path;
-  if (Result<void> r = read_documents(statements, spec->turtle, path, "its Turtle"); !r) return Unexpected{std::move(r).error()};
-  if (Result<void> r = read_documents(shapes, spec->shapes, path + "/blueprint", "its shapes"); !r) return Unexpected{std::move(r).error()};
+  Result<rdf::Graph> statements = read_documents(spec->turtle, path, "thing \"" + spec->path + "\", its Turtle");
+  if (!statements) return Unexpected{std::move(statements).error()};
+  Result<rdf::Graph> shapes = read_shapes(*spec, path + "/blueprint");
+  if (!shapes) return Unexpected{std::move(shapes).error()};
   auto node = std::make_unique<ThingNode>(std::move(spec));
-  node->statements = std::move(statements);
-  node->user_shapes = std::move(shapes);
+  node->statements = *std::move(statements);
+  node->user_shapes = *std::move(shapes);
   return node;
 }
 

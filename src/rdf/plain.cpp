@@ -327,7 +327,7 @@ bool fits(const Type& type, std::string_view digits) noexcept {
 
 /// Thrown to end the reading early, inside this file only.
 struct Refused {
-  Error error;
+  Mismatch mismatch;
 };
 
 /// Reads JSON or CBOR into triples. A value of a wrong type is added as it is, so that the shape finds it.
@@ -373,7 +373,7 @@ class DocumentReader {
   }
 
   [[noreturn]] void refuse(Id at, const std::string& expected) const {
-    throw Refused{Error{Errc::expected_value, "at \"" + document_.pointer(at) + "\": " + expected + ", found " + shown(at)}};
+    throw Refused{{document_.pointer(at), expected + ", found " + shown(at)}};
   }
 
   static std::string expected(const Type& type) {
@@ -433,8 +433,8 @@ class DocumentReader {
     std::string text = names.empty() ? "no member" : "one of";
     for (std::size_t i = 0; i < names.size() && i < max_shown; ++i) text += (i == 0 ? " \"" : ", \"") + names[i] + "\"";
     if (names.size() > max_shown) text += ", ... (cut)";
-    throw Refused{Error{Errc::expected_value, "at \"" + document_.pointer(member) + "\": expected " + text + ", found \"" +
-                                                  json::shortened(document_.key(member)) + "\""}};
+    throw Refused{
+        {document_.pointer(member), "expected " + text + ", found \"" + json::shortened(document_.key(member)) + "\""}};
   }
 
   /// The object of a field or a list; nullopt: absent.
@@ -682,8 +682,8 @@ Result<std::string> write_plain(const Type& type, const Facets& facets, const Va
   return out;
 }
 
-Result<void> read_plain(std::string_view body, Plain format, const Type& type, const Facets& facets, std::string_view names_base,
-                        std::size_t max_values, Graph& graph, TermId focus) {
+Result<void> read_plain(std::string_view body, Plain format, const Type& type, const Facets& facets,
+                        std::string_view names_base, std::size_t max_values, Graph& graph, TermId focus, Mismatch* mismatch) {
   const Kind kind = without_optional(type).kind;
   if (format == Plain::text && type.kind == Kind::optional && body.empty()) return {};
   if (format == Plain::text && kind != Kind::list && kind != Kind::record && kind != Kind::map) return read_text(body, type, facets, names_base, graph, focus);
@@ -701,7 +701,9 @@ Result<void> read_plain(std::string_view body, Plain format, const Type& type, c
     DocumentReader(*document, is_binary, graph, names_base).at(focus, type, facets);
     return {};
   } catch (const Refused& refused) {
-    return unexpected(refused.error);
+    const auto& [pointer, message] = refused.mismatch;
+    if (mismatch) *mismatch = refused.mismatch;
+    return unexpected(Errc::expected_value, pointer.empty() ? message : "at \"" + pointer + "\": " + message);
   }
 }
 

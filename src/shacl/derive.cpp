@@ -12,6 +12,8 @@
 #include <lrt/rdf/value_codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/shacl/derived_patterns.hpp"
+
 namespace lrt::shacl {
 namespace {
 
@@ -166,11 +168,11 @@ class Deriver {
       case Kind::duration: {
         alternatives(shape, {type.datatype, xsd::duration});
         // No years and months: their length varies.
-        return add(shape, sh::pattern, rdf::literal("^[^YM]*(T.*)?$"));
+        return add(shape, sh::pattern, rdf::literal(day_time_pattern));
       }
       case Kind::instant:
         add(shape, sh::datatype, rdf::TermView(type.datatype));
-        add(shape, sh::pattern, rdf::literal("(Z|[+-][0-9]{2}:[0-9]{2})$"));
+        add(shape, sh::pattern, rdf::literal(zone_pattern));
         add(shape, sh::minInclusive, rdf::literal("1677-09-22T00:00:00Z", xsd::dateTime));
         return add(shape, sh::maxInclusive, rdf::literal("2262-04-11T23:47:16Z", xsd::dateTime));
       case Kind::enumeration: {

@@ -440,7 +440,7 @@ TEST_CASE("a value may have the declared unit and no other", "[rdf][R1.5]") {
   CHECK(refusal<double>("{\"value\": 1, \"units\": \"deg\"}", Plain::json, degrees).message ==
         "at \"/units\": expected nothing beside \"value\" and \"unit\", found \"deg\"");
   CHECK(refusal<double>("{\"unit\": \"deg\"}", Plain::json, degrees).message ==
-        "at \"\": expected a number, or {\"value\": ..., \"unit\": ...}, found an object");
+        "expected a number, or {\"value\": ..., \"unit\": ...}, found an object");
   CHECK(refusal<double>("{\"value\": {\"value\": 1}}", Plain::json, degrees).message ==
         "at \"/value\": expected a number, or {\"value\": ..., \"unit\": ...}, found an object");
   CHECK(refusal<Step>("{\"value\": {\"x\": 2}, \"mode\": \"fast\"}").message == "at \"/value\": expected one of \"x\", \"mode\", found \"value\"");
@@ -459,12 +459,13 @@ TEST_CASE("a value that RDF cannot express is refused with its position", "[rdf]
   CHECK(wrong(refusal<std::vector<int>>("[1, null]")) == "at \"/1\": expected a number, or {\"value\": ..., \"unit\": ...}, found null");
   CHECK(wrong(refusal<std::vector<std::optional<int>>>("[null]")).substr(0, 5) == "at \"/");
   CHECK(wrong(refusal<double>("[1, [null]]")) == "at \"/1/0\": expected a number, or {\"value\": ..., \"unit\": ...}, found null");
-  CHECK(wrong(refusal<bool>("{}")) == "at \"\": expected true or false, found an object");
-  CHECK(wrong(refusal<Mode>("{\"x\": 1}")) == "at \"\": expected a text, found an object");
-  CHECK(wrong(refusal<std::vector<int>>("{}")) == "at \"\": expected an array, found an object");
-  CHECK(wrong(refusal<Step>("5")) == "at \"\": expected an object, found 5");
-  CHECK(wrong(refusal<Step>("[]")) == "at \"\": expected an object, found an array");
-  CHECK(wrong(refusal<plain_test::Nothing>("\"\"")) == "at \"\": expected an object, found \"\"");  // otherwise it would be an object without members
+  CHECK(wrong(refusal<bool>("{}")) == "expected true or false, found an object");
+  CHECK(wrong(refusal<Mode>("{\"x\": 1}")) == "expected a text, found an object");
+  CHECK(wrong(refusal<std::vector<int>>("{}")) == "expected an array, found an object");
+  CHECK(wrong(refusal<Step>("5")) == "expected an object, found 5");
+  CHECK(wrong(refusal<Step>("[]")) == "expected an object, found an array");
+  CHECK(wrong(refusal<plain_test::Nothing>("\"\"")) ==
+        "expected an object, found \"\"");  // otherwise it would be an object without members
   CHECK(wrong(refusal<Move>("{\"step\": [1]}")) == "at \"/step\": expected an object, found an array");
   CHECK(wrong(refusal<Step>("{\"" + std::string(100'000, 'n') + "\": 2}")).find("(cut)") != std::string::npos);
 

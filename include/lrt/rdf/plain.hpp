@@ -13,6 +13,7 @@
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
+#include <lrt/rdf/value_codec.hpp>
 
 namespace lrt::rdf {
 
@@ -75,6 +76,7 @@ Result<std::string> write_plain(const Type& type, const Facets& facets, const Va
 ///
 /// Format text: a text is the body, byte for byte. White space around other scalars is ignored. Lists, records and maps are JSON.
 ///
+/// @param mismatch  receives, with the error expected_value, the JSON Pointer of what was refused and the sentence about it
 /// @par Errors  After an error the graph must be discarded.
 ///              expected_rdf, with the position: invalid JSON, CBOR or UTF-8; U+0000; two members with the same name; octets of a wrong
 ///              length; in CBOR also tags, byte strings, undefined.
@@ -83,7 +85,8 @@ Result<std::string> write_plain(const Type& type, const Facets& facets, const Va
 ///              limit_exceeded: nested more than 64 deep, or more than `max_values` values.
 ///              unsupported_syntax: octets, and reads_octets() is false.
 /// @par Time    Linear in the body. A number with a unit: 0.8 us in JSON, 0.5 us in text, mostly for the graph.
-Result<void> read_plain(std::string_view body, Plain format, const Type& type, const Facets& facets, std::string_view names_base,
-                        std::size_t max_values, Graph& graph, TermId focus);
+Result<void> read_plain(std::string_view body, Plain format, const Type& type, const Facets& facets,
+                        std::string_view names_base, std::size_t max_values, Graph& graph, TermId focus,
+                        Mismatch* mismatch = nullptr);
 
 }  // namespace lrt::rdf

@@ -58,6 +58,7 @@ LRT_TERM(xsd, anyURI);
 #define LRT_VOCAB_dcterms "http://purl.org/dc/terms/"
 namespace dcterms {
 LRT_TERM(dcterms, title);
+LRT_TERM(dcterms, type);
 LRT_TERM(dcterms, description);
 LRT_TERM(dcterms, identifier);
 LRT_TERM(dcterms, modified);
