@@ -75,7 +75,7 @@ struct lrt::rdf::traits<Motor> : Record<Motor> {
     r.field("name", &Motor::name, &Motor::set_name);
     r.field("current", &Motor::current, &Motor::set_current);
     r.field("torque", &Motor::torque, &Motor::set_torque);
-    r.field("first gain", [](const Motor& m) { return m.gains[0]; }, [](Motor& m, double v) { m.gains[0] = v; });
+    r.field("first_gain", [](const Motor& m) { return m.gains[0]; }, [](Motor& m, double v) { m.gains[0] = v; });
     r.field("label", &Motor::label);
     r.field("gains", &Motor::gains).at_least(0);
   }
