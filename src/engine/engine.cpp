@@ -273,6 +273,7 @@ std::vector<std::shared_ptr<const void>> Engine::take_discarded() { return std::
 void Engine::stop() {
   impl_->stopped = true;
   const Parts& parts = impl_->parts;
+  impl_->parts.invocations.stop();
   impl_->parts.pending.end_all([&](Context& context) { return parts.responses.stopping(context); }, parts.clock.now());
 }
 
