@@ -385,6 +385,89 @@ TEST_CASE("a waiting request gets its response as soon as a Responder is used, f
   }
 }
 
+TEST_CASE("an emergency stop works while the host is busy and a long action runs", "[server][R0.5]") {
+  const std::string transport(GENERATE(from_range(transport::names())));
+  CAPTURE(transport);
+  Options options = any_port();
+  options.listen.transport = [&](transport::TransportOptions t) { return transport::make_named(transport, std::move(t)); };
+  Server server = make(std::move(options));
+  std::atomic<bool> stopped{false}, enabled{true}, reported{false}, plan_has_ended{false};
+  std::optional<Responder> drive;
+  Flag planning, plan_may_end;
+  Thing thing{"base"};
+  thing.action("drive", [&](Responder done) { drive = std::move(done); });
+  thing.action("plan", [&] {
+    planning.set();
+    plan_has_ended = plan_may_end.wait();
+  });
+  thing.action("stop", [&] { stopped = true; }).dispatch(Dispatch::io_thread);
+  thing.action("stopAndReport", [&](const Responder& done) {
+         reported = true;
+         done.succeed();
+       })
+      .dispatch(Dispatch::io_thread);
+  thing.property("enabled", [&] { return enabled.load(); }).on_write([&](bool on) { enabled = on; }).dispatch(Dispatch::io_thread);
+  server.add(std::move(thing)).value();
+  const std::string host = "\nHost: 127.0.0.1:" + std::to_string(server.port());
+
+  const auto ask = [&](const std::string& request) { return Socket(server.port()).ask(request); };
+  std::atomic<bool> over{false};
+  std::thread host_thread([&] {
+    while (!over) server.poll(), std::this_thread::yield();
+  });
+  CHECK(ask("POST /base/actions/drive" + host).status == 204);
+  CHECK(ask("POST /base/actions/plan\nPrefer: respond-async" + host).status == 202);
+  CHECK(planning.wait());
+
+  CHECK(ask("POST /base/actions/stop" + host).status == 204);
+  CHECK(stopped);
+  CHECK(ask("POST /base/actions/stopAndReport" + host).status == 204);
+  CHECK(reported);
+  CHECK(ask("PUT /base/enabled\nContent-Type: application/json" + host + "\n\nfalse").status == 204);
+  CHECK_FALSE(enabled);
+  CHECK(ask("GET /base/enabled\nAccept: application/json" + host).body == "false");
+  CHECK_FALSE(plan_has_ended);
+  plan_may_end.set();
+  over = true;
+  host_thread.join();
+  REQUIRE(drive);
+  CHECK(*drive);
+}
+
+TEST_CASE("a command that the robot refuses at once is not 204, and a host that does not poll gives 503", "[server][R0.6]") {
+  const std::string transport(GENERATE(from_range(transport::names())));
+  CAPTURE(transport);
+  Options options = any_port();
+  options.limits.host_timeout = milliseconds(50);
+  options.listen.transport = [&](transport::TransportOptions t) { return transport::make_named(transport, std::move(t)); };
+  Server server = make(std::move(options));
+  int starts = 0;
+  Thing thing{"arm"};
+  thing.action("go", [&](const Responder& done) {
+    ++starts;
+    done.fail({Errc::refused, "the brake is on"});
+  });
+  server.add(std::move(thing)).value();
+  const std::string request = "POST /arm/actions/go\nHost: 127.0.0.1:" + std::to_string(server.port());
+  const Answer late = Socket(server.port()).ask(request);  // nobody polls
+  CHECK(late.status == 503);
+  CHECK(late.has("Retry-After"));
+  server.poll();
+  CHECK(starts == 0);
+  // A loaded machine may take longer than the timeout: a command that gets 503 has not begun then, either.
+  int refused = 0;
+  eventually([&] {
+    Socket client(server.port());
+    client.send(request);
+    const Answer answer = client.await([&] { server.poll(); });
+    if (answer.status == 503) return false;
+    CHECK(answer.status == 409);
+    CHECK(answer.says("the brake is on"));
+    return ++refused, true;
+  });
+  CHECK(starts == refused);
+}
+
 TEST_CASE("an executor runs the lambdas of Things with Dispatch::executor", "[server][R0.5]") {
   std::mutex mutex;
   std::vector<std::function<void()>> handed;
