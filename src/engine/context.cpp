@@ -51,6 +51,14 @@ const http::Preferences& Context::preferences() const {
   return *preferences_;
 }
 
+std::string_view Context::vary() const noexcept {
+  if (!resource) return "Accept";
+  const bool is_command = request_->method == "PUT" || request_->method == "POST";
+  return is_command ? "Accept, Prefer" : vary_of(*resource);
+}
+
+std::string_view vary_of(const Resource& resource) noexcept { return resource.is_container() ? "Accept, Prefer" : "Accept"; }
+
 std::optional<std::string> query_parameter(std::string_view target, std::string_view name) {
   const std::size_t mark = target.find('?');
   if (mark == std::string_view::npos) return std::nullopt;

@@ -45,6 +45,11 @@ class Context {
   bool wants_representation() const { return preferences().return_ == http::Preferences::Return::representation; }
   bool wants_minimal() const { return preferences().return_ == http::Preferences::Return::minimal; }
 
+  /// Value of Vary: the fields by which the response to such a request differs (RFC 9110 12.5.5, RFC 7240 2). Prefer decides on the body of a
+  /// PUT, on body and status of a POST, and on the members in a container's representation. Upgrade is not among them: it belongs to one
+  /// connection (RFC 9110 7.6.1), and no cache keeps 101 or 201.
+  std::string_view vary() const noexcept;
+
   TimePoint now;                  ///< of the present step
   std::size_t base = 0;           ///< index into Bases
   Resource* resource = nullptr;   ///< nullptr: none was found, or it is gone
@@ -59,6 +64,9 @@ class Context {
   mutable std::shared_ptr<const std::string> accept_text_;  ///< of accept_, unless that is a view of the request
   mutable std::optional<http::Preferences> preferences_;
 };
+
+/// Value of Vary for a GET of a resource.
+std::string_view vary_of(const Resource& resource) noexcept;
 
 /// A parameter of a target's query, decoded; the first of that name counts. nullopt: there is none, or it is not well-formed.
 std::optional<std::string> query_parameter(std::string_view target, std::string_view name);

@@ -28,8 +28,6 @@ bool wants_minimal_container(const Context& context) {
   return has(preferences.include, vocab::ldp::PreferMinimalContainer.text) || has(preferences.omit, vocab::ldp::PreferContainment.text);
 }
 
-std::string_view vary_of(bool minimal) noexcept { return minimal ? "Accept, Prefer" : "Accept"; }
-
 }  // namespace
 
 std::size_t page_count(std::size_t members, std::size_t max_page_members) noexcept {
@@ -157,7 +155,7 @@ http::Response Representations::respond_with(const Representation& representatio
       response.status = 304;
       responses_.add_types(response.fields, &resource);
       response.fields.add("ETag", representation.tag);
-      response.fields.add("Vary", vary_of(minimal));
+      response.fields.add("Vary", context.vary());
       response.fields.add("Cache-Control", resource.cache_control());
       return response;
     }
@@ -196,7 +194,7 @@ Representation Representations::html_page(Resource& resource, std::size_t base, 
 /// The fields of a 200 that only the structure changes.
 http::Fields Representations::structure_fields(const Resource& resource, std::size_t base, std::size_t page, std::string_view cache_control) const {
   http::Fields fields;
-  fields.add("Vary", vary_of(page == minimal_page));
+  fields.add("Vary", vary_of(resource));
   fields.add("Cache-Control", cache_control);
   fields.add("Accept-Ranges", "bytes");
   responses_.add_allow(fields, resource);
@@ -311,7 +309,9 @@ std::optional<http::Response> Representations::failed_precondition(const Context
     if (!is_well_formed(if_none_match, unwanted, true, excluded))
       return responses_.problem(context, 400, "If-None-Match: expected a list of entity tags or *");
   }
-  if (if_match && !matched) return responses_.problem(context, 412, "If-Match: the resource has changed, no entity tag of it is " + wanted);
+  if (if_match && !matched)
+    return responses_.problem(context, 412, wanted.empty() ? "If-Match: expected an entity tag, found none"
+                                                           : "If-Match: the resource has changed, no entity tag of it is " + wanted);
   if (excluded) return responses_.problem(context, 412, "If-None-Match: the resource has an entity tag that was named");
   return std::nullopt;
 }

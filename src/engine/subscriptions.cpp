@@ -228,7 +228,7 @@ http::Response Subscriptions::stream_response(const Context& context) const {
   responses_.add_types(response.fields, context.resource);
   response.fields.add("Content-Type", event_stream_type);
   response.fields.add("Cache-Control", "no-store");
-  response.fields.add("Vary", "Accept");
+  response.fields.add("Vary", context.vary());
   response.fields.add("X-Accel-Buffering", "no");  // nginx would keep events back
   return response;
 }
@@ -246,6 +246,7 @@ http::Response Subscriptions::description_response(const Context& context, Subsc
     response = responses_.graph(context, 201, graph);
     response.fields.add("Content-Location", location);
   }
+  response.fields.set("Vary", "Accept, Prefer");  // also of a GET
   response.fields.add("Location", location);
   return response;
 }

@@ -90,7 +90,6 @@ Match matches(std::string_view field, std::string_view tag, bool weak) noexcept 
     return true;
   };
   const bool tag_is_weak = take_weakness(tag);
-  bool any = false;
   bool found = false;
   std::size_t at = 0;
   for (;;) {  // #entity-tag, empty elements allowed (RFC 9110 5.6.1.2)
@@ -105,12 +104,10 @@ Match matches(std::string_view field, std::string_view tag, bool weak) noexcept 
     if (end == rest.size() || rest[end] != '"') return Match::malformed;
     const std::string_view opaque = rest.substr(0, end + 1);
     at = field.size() - rest.size() + end + 1;
-    any = true;
     found = found || (opaque == tag && (weak || (!element_is_weak && !tag_is_weak)));
     while (at < field.size() && detail::is_ows(field[at])) ++at;
     if (at < field.size() && field[at] != ',') return Match::malformed;
   }
-  if (!any) return Match::malformed;
   return found ? Match::yes : Match::no;
 }
 

@@ -175,19 +175,21 @@ AddedFields added_fields(const Response& response, bool keep_alive, int version)
   bool has_date = false;
   bool has_length = false;
   bool has_transfer_encoding = false;
+  bool has_upgrade = false;
   for (std::string_view rest = response.fields.block(); !rest.empty();) {
     const std::string_view name = take_field(rest).name;
     has_date = has_date || iequals(name, "Date");
     has_length = has_length || iequals(name, "Content-Length");
     has_transfer_encoding = has_transfer_encoding || iequals(name, "Transfer-Encoding");
+    has_upgrade = has_upgrade || iequals(name, "Upgrade");
   }
   AddedFields added;
   added.date = !has_date;
   added.content_length = may_have_body(response.status) && !has_length && !has_transfer_encoding;
-  if (response.status >= 200) {  // an interim response ends nothing
-    if (!keep_alive || response.close) added.connection = "close";
-    else if (version == 10) added.connection = "keep-alive";
-  }
+  const bool is_final = response.status >= 200;  // an interim response ends nothing
+  if (is_final && (!keep_alive || response.close)) added.connection = has_upgrade ? "close, Upgrade" : "close";
+  else if (is_final && version == 10) added.connection = has_upgrade ? "keep-alive, Upgrade" : "keep-alive";
+  else if (has_upgrade) added.connection = "Upgrade";
   return added;
 }
 

@@ -231,7 +231,8 @@ std::optional<Refusal> parse_lines(std::string_view header, Request& request) {
   request.target = header.substr(target_at, at - target_at);
   const std::size_t version_at = ++at;
   const std::string_view version = header.substr(at, 8);
-  if (version != "HTTP/1.1" && version != "HTTP/1.0") {
+  const std::optional<int> spoken = spoken_version(version);
+  if (!spoken) {
     const bool well_formed = version.size() == 8 && version.substr(0, 5) == "HTTP/" && is_digit(version[5]) &&
                              version[6] == '.' && is_digit(version[7]) && header.substr(at + 8, 2) == "\r\n";
     if (!well_formed)
@@ -239,7 +240,7 @@ std::optional<Refusal> parse_lines(std::string_view header, Request& request) {
                           "HTTP/1.1 or HTTP/1.0 at byte " + std::to_string(version_at));
     return refuse_value("request line", version, "HTTP/1.1 or HTTP/1.0", 505);
   }
-  request.version = version.back() == '0' ? 10 : 11;
+  request.version = *spoken;
   at += 8;
   if (header.substr(at, 2) != "\r\n") return refuse_at("request line after the version", header, at);
   at += 2;
@@ -272,6 +273,11 @@ std::optional<Refusal> parse_lines(std::string_view header, Request& request) {
 }
 
 }  // namespace
+
+std::optional<int> spoken_version(std::string_view http_version) noexcept {
+  if (http_version.size() != 8 || http_version.substr(0, 7) != "HTTP/1." || !is_digit(http_version[7])) return std::nullopt;
+  return http_version[7] == '0' ? 10 : 11;
+}
 
 std::optional<Refusal> parse_request_header(std::string_view header, Request& request, Framing& framing) {
   if (auto refusal = parse_lines(header, request)) return refusal;

@@ -218,6 +218,7 @@ async def bad_handshakes_are_refused(robot, demo):
     ask = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec_WebSocket_Version": "13", "Sec_WebSocket_Key": "dGhlIHNhbXBsZSBub25jZQ=="}
     old = robot.get(f"{S1}/rotation", **{**ask, "Sec_WebSocket_Version": "8"}).expect(426)
     assert old.field("Sec-WebSocket-Version") == "13", old
+    assert old.field("Upgrade") == "websocket" and "Upgrade" in old.field("Connection"), old  # RFC 9110 7.8
     robot.get(f"{S1}/rotation", **{**ask, "Sec_WebSocket_Key": "short"}).expect(400)
     robot.get(f"{S1}/rotation", **{k: v for k, v in ask.items() if k != "Sec_WebSocket_Key"}).expect(400)
     robot.get(f"{S1}/nothing", **ask).expect(404)

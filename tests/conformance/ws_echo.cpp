@@ -78,7 +78,6 @@ class Echo final : public engine::Handler {
     response.status = status;
     if (status == 426) {
       response.fields.add("Upgrade", "websocket");
-      response.fields.add("Connection", "Upgrade");
       response.fields.add("Sec-WebSocket-Version", "13");
     }
     response.fields.add("Content-Type", "application/problem+json");

@@ -217,6 +217,7 @@ async def serves_any_path_and_subprotocol_offers(url):
 async def tells_who_does_not_upgrade(url):
     answer = await http(url, "GET / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
     assert answer.startswith("HTTP/1.1 426 ") and "\r\nUpgrade: websocket\r\n" in answer, answer
+    assert "\r\nConnection: close, Upgrade\r\n" in answer, answer
 
 
 @case

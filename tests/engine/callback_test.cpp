@@ -59,6 +59,7 @@ TEST_CASE("GET with Upgrade: callback makes a subscription, described in the res
   for (const char* upgrade : {"callback", "webhook", "Callback"}) {
     const Answer made = arm.bench.ask(std::string("GET /arm/angle\nUpgrade: ") + upgrade + "\nCallback: http://127.0.0.1:9/receiver");
     CHECK(made.status == 201);
+    CHECK(made.members("Vary") == std::set<std::string>{"Accept", "Prefer"});
     const std::string location = made.field("Location");
     CHECK(missing(made, "<" + location + "> a hybrit:Subscription, hybrit:WebCallback ; hybrit:onResource <http://localhost/arm/angle> ; "
                         "hybrit:callbackURL \"http://127.0.0.1:9/receiver\"^^xsd:anyURI ; hybrit:mediaType \"text/turtle\" .") == "");

@@ -134,6 +134,7 @@ TEST_CASE("If-None-Match responds 304 with the tag and without a body", "[engine
   CHECK(r.bench.ask("GET /arm/angle\nIf-None-Match: \"x\"").status == 200);
   // The tag of another media type is another representation.
   CHECK(r.bench.ask("GET /arm/angle\nAccept: application/n-triples\nIf-None-Match: " + a.tag()).status == 200);
+  CHECK(r.bench.ask("GET /arm/angle\nIf-None-Match: ").status == 200);
   CHECK(r.bench.ask("GET /arm/angle\nIf-None-Match: x").status == 400);
   CHECK(r.bench.ask("GET /arm/angle\nIf-Match: x").status == 400);
 }
@@ -179,6 +180,13 @@ TEST_CASE("If-Match guards PUT: of two writers with the same tag one wins", "[en
     CHECK(r.robot.count == 3);
     CHECK(r.bench.turtle("PUT", "/arm/count", number_body("4"), "If-None-Match: \"x\"\n").status == 204);
   }
+  SECTION("an empty If-Match matches nothing, an empty If-None-Match excludes nothing") {
+    const Answer empty = r.bench.turtle("PUT", "/arm/count", number_body("3"), "If-Match: \n");
+    CHECK(empty.status == 412);
+    CHECK(empty.says("If-Match: expected an entity tag, found none"));
+    CHECK(r.robot.count == 7);
+    CHECK(r.bench.turtle("PUT", "/arm/count", number_body("3"), "If-None-Match: \n").status == 204);
+  }
   SECTION("a malformed one is 400 and nothing is written") {
     CHECK(r.bench.turtle("PUT", "/arm/count", number_body("3"), "If-Match: x\n").status == 400);
     CHECK(r.robot.count == 7);
@@ -206,6 +214,26 @@ TEST_CASE("If-Match guards DELETE and POST too", "[engine][R0.11]") {
 TEST_CASE("responses that depend on Accept have Vary", "[engine][R0.11]") {
   Robot r;
   for (const char* request : {"GET /arm", "HEAD /arm", "GET /arm\nAccept: image/png", "GET /nowhere", "PATCH /arm", "GET /arm\nIf-None-Match: *"}) {
+    CAPTURE(request);
+    CHECK(r.bench.ask(request).field("Vary") == "Accept");
+  }
+}
+
+TEST_CASE("responses that depend on Prefer say so in Vary, whether the request has it or not", "[engine][rdf_xml][R0.7][R0.11]") {
+  Robot r;
+  const std::string pose = "Content-Type: application/json\n\n{\"x\":1,\"y\":2,\"frame\":\"base\"}";
+  for (const std::string fields : {"", "Prefer: return=representation\n", "Prefer: return=minimal\n", "Prefer: wait=0\n", "Prefer: respond-async\n"}) {
+    for (const std::string& request :
+         {std::string("GET /\n"), std::string("HEAD /arm/subscriptions\n"), std::string("GET /arm/waypoints\nIf-None-Match: *\n"),
+          std::string("GET /arm/waypoints\nAccept: image/png\n"), "PUT /arm/angle\n" + fields + "Content-Type: application/json\n\n12",
+          "PUT /arm/angle\n" + fields + "Content-Type: application/json\n\n\"x\"", "POST /arm/actions/grip\n" + fields, "POST /arm/actions/home\n" + fields,
+          "POST /arm/waypoints\n" + fields + pose}) {
+      CAPTURE(request);
+      CHECK(r.bench.ask(request.find(fields) == std::string::npos ? request + fields : request).members("Vary") ==
+            std::set<std::string>{"Accept", "Prefer"});
+    }
+  }
+  for (const char* request : {"GET /arm", "GET /arm/angle", "GET /arm/actions/grip", "GET /arm/blueprint"}) {
     CAPTURE(request);
     CHECK(r.bench.ask(request).field("Vary") == "Accept");
   }

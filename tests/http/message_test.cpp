@@ -85,6 +85,16 @@ TEST_CASE("Connection says close, and keep-alive to HTTP/1.0", "[http][R0.1]") {
   CHECK(head(response, false, 10) == begin + "Connection: close\r\n\r\n");
   response.close = true;
   CHECK(head(response, true, 11) == begin + "Connection: close\r\n\r\n");
+  // RFC 9110 7.8
+  http::Response upgrade;
+  upgrade.status = 426;
+  upgrade.fields.add("Upgrade", "websocket");
+  const auto connection = [&](bool keep_alive, int version) { return http::added_fields(upgrade, keep_alive, version).connection; };
+  CHECK(connection(true, 11) == "Upgrade");
+  CHECK(connection(false, 11) == "close, Upgrade");
+  CHECK(connection(true, 10) == "keep-alive, Upgrade");
+  upgrade.status = 101;
+  CHECK(connection(true, 11) == "Upgrade");
   response.status = 299;
   CHECK(head(response).substr(0, 15) == "HTTP/1.1 299 \r\n");
 }

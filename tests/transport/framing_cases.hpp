@@ -65,6 +65,7 @@ inline std::vector<FramingCase> framing_cases() {
       {"an https target without TLS", "GET https://a/ HTTP/1.1\r\nHost: a\r\n\r\n" + next, {421}, true},
       {"* with GET", "GET * HTTP/1.1\r\nHost: a\r\n\r\n", {400}, true},
       {"two spaces in the request line", "GET  / HTTP/1.1\r\nHost: a\r\n\r\n", {400}, true},
+      {"a later minor version", "GET / HTTP/1.9\r\nHost: a\r\n\r\n" + next, {200, 200}, false},
       {"HTTP/2.0", "GET / HTTP/2.0\r\nHost: a\r\n\r\n", {505}, true},
       {"CONNECT", "CONNECT a:80 HTTP/1.1\r\nHost: a:80\r\n\r\n", {501}, true},
       {"TRACE", "TRACE / HTTP/1.1\r\nHost: a\r\n\r\n", {501}, true},

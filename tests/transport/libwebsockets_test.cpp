@@ -265,6 +265,7 @@ TEST_CASE("libwebsockets: what frames a body in two ways, or in none, ends the c
       {"GET / HTTP/1.1\r\n\r\n", 400, 0},
       {"GET / HTTP/1.1\r\nHost: a/b\r\n\r\n", 400, 0},
       {"GET / HTTP/2.0\r\nHost: robot\r\n\r\n", 505, 0},
+      {"GET / HTTP/1.2\r\nHost: robot\r\nConnection: close\r\n\r\n", 200, 1},
       {request("GET", "/",
                "Accept: a\x01"
                "b\r\n"),
@@ -439,10 +440,11 @@ TEST_CASE("libwebsockets: stop responds where it can, abandons the rest, and sta
 
 TEST_CASE("libwebsockets: a handshake is the handler's decision", "[transport][libwebsockets][websocket]") {
   ChannelHost host;
-  const auto status = [&](const std::string& bytes) {
+  const auto status = [&](const std::string& bytes, const std::string& in_header = {}) {
     WebSocketClient client(host.server->port());
     client.send(bytes);
     if (!host.run(client, [&] { return client.status == 101 || client.ended; })) throw std::runtime_error("no response");
+    CHECK(contains(client.head, in_header));
     return client.status;
   };
   WebSocketClient client(host.server->port());
@@ -457,7 +459,8 @@ TEST_CASE("libwebsockets: a handshake is the handler's decision", "[transport][l
   CHECK(status(WebSocketClient::handshake("/", "Content-Length: 1\r\n")) == 400);
   CHECK(status(get("/",
                    "Upgrade: websocket\r\nConnection: upgrade\r\nSec-WebSocket-Version: 8\r\nSec-WebSocket-Key: "
-                   "dGhlIHNhbXBsZSBub25jZQ==\r\n")) == 426);
+                   "dGhlIHNhbXBsZSBub25jZQ==\r\n"),
+               "\r\nConnection: close, Upgrade\r\n") == 426);
   CHECK(status(get("/",
                    "Upgrade: websocket\r\nConnection: upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: short\r\n")) ==
         400);

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt::http {
 
 struct Field {
@@ -23,7 +25,7 @@ bool iequals(std::string_view a, std::string_view b) noexcept;
 struct Request {
   std::string_view method;
   std::string_view target;     ///< as received: origin-form, absolute-form, or "*"
-  int version = 11;            ///< 10 or 11
+  int version = 11;            ///< 10 or 11; 11 also for a later minor version
   std::vector<Field> fields;   ///< in the order received, without those that framed the body (trailers are dropped)
   std::string_view body;
   std::string_view peer;       ///< numeric address of the client, "127.0.0.1"
@@ -88,6 +90,7 @@ struct AddedFields {
   bool content_length = false;  ///< that of response.content()
   std::string_view connection;  ///< value of Connection; empty: none
 };
+/// Connection names `close`, and `Upgrade` if the response has that field (RFC 9110 7.8).
 /// @param version  of the request: an HTTP/1.0 client whose connection is kept gets Connection: keep-alive
 AddedFields added_fields(const Response& response, bool keep_alive, int version) noexcept;
 

@@ -24,13 +24,17 @@ struct Framing {
   bool keep_alive = true;         ///< RFC 9112 9.3
 };
 
+/// The version by which a request is served: 10 for "HTTP/1.0"; 11 for "HTTP/1.1" and each later minor version, because the highest known
+/// one is used for those (RFC 9110 6.2). nullopt: another major version, or no HTTP-version (RFC 9112 2.3).
+std::optional<int> spoken_version(std::string_view http_version) noexcept;
+
 /// Parses the header section of a request, from the request line to the empty line, and checks it with check_request().
 ///
 ///     header         = request-line *( field-line CRLF ) CRLF
 ///     request-line   = method SP request-target SP HTTP-version CRLF     RFC 9112 3
 ///     method         = 1*tchar without lower-case letters                RFC 9110 9.1
 ///     request-target = 1*( any character of RFC 3986 but '#' )           RFC 9112 3.2
-///     HTTP-version   = "HTTP/1.1" / "HTTP/1.0"                           RFC 9112 2.3; another: 505
+///     HTTP-version   = "HTTP/1." DIGIT                                   RFC 9112 2.3; see spoken_version(); another: 505
 ///     field-line     = field-name ":" OWS field-value OWS                RFC 9112 5, 5.1
 ///     field-name     = 1*tchar                                           RFC 9110 5.1
 ///     field-value    = *( HTAB / SP / VCHAR / obs-text )                 RFC 9110 5.5; no obs-fold (RFC 9112 5.2)

@@ -208,6 +208,7 @@ void PropertyResource::end_write(Result<Written> written, Parts& parts, TimePoin
   } else if (context && context->wants_representation()) {
     parts.representations.respond_when_read(write.ticket, *this, [&parts](Context& c) {
       http::Response response = parts.representations.respond(c);
+      response.fields.set("Vary", c.vary());
       response.fields.add("Preference-Applied", "return=representation");
       response.fields.add("Content-Location", parts.responses.iri(c, c.resource->path));
       return response;

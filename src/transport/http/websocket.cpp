@@ -46,7 +46,6 @@ std::string WebSocket::make_header(TimePoint now) {
   response.status = 101;
   response.close = false;
   response.fields.set("Upgrade", "websocket");
-  response.fields.set("Connection", "Upgrade");
   std::string header;
   http::write_response_header(header, response, loop_.context.date(now.utc), true, 11);
   return header;

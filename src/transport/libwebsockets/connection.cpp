@@ -197,7 +197,10 @@ int Connection::refuse(http::Refusal refusal) {
   response.status = refusal.status;
   response.fields.add("Content-Type", "application/problem+json");
   if (refusal.status == 503) response.fields.add("Retry-After", "0");
-  if (refusal.status == 426) response.fields.add("Sec-WebSocket-Version", "13");
+  if (refusal.status == 426) {
+    response.fields.add("Sec-WebSocket-Version", "13");
+    response.fields.add("Upgrade", "websocket");
+  }
   response.set_body(http::to_json({refusal.status, std::move(refusal.reason)}));
   return respond(std::move(response));
 }

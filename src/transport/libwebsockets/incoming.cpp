@@ -101,8 +101,9 @@ std::optional<http::Refusal> Incoming::read_request_line(lws* wsi, Piece& target
 
   std::string decoded;
   append_fragment(wsi, WSI_TOKEN_HTTP, 0, decoded);
-  if (decoded != "HTTP/1.1" && decoded != "HTTP/1.0") return http::Refusal{505, "request line: expected HTTP/1.1 or HTTP/1.0"};
-  request.version = decoded == "HTTP/1.0" ? 10 : 11;
+  const auto version = http::spoken_version(decoded);
+  if (!version) return http::Refusal{505, "request line: expected HTTP/1.1 or HTTP/1.0"};
+  request.version = *version;
 
   decoded.clear();
   append_fragment(wsi, found->first, 0, decoded);
@@ -125,16 +126,19 @@ std::optional<http::Refusal> Incoming::read_request_line(lws* wsi, Piece& target
 void Incoming::read_known_fields(lws* wsi) {
   for (int index = 0; index < WSI_TOKEN_COUNT; ++index) {
     const auto token = static_cast<lws_token_indexes>(index);
-    if (lws_hdr_total_length(wsi, token) <= 0) continue;
     const auto* const known = reinterpret_cast<const char*>(lws_token_to_string(token));
     const auto name = std::string_view(known != nullptr ? known : "");
     if (name.size() < 2 || name.front() == ':' || name.back() != ':') continue;  // a method, a query, a pseudo-field of HTTP/2
-    const Piece named{text_.size(), name.size() - 1};
-    text_ += name.substr(0, name.size() - 1);
-    for (int fragment = 0;; ++fragment) {
+    Piece named{};
+    for (int fragment = 0;; ++fragment) {  // a field with an empty value has one, too
       const auto begin = text_.size();
       if (!append_fragment(wsi, token, fragment, text_)) break;
-      lines_.push_back({named, {begin, text_.size() - begin}});
+      const Piece value{begin, text_.size() - begin};
+      if (fragment == 0) {
+        named = {text_.size(), name.size() - 1};
+        text_ += name.substr(0, named.size);
+      }
+      lines_.push_back({named, value});
     }
   }
 }
