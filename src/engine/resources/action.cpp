@@ -168,7 +168,7 @@ void ActionResource::describe_types(About& about) const {
 
 void ActionResource::summarize(Overview& o) const {
   o.described(spec->statements, spec->classes, nullptr);
-  o.schema("input", spec->input, spec->input_facets);
+  o.schema("input", spec->input, spec->facets);
   o.schema("output", spec->output, spec->output_facets);
   o.json("asynchronous", spec->asynchronous ? "true" : "false");
 }
