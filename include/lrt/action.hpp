@@ -39,15 +39,16 @@ class Action : public model::ResourceHandle<Action, model::ActionSpec> {
 
 namespace model {
 
+/// The parameters and the result of a callable. `known` is false for generic lambdas, std::bind and what is no callable.
 template <class F, class = void>
 struct Signature {
-  static_assert(rdf::detail::always_false<F>,
-                "lrt: an action expects a callable with explicit parameter types: a lambda without `auto` parameters, or a function");
+  static constexpr bool known = false;
 };
 template <class F>
 struct Signature<F, std::void_t<decltype(&F::operator())>> : Signature<decltype(&F::operator())> {};
 template <class R, class... A>
 struct Signature<R (*)(A...)> {
+  static constexpr bool known = true;
   using Return = R;
   using Args = std::tuple<std::decay_t<A>...>;
 };
@@ -84,6 +85,11 @@ struct Unwrapped<void> {
 template <class T>
 struct Unwrapped<Result<T>> : Unwrapped<T> {};
 
+template <class F, class... A>
+constexpr bool is_callable_with(std::tuple<A...>*) {
+  return std::is_invocable_v<F&, A...>;
+}
+
 /// The signature of an action's callable: `R()`, `R(In)`, `void(Responder)`, `void(In, Responder)`.
 template <class F>
 struct ActionShape {
@@ -93,10 +99,39 @@ struct ActionShape {
   using Last = std::tuple_element_t<count == 0 ? 0 : count - 1, std::conditional_t<count == 0, std::tuple<void*>, Args>>;
   static constexpr bool asynchronous = count > 0 && ResponderTraits<Last>::value;
   static constexpr std::size_t inputs = count - (asynchronous ? 1 : 0);
-  static_assert(inputs <= 1, "lrt: an action takes at most one input, followed by an optional Responder; put several inputs into a struct");
-  static_assert(!asynchronous || std::is_void_v<Return>, "lrt: an action with a Responder must return void");
-  using Input = std::conditional_t<inputs == 1, std::tuple_element_t<0, std::conditional_t<count == 0, std::tuple<void*>, Args>>, void>;
+  using Parameter = std::conditional_t<inputs == 1, std::tuple_element_t<0, std::conditional_t<count == 0, std::tuple<void*>, Args>>, void>;
+  /// The input is a view of a text, which lives during the call.
+  static constexpr bool takes_view = rdf::detail::is_text_view<Parameter>;
+  using Input = std::conditional_t<takes_view, std::string, Parameter>;
 };
+
+/// The static_asserts about an action's callable, one after another, so that there is one error.
+template <class F>
+constexpr bool check_action() {
+  using rdf::detail::always_false;
+  if constexpr (std::is_member_pointer_v<F>) {
+    static_assert(always_false<F>, "lrt: an action expects a callable; for a member function write a lambda: [this](double in) { return turn(in); }");
+  } else if constexpr (!Signature<F>::known) {
+    static_assert(always_false<F>,
+                  "lrt: an action expects a callable with explicit parameter types; write a lambda without `auto` parameters instead of a "
+                  "generic lambda or std::bind");
+  } else {
+    using Shape = ActionShape<F>;
+    if constexpr (Shape::inputs > 1) {
+      static_assert(always_false<F>, "lrt: an action takes at most one input, followed by an optional Responder; put several inputs into a struct");
+    } else if constexpr (Shape::asynchronous && !std::is_void_v<typename Shape::Return>) {
+      static_assert(always_false<F>, "lrt: an action with a Responder must return void; end it by succeed() or fail() of the Responder");
+    } else if constexpr (Shape::asynchronous && Shape::takes_view) {
+      static_assert(always_false<F>,
+                    "lrt: the text of a std::string_view or const char* ends with the call, but an action with a Responder goes on; take a std::string");
+    } else if constexpr (std::is_same_v<typename Shape::Parameter, char*> || !is_callable_with<F>(static_cast<typename Shape::Args*>(nullptr))) {
+      static_assert(always_false<F>, "lrt: an action takes its input by value or by const reference; drop the `&` or write `const`");
+    } else {
+      return true;
+    }
+  }
+  return false;
+}
 
 /// Erases the type of an action's callable.
 template <class F>
@@ -108,7 +143,8 @@ auto erase_action(F f) {
         return f(std::forward<decltype(more)>(more)...);
       } else {
         Result<typename Shape::Input> value = rdf::traits<typename Shape::Input>::decode(input);
-        return f(std::move(value).value(), std::forward<decltype(more)>(more)...);
+        if constexpr (std::is_same_v<typename Shape::Parameter, const char*>) return f(value.value().c_str(), std::forward<decltype(more)>(more)...);
+        else return f(std::move(value).value(), std::forward<decltype(more)>(more)...);
       }
     };
     using Return = typename Shape::Return;

@@ -24,23 +24,54 @@ class Collection : public model::ResourceHandle<Collection<T>, model::Collection
   /// Allows POST. `create(id, T)` or `create(T)` returns void or Result<void>. After an error nothing is created, and the response is 409.
   template <class F>
   Collection& on_create(F create) {
-    return this->edit("on_create", [&](auto& s) {
-      s.create = [create = std::move(create)](const std::string& id, const rdf::Value& v) mutable -> Result<void> {
-        Result<T> value = rdf::traits<T>::decode(v);
-        if (!value) return Unexpected{std::move(value).error()};
-        if constexpr (std::is_invocable_v<F&, const std::string&, T>) return call([&] { return create(id, *std::move(value)); });
-        else return call([&] { return create(*std::move(value)); });
-      };
-    });
+    constexpr bool with_id = std::is_invocable_v<F&, const std::string&, T>, alone = std::is_invocable_v<F&, T>;
+    if constexpr (!with_id && !alone) {
+      static_assert(rdf::detail::always_false<F>,
+                    "lrt: on_create expects a callable (T) or (const std::string& id, T), where T is the collection's type; write [](T value) { ... }");
+      return *this;
+    } else if constexpr (with_id && alone) {
+      static_assert(rdf::detail::always_false<F>,
+                    "lrt: on_create cannot see whether this callable takes (T) or (id, T); write a lambda with explicit parameter types instead of "
+                    "std::bind or a generic one");
+      return *this;
+    } else {
+      constexpr bool refuses = [] {
+        if constexpr (with_id) return model::refuses_by_result<std::invoke_result_t<F&, const std::string&, T>>;
+        else return model::refuses_by_result<std::invoke_result_t<F&, T>>;
+      }();
+      if constexpr (!refuses) {
+        static_assert(rdf::detail::always_false<F>,
+                      "lrt: the callable of on_create returns void or Result<void>; write -> lrt::Result<void> and return lrt::refused(\"reason\")");
+        return *this;
+      } else {
+        return this->edit("on_create", [&](auto& s) {
+          s.create = [create = std::move(create)](const std::string& id, const rdf::Value& v) mutable -> Result<void> {
+            Result<T> value = rdf::traits<T>::decode(v);
+            if (!value) return Unexpected{std::move(value).error()};
+            if constexpr (std::is_invocable_v<F&, const std::string&, T>) return model::result_of([&] { return create(id, *std::move(value)); });
+            else return model::result_of([&] { return create(*std::move(value)); });
+          };
+        });
+      }
+    }
   }
   /// Allows DELETE of members. `remove(id)` returns void or Result<void>. After an error the member is kept, and the response is 409.
   template <class F>
   Collection& on_remove(F remove) {
-    return this->edit("on_remove", [&](auto& s) {
-      s.remove = [remove = std::move(remove)](const std::string& id) mutable -> Result<void> {
-        return call([&] { return remove(id); });
-      };
-    });
+    if constexpr (!std::is_invocable_v<F&, const std::string&>) {
+      static_assert(rdf::detail::always_false<F>, "lrt: on_remove expects a callable of the member's id; write [](const std::string& id) { ... }");
+      return *this;
+    } else if constexpr (!model::refuses_by_result<std::invoke_result_t<F&, const std::string&>>) {
+      static_assert(rdf::detail::always_false<F>,
+                    "lrt: the callable of on_remove returns void or Result<void>; write -> lrt::Result<void> and return lrt::refused(\"reason\")");
+      return *this;
+    } else {
+      return this->edit("on_remove", [&](auto& s) {
+        s.remove = [remove = std::move(remove)](const std::string& id) mutable -> Result<void> {
+          return model::result_of([&] { return remove(id); });
+        };
+      });
+    }
   }
   /// Unit and bounds of the members. What `f` does not set stays as it is.
   Collection& facets(const rdf::Facets& f) {
@@ -54,15 +85,6 @@ class Collection : public model::ResourceHandle<Collection<T>, model::Collection
  private:
   friend class Thing;
   explicit Collection(std::shared_ptr<model::CollectionSpec> spec) noexcept : Base(std::move(spec)) {}
-  template <class F>
-  static Result<void> call(F f) {
-    if constexpr (std::is_void_v<std::invoke_result_t<F&>>) {
-      f();
-      return {};
-    } else {
-      return f();
-    }
-  }
 };
 
 }  // namespace lrt

@@ -29,19 +29,23 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
   /// @par Implements  R0.5
   template <class F>
   Self& on_write(F write) {
-    static_assert(std::is_invocable_v<F&, T>, "lrt: on_write expects a callable void(T) or Result<void>(T), where T is the property's type");
-    return this->edit("on_write", [&](auto& s) {
-      s.write = [write = std::move(write)](const rdf::Value& v) mutable -> Result<void> {
-        Result<T> value = rdf::traits<T>::decode(v);
-        if (!value) return Unexpected{std::move(value).error()};
-        if constexpr (std::is_void_v<std::invoke_result_t<F&, T>>) {
-          write(*std::move(value));
-          return {};
-        } else {
-          return write(*std::move(value));
-        }
-      };
-    });
+    if constexpr (!std::is_invocable_v<F&, T>) {
+      static_assert(rdf::detail::always_false<F>,
+                    "lrt: on_write expects a callable void(T) or Result<void>(T), where T is the property's type; write [](T value) { ... }");
+      return static_cast<Self&>(*this);
+    } else if constexpr (!refuses_by_result<std::invoke_result_t<F&, T>>) {
+      static_assert(rdf::detail::always_false<F>,
+                    "lrt: the callable of on_write returns void or Result<void>; write -> lrt::Result<void> and return lrt::refused(\"reason\")");
+      return static_cast<Self&>(*this);
+    } else {
+      return this->edit("on_write", [&](auto& s) {
+        s.write = [write = std::move(write)](const rdf::Value& v) mutable -> Result<void> {
+          Result<T> value = rdf::traits<T>::decode(v);
+          if (!value) return Unexpected{std::move(value).error()};
+          return result_of([&] { return write(*std::move(value)); });
+        };
+      });
+    }
   }
 
   /// Unit and bounds together. What `f` does not set stays as it is.
@@ -74,18 +78,26 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
   /// @par Implements  R0.17, R1.2; the paper's D5
   template <class F>
   Self& representation(std::string_view media_type, F encode, Layout layout = {}) {
-    static_assert(std::is_invocable_v<F&, const T&>, "lrt: representation expects a callable of const T&, where T is the property's type");
-    return this->edit("representation", [&](auto& s) {
-      model::RepresentationSpec made{std::string(media_type), {}, std::move(layout), {}};
-      made.element_type = std::string(made.layout.element_type.text);
-      made.encode = [encode = std::move(encode)](const void* value) mutable { return model::to_bytes(encode(*static_cast<const T*>(value))); };
-      s.representations.push_back(std::move(made));
-      if (s.slot) s.slot->hold();
-      s.whole = [](const rdf::Value& value) -> std::shared_ptr<const void> {
-        Result<T> whole = rdf::traits<T>::decode(value);
-        return whole ? std::make_shared<const T>(*std::move(whole)) : nullptr;
-      };
-    });
+    if constexpr (!std::is_invocable_v<F&, const T&>) {
+      static_assert(rdf::detail::always_false<F>,
+                    "lrt: representation expects a callable of const T&, where T is the property's type; write [](const T& value) { return ...; }");
+      return static_cast<Self&>(*this);
+    } else if constexpr (!makes_bytes<std::invoke_result_t<F&, const T&>>) {
+      static_assert(rdf::detail::always_false<F>, "lrt: the callable of representation returns lrt::Bytes, std::string or a Result of these");
+      return static_cast<Self&>(*this);
+    } else {
+      return this->edit("representation", [&](auto& s) {
+        model::RepresentationSpec made{std::string(media_type), {}, std::move(layout), {}};
+        made.element_type = std::string(made.layout.element_type.text);
+        made.encode = [encode = std::move(encode)](const void* value) mutable { return model::to_bytes(encode(*static_cast<const T*>(value))); };
+        s.representations.push_back(std::move(made));
+        if (s.slot) s.slot->hold();
+        s.whole = [](const rdf::Value& value) -> std::shared_ptr<const void> {
+          Result<T> whole = rdf::traits<T>::decode(value);
+          return whole ? std::make_shared<const T>(*std::move(whole)) : nullptr;
+        };
+      });
+    }
   }
   /// Offers numbers, lists and matrices of numbers also as application/octet-stream (rdf::Plain::octets). The RDF describes the layout of the
   /// present value. A value with rows of different lengths has no octets.

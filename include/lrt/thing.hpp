@@ -16,12 +16,18 @@ namespace lrt {
 /// The description of a Linked Robotic Thing: its types, properties, actions and collections. Pass it to Server::add when it is complete.
 /// The thing stores the first error of any of its calls, and add() returns it.
 ///
+/// @par Names    Things, properties, actions and collections may have any name. lrt has names of its own below a thing: `state`, `blueprint`,
+///               `subscriptions`, and `actions/` before the name of an action. If the user gives the same path to something else, also later
+///               and as the path of another Thing, then lrt's resource has `-lrt` after its name ("arm/state-lrt", "arm/actions-lrt/turn"),
+///               for as long as the user's is there. Clients follow links, so they find both. Only two paths are reserved: "ns/lrt" and
+///               "ns/context.jsonld".
 /// @par Threads  Set-up only, one thread at a time.
 /// @par Implements  R0.3, R1.1, R1.3
 class Thing {
  public:
-  /// @param path  its path below the server's root, without a leading '/': "baxter/right_s1". A Thing at a prefix of the path is its
-  ///              parent. Names are percent-encoded.
+  /// @param path  its path below the server's root: "baxter/right_s1" or "/baxter/right_s1". A Thing at a prefix of the path is its parent.
+  ///              Names are percent-encoded.
+  /// @par Errors  expected_iri (an empty name, "." or ".."; the message says what to write), duplicate_path: by add()
   explicit Thing(std::string_view path);
   Thing(Thing&&) noexcept;
   Thing& operator=(Thing&&) noexcept;
@@ -38,8 +44,9 @@ class Thing {
   /// Refers to an external Blueprint instead of the generated one (R1.11).
   Thing& blueprint(Iri external);
   /// Adds SHACL shapes in Turtle to the generated Blueprint. Their base is the blueprint. A shape with one of these names replaces the
-  /// generated one: `<#rotation>` for values of the property "rotation", `<#actions/rotate/input>` for the input of the action "rotate",
-  /// `<#waypoints>` for members of the collection "waypoints", `<>` for the thing. A body that does not conform is answered 422 with the
+  /// generated one: `<#rotation>` for values of the property "rotation", `<#actions/rotate/input>` for the input of the action "rotate"
+  /// (`<#actions-lrt/rotate/input>` if there is a property "actions/rotate/input"), `<#waypoints>` for members of the collection "waypoints",
+  /// `<>` for the thing. A body that does not conform is answered 422 with the
   /// report, before any lambda is called.
   /// @par Errors      expected_rdf, expected_value (an ill-formed shape, with its triple): by add()
   /// @par Implements  R1.11, paper 5.1
@@ -60,51 +67,73 @@ class Thing {
   /// @par Threads     `read` runs where the thing's Dispatch says, never concurrently with itself.
   /// @par Time        Expects `read` to return within one control period.
   /// @par Implements  R0.3, R0.9, R1.9
-  template <class Read, class = std::enable_if_t<std::is_invocable_v<Read&>>>
+  template <class Read>
   auto property(std::string_view path, Read read, const Unit& unit = unit::none) {
-    using T = rdf::detail::stored_t<std::invoke_result_t<Read&>>;
-    auto spec = new_property(path, rdf::traits<T>::type(), unit);
-    spec->changes = std::make_shared<model::ChangeSignal>();
-    spec->read = [read = std::move(read), own = spec.get()]() mutable {
-      T value(read());
-      model::Reading reading{rdf::traits<T>::encode(value), nullptr};
-      if (!own->representations.empty()) reading.whole = std::make_shared<const T>(std::move(value));
-      return reading;
-    };
-    return PulledProperty<T>(std::move(spec));
+    if constexpr (!std::is_invocable_v<Read&>) {
+      static_assert(rdf::detail::always_false<Read>,
+                    "lrt: property expects a callable without parameters that returns the value: property(path, [] { return value; }); a value "
+                    "that is published needs its type: property<double>(path, unit)");
+      return PulledProperty<bool>();
+    } else if constexpr (std::is_void_v<std::invoke_result_t<Read&>>) {
+      static_assert(rdf::detail::always_false<Read>, "lrt: the callable of a property returns nothing; return the value");
+      return PulledProperty<bool>();
+    } else {
+      using T = rdf::detail::stored_t<std::invoke_result_t<Read&>>;
+      auto spec = new_property(path, rdf::traits<T>::type(), unit);
+      spec->changes = std::make_shared<model::ChangeSignal>();
+      spec->read = [read = std::move(read), own = spec.get()]() mutable {
+        T value(read());
+        model::Reading reading{rdf::traits<T>::encode(value), nullptr};
+        if (!own->representations.empty()) reading.whole = std::make_shared<const T>(std::move(value));
+        return reading;
+      };
+      return PulledProperty<T>(std::move(spec));
+    }
   }
   /// Exposes a value as a pushed Property: the control loop passes it to publish(), and GET is answered without the host's thread. Before the
   /// first publish() the property has no value.
   template <class T>
   PushedProperty<T> property(std::string_view path, const Unit& unit = unit::none) {
-    auto spec = new_property(path, rdf::traits<T>::type(), unit);
-    auto slot = std::make_shared<model::Slot<T>>();
-    spec->slot = slot;
-    return PushedProperty<T>(std::move(spec), std::move(slot));
+    if constexpr (!std::is_default_constructible_v<T> || !std::is_copy_constructible_v<T> || !std::is_copy_assignable_v<T>) {
+      static_assert(rdf::detail::always_false<T>,
+                    "lrt: values that are published need a default constructor and copies; add them, or let a lambda return the value: "
+                    "property(path, [] { return value; })");
+      return PushedProperty<T>();
+    } else {
+      auto spec = new_property(path, rdf::traits<T>::type(), unit);
+      auto slot = std::make_shared<model::Slot<T>>();
+      spec->slot = slot;
+      return PushedProperty<T>(std::move(spec), std::move(slot));
+    }
   }
 
   /// Exposes a command as an Action below `actions/`.
   ///
   /// @param path  relative to `actions/`: "rotate"
   /// @param f     `R()`, `R(In)`: synchronous, R is void, a type with traits, or a Result of these;
-  ///              `void(Responder)`, `void(In, Responder)`, `void(In, ResponderOf<Out>)`: asynchronous
+  ///              `void(Responder)`, `void(In, Responder)`, `void(In, ResponderOf<Out>)`: asynchronous.
+  ///              In may be std::string_view or const char* if the action is synchronous: the text lives during the call.
   /// @par Threads  `f` runs where the thing's Dispatch says. An exception it throws fails the invocation (500).
   /// @par Implements  R0.5, R0.8, R1.10, paper 5.4
   template <class F>
   Action action(std::string_view path, F f) {
-    using Shape = model::ActionShape<F>;
-    auto spec = new_action(path);
-    if constexpr (!std::is_void_v<typename Shape::Input>) spec->input = &rdf::traits<typename Shape::Input>::type();
-    if constexpr (Shape::asynchronous) {
-      using Out = typename model::ResponderTraits<typename Shape::Last>::Output;
-      if constexpr (!std::is_void_v<Out>) spec->output = &rdf::traits<Out>::type();
+    if constexpr (!model::check_action<F>()) {
+      return Action();
     } else {
-      using Out = typename model::Unwrapped<typename Shape::Return>::type;
-      if constexpr (!std::is_void_v<Out>) spec->output = &rdf::traits<Out>::type();
+      using Shape = model::ActionShape<F>;
+      auto spec = new_action(path);
+      if constexpr (!std::is_void_v<typename Shape::Input>) spec->input = &rdf::traits<typename Shape::Input>::type();
+      if constexpr (Shape::asynchronous) {
+        using Out = typename model::ResponderTraits<typename Shape::Last>::Output;
+        if constexpr (!std::is_void_v<Out>) spec->output = &rdf::traits<Out>::type();
+      } else {
+        using Out = typename model::Unwrapped<typename Shape::Return>::type;
+        if constexpr (!std::is_void_v<Out>) spec->output = &rdf::traits<Out>::type();
+      }
+      spec->asynchronous = Shape::asynchronous;
+      spec->start = model::erase_action(std::move(f));
+      return Action(std::move(spec));
     }
-    spec->asynchronous = Shape::asynchronous;
-    spec->start = model::erase_action(std::move(f));
-    return Action(std::move(spec));
   }
 
   /// Exposes a container of values. Clients create and remove its members.

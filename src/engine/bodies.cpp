@@ -103,10 +103,14 @@ std::variant<Bodies::Body, http::Response> Bodies::read(const Context& context, 
   if (format) {
     Body body;
     body.empty = request.body.empty();
-    const Result<void> read = rdf::read_plain(text, *format, *value, facets, context.resource->thing->names_base(view_.bases[context.base]),
-                                              options_.max_body_triples, body.graph, body.graph.intern(rdf::iri(base)));
+    rdf::Mismatch mismatch;
+    const Result<void> read =
+        rdf::read_plain(text, *format, *value, facets, context.resource->thing->names_base(view_.bases[context.base]),
+                        options_.max_body_triples, body.graph, body.graph.intern(rdf::iri(base)), &mismatch);
     if (read) return body;
     const Errc code = read.error().code;
+    if (code == Errc::expected_value)
+      return responses_.problem(context, 422, "body: " + read.error().message, json_of({{mismatch.path, mismatch.message}}));
     return responses_.problem(context, code == Errc::limit_exceeded ? 413 : code == Errc::expected_rdf ? 400 : 422, "body: " + read.error().message);
   }
   rdf::ReadOptions read_options;
@@ -141,7 +145,7 @@ std::variant<rdf::Value, http::Response> Bodies::read_value(const Context& conte
 
   ThingNode& thing = *context.resource->thing;
   const auto node = nodes.empty() ? std::nullopt : std::optional(nodes.front());
-  if (auto response = nonconforming(context, graph, node)) return *std::move(response);
+  if (auto response = nonconforming(context, graph, node, &type)) return *std::move(response);
   if (nodes.empty()) return responses_.problem(context, 422, "body: expected triples about <> or one node that carries the value, found none");
 
   std::vector<rdf::Mismatch> mismatches;
@@ -154,7 +158,8 @@ std::variant<rdf::Value, http::Response> Bodies::read_value(const Context& conte
   return responses_.problem(context, 422, std::move(detail));
 }
 
-std::optional<http::Response> Bodies::nonconforming(const Context& context, const rdf::Graph& graph, std::optional<rdf::TermId> node) const {
+std::optional<http::Response> Bodies::nonconforming(const Context& context, const rdf::Graph& graph,
+                                                    std::optional<rdf::TermId> node, const rdf::Type* type) const {
   ThingNode& thing = *context.resource->thing;
   const Result<const shacl::Shapes*> shapes = compiled_shapes(thing, context.base, view_);
   if (!shapes) return responses_.problem(context, 500, "the blueprint: " + shapes.error().message);
@@ -163,10 +168,11 @@ std::optional<http::Response> Bodies::nonconforming(const Context& context, cons
   limits.max_steps = 1'000'000;
   // So that the report of an empty body says what is missing.
   const std::string here = responses_.iri(context, context.resource->path);
-  const std::string shape = thing.names_base(view_.bases[context.base]) + "#" + context.resource->input_shape();
+  const std::string names_base = thing.names_base(view_.bases[context.base]);
+  const std::string shape = names_base + "#" + context.resource->input_shape();
   const Result<shacl::Report> report = shacl::validate(**shapes, graph, node ? graph.term(*node) : rdf::iri(here), rdf::iri(shape), limits);
   if (!report) return responses_.problem(context, 422, "body: it could not be judged: " + report.error().message);
-  if (!report->conforms()) return responses_.violation(context, *report);
+  if (!report->conforms()) return responses_.violation(context, *report, body_errors(*report, graph, node, type, names_base));
   return std::nullopt;
 }
 

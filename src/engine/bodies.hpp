@@ -35,7 +35,9 @@ class Bodies {
   std::variant<rdf::Value, http::Response> read_value(const Context& context, const rdf::Type& type, const rdf::Facets& facets) const;
   /// The response if a node does not conform to the input shape of the requested resource.
   /// @param node  nullopt: the body has no such node, and <> without triples is judged
-  std::optional<http::Response> nonconforming(const Context& context, const rdf::Graph& graph, std::optional<rdf::TermId> node) const;
+  /// @param type  of the value that the node carries; nullptr: it has no plain form
+  std::optional<http::Response> nonconforming(const Context& context, const rdf::Graph& graph, std::optional<rdf::TermId> node,
+                                              const rdf::Type* type = nullptr) const;
 
  private:
   const EngineOptions& options_;

@@ -196,7 +196,7 @@ Result<void> Engine::Impl::add(std::vector<Thing> things) {
 
 Result<void> Engine::Impl::remove(std::string_view path) {
   parts.discarded.clear();
-  const Result<std::string> encoded = model::encode_path(path);
+  const Result<std::string> encoded = model::encode_path_from_root(path);
   ThingNode* thing = encoded ? parts.registry.find_thing("/" + *encoded) : nullptr;
   if (!thing) return unexpected(Errc::unknown_path, "no thing at \"" + std::string(path) + "\"");
   remove_with_children(*thing);

@@ -78,7 +78,7 @@ class Inbox {
 /// @par Threads  The engine's. Jobs run on any thread.
 class HostCalls {
  public:
-  /// @param max_open  calls that have not run yet; more: overloaded()
+  /// @param max_open  calls that wait for the host; more: overloaded()
   HostCalls(Dispatch dispatch, std::size_t max_open) : dispatch_(dispatch), max_open_(max_open) {}
 
   /// Calls `work`, a callable of Result<T>(), and then `done` of (Result<T>, TimePoint) on the engine's thread. If the call is
@@ -95,14 +95,19 @@ class HostCalls {
   }
   /// Runs a job that never throws and leaves its own messages.
   void run(Dispatch where, UniqueFunction<void()> job) {
-    std::shared_ptr<void> counted(nullptr, [open = open_](void*) { --*open; });
-    ++*open_;
+    std::shared_ptr<void> counted;
+    if (waits_for_host(where)) {
+      counted = std::shared_ptr<void>(nullptr, [open = open_](void*) { --*open; });
+      ++*open_;
+    }
     jobs_.push_back({where == Dispatch::as_server ? dispatch_ : where,
                      [job = std::move(job), counted = std::move(counted)]() mutable { job(); }});
   }
 
-  /// A host that does not poll leaves calls behind: true when there are too many.
-  bool overloaded() const noexcept { return *open_ >= max_open_; }
+  /// False: the I/O thread runs the call, however busy the host is.
+  bool waits_for_host(Dispatch where) const noexcept { return (where == Dispatch::as_server ? dispatch_ : where) != Dispatch::io_thread; }
+  /// A host that does not poll leaves calls behind: true when there are too many for one more call that waits for it.
+  bool overloaded(Dispatch where = Dispatch::in_poll) const noexcept { return waits_for_host(where) && *open_ >= max_open_; }
   const std::shared_ptr<Inbox>& inbox() const noexcept { return inbox_; }
   std::vector<Job> take_jobs() { return std::exchange(jobs_, {}); }
 

@@ -29,7 +29,8 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
     if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
   }
   if (auto response = representations_.failed_precondition(context)) return *std::move(response);
-  if (calls_.overloaded()) return responses_.overloaded(context);
+  const Dispatch where = action.thing->where(*action.spec);
+  if (calls_.overloaded(where)) return responses_.overloaded(context);
   if (auto response = refused_by_policy(action, context)) return *std::move(response);
 
   const http::Preferences& preferences = context.preferences();
@@ -43,9 +44,9 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   std::optional<Ticket> ticket;
   if (waits) {
     const auto max_time = preferences.wait ? std::chrono::milliseconds(std::min(*preferences.wait, options_.max_wait)) : options_.host_timeout;
-    ticket = pending_.defer(context, max_time, [this, id = invocation.id, may_take_long = preferences.wait.has_value()](Ticket late, Context& c) {
+    ticket = pending_.defer(context, max_time, [this, id = invocation.id, may_take_long = preferences.wait.has_value()](Ticket late, Context& c, bool) {
       wait_is_over(late, c, id, may_take_long);
-    });
+    }, where);
     if (!ticket) {
       registry_.remove(invocation);
       return responses_.overloaded(context);

@@ -30,6 +30,13 @@ std::string version_of(const std::string& text) {
   return iri::encode_segment(version);
 }
 
+Error path_taken(const std::string& path, const Resource& holder) {
+  std::string message = "path \"" + path.substr(1) + "\" ";
+  if (holder.thing) message += "is taken already, in the thing \"" + holder.thing->spec->path + "\": choose another name";
+  else message += "is reserved, as are \"ns/lrt\" and \"ns/context.jsonld\": choose another name";
+  return {Errc::duplicate_path, std::move(message)};
+}
+
 }  // namespace
 
 Parts::Parts(EngineOptions given)
@@ -74,8 +81,8 @@ Result<void> Parts::add(Thing thing) {
   const std::vector<Resource*> all = node.resources();
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (registry.add(*all[i])) continue;
+    Unexpected taken{path_taken(all[i]->path, *registry.find(all[i]->path))};
     for (std::size_t j = 0; j < i; ++j) registry.remove(*all[j]);
-    Unexpected taken = unexpected(Errc::duplicate_path, "path \"" + all[i]->path + "\" is taken already");
     discard(*std::move(built));
     return taken;
   }
@@ -88,8 +95,8 @@ Result<void> Parts::add(Thing thing) {
       return Unexpected{std::move(error)};
     }
   }
-  const auto seal = [&](model::ResourceSpec& spec, const char* what, const char* folder) {
-    spec.seal(std::string(what) + " \"" + node.spec->path + "/" + folder + spec.path + "\"", handle_log);
+  const auto seal = [&](model::ResourceSpec& resource, const char* what, const char* folder) {
+    resource.seal(std::string(what) + " \"" + node.spec->path + "/" + folder + resource.path + "\"", handle_log);
   };
   for (const auto& p : node.spec->properties) {
     seal(*p, "property", "");
@@ -121,7 +128,9 @@ void Parts::respond_gone(Ticket ticket) {
 }
 
 PendingRequests::Timeout Parts::timed_out() {
-  return [this](Ticket ticket, Context& late) { pending.respond(ticket, responses.timed_out(late)); };
+  return [this](Ticket ticket, Context& late, bool runs) {
+    pending.respond(ticket, runs ? responses.no_content(late, 202) : responses.timed_out(late));
+  };
 }
 
 }  // namespace lrt::engine

@@ -41,7 +41,7 @@ struct Parts {
   }
   /// Responds 404 to a request whose resource went while it waited.
   void respond_gone(Ticket ticket);
-  /// What most requests do when the host does not run their call in time: 503.
+  /// What a change of the robot does when the host has not carried it out in time: 202 if its lambda runs, else 503, and it is called off.
   PendingRequests::Timeout timed_out();
 
   const EngineOptions options;

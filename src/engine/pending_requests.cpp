@@ -2,11 +2,14 @@
 
 namespace lrt::engine {
 
-std::optional<Ticket> PendingRequests::defer(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout) {
-  if (pending_.size() >= max_pending_ || calls_.overloaded()) return std::nullopt;
+std::optional<Ticket> PendingRequests::defer(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout, Dispatch where) {
+  const bool waits_for_host = calls_.waits_for_host(where);
+  const std::size_t waiting = waits_for_host ? waiting_for_host_ : pending_.size() - waiting_for_host_;
+  if (waiting >= max_pending_ || calls_.overloaded(where)) return std::nullopt;
+  if (waits_for_host) ++waiting_for_host_;
   const Ticket ticket{next_ticket_++};
   const auto deadline = deadlines_.emplace(context.now.steady + max_time, ticket);
-  pending_.emplace(static_cast<std::uint64_t>(ticket), Pending{context.kept(), std::move(on_timeout), nullptr, deadline});
+  pending_.emplace(static_cast<std::uint64_t>(ticket), Pending{context.kept(), std::move(on_timeout), nullptr, deadline, waits_for_host});
   return ticket;
 }
 
@@ -27,8 +30,7 @@ Context* PendingRequests::resume(Ticket ticket, TimePoint now) {
 void PendingRequests::respond(Ticket ticket, http::Response response, std::optional<Channel> channel) {
   const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
   if (found == pending_.end()) return;
-  deadlines_.erase(found->second.deadline);
-  pending_.erase(found);
+  remove(found);
   replies_.push_back({ticket, std::move(response), channel});
 }
 
@@ -36,8 +38,13 @@ void PendingRequests::abandon(Ticket ticket) noexcept {
   const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
   if (found == pending_.end()) return;
   if (found->second.token) found->second.token->cancel();
-  deadlines_.erase(found->second.deadline);
-  pending_.erase(found);
+  remove(found);
+}
+
+void PendingRequests::remove(Requests::iterator request) {
+  if (request->second.waits_for_host) --waiting_for_host_;
+  deadlines_.erase(request->second.deadline);
+  pending_.erase(request);
 }
 
 void PendingRequests::expire(TimePoint now) {
@@ -45,9 +52,9 @@ void PendingRequests::expire(TimePoint now) {
     const Ticket ticket = deadlines_.begin()->second;
     Context& context = *resume(ticket, now);
     Pending& pending = pending_.at(static_cast<std::uint64_t>(ticket));
-    if (pending.token) pending.token->cancel();
+    const bool runs = pending.token && !pending.token->cancel();
     Timeout on_timeout = std::move(pending.on_timeout);
-    on_timeout(ticket, context);
+    on_timeout(ticket, context, runs);
   }
 }
 

@@ -25,14 +25,18 @@ class PendingRequests {
  public:
   using Instant = std::chrono::steady_clock::time_point;
   /// Called at the deadline, with the request still pending. It must respond.
-  using Timeout = UniqueFunction<void(Ticket, Context&)>;
+  /// @param runs  the call that the request waits for has begun, and continues; false: it will not run
+  using Timeout = UniqueFunction<void(Ticket, Context&, bool runs)>;
 
   PendingRequests(const Registry& registry, const HostCalls& calls, std::size_t max_pending)
       : registry_(registry), calls_(calls), max_pending_(max_pending) {}
 
   /// Keeps a request for at most that time.
+  /// @param where  its call runs. Requests for the I/O thread have a limit of their own, so that a stop can be invoked while a thousand
+  ///               others wait for the host.
   /// @return nullopt: too many requests or calls into the host wait already (503)
-  std::optional<Ticket> defer(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout);
+  std::optional<Ticket> defer(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout,
+                              Dispatch where = Dispatch::in_poll);
   /// The call that the request waits for. It is cancelled when the client goes or the time is over.
   void waits_for(Ticket ticket, std::shared_ptr<CancelToken> token);
   bool is_pending(Ticket ticket) const { return pending_.count(static_cast<std::uint64_t>(ticket)) != 0; }
@@ -55,13 +59,18 @@ class PendingRequests {
     Timeout on_timeout;
     std::shared_ptr<CancelToken> token;
     std::multimap<Instant, Ticket>::iterator deadline;
+    bool waits_for_host;
   };
+  using Requests = std::unordered_map<std::uint64_t, Pending>;
+
+  void remove(Requests::iterator request);
 
   const Registry& registry_;
   const HostCalls& calls_;
   const std::size_t max_pending_;
   std::uint64_t next_ticket_ = 1;
-  std::unordered_map<std::uint64_t, Pending> pending_;
+  Requests pending_;
+  std::size_t waiting_for_host_ = 0;
   std::multimap<Instant, Ticket> deadlines_;
   std::deque<Reply> replies_;
 };

@@ -21,15 +21,16 @@ namespace {
 
 /// Reads documents about a resource into one graph, with the placeholder as base. Blank nodes of two documents are two nodes even if
 /// both are called b0.
-Result<void> read_documents(rdf::Graph& all, const std::vector<std::string>& documents, const std::string& path, const char* what) {
+Result<rdf::Graph> read_documents(const std::vector<std::string>& documents, const std::string& path, const std::string& name) {
   const std::string base = std::string(placeholder_base) + path;
   rdf::ReadOptions options;
   options.base = base;
+  rdf::Graph all;
   for (const std::string& text : documents) {
     Result<rdf::Graph> graph = rdf::read(text, rdf::Syntax::turtle, options);
     if (!graph) {
       Error error = std::move(graph).error();
-      error.message = "thing \"" + path + "\", " + what + ": " + error.message;
+      error.message = name + ": " + error.message;
       return Unexpected{std::move(error)};
     }
     std::map<rdf::TermId, rdf::TermId> renamed;
@@ -44,7 +45,7 @@ Result<void> read_documents(rdf::Graph& all, const std::vector<std::string>& doc
       all.add(s, p, o);
     }
   }
-  return {};
+  return all;
 }
 
 /// Each media type once, as clients request it; numbers where there are octets.
@@ -65,6 +66,16 @@ Result<void> check_formats(model::PropertySpec& property, const std::string& nam
     taken.push_back(r.media_type);
     if (!r.element_type.empty() && !iri::is_absolute(r.element_type))
       return unexpected(Errc::expected_iri, name + ": expected an absolute IRI as element type");
+  }
+  return {};
+}
+
+/// The names of a read-only field in values of the type and of the records around it, "pose/x"; empty: there is none.
+std::string read_only_field(const rdf::Type& type) {
+  if (type.element) return read_only_field(*type.element);
+  for (const rdf::FieldType& field : type.fields) {
+    if (field.read_only) return field.name;
+    if (const std::string inner = read_only_field(*field.type); !inner.empty()) return field.name + "/" + inner;
   }
   return {};
 }
@@ -90,7 +101,7 @@ Result<void> check(model::ThingSpec& described) {
       if (o.kind() == Object::Kind::iri) {
         if (Result<void> r = check_iris({o.text()}, "object"); !r) return r;
       } else if (o.kind() == Object::Kind::resource) {
-        if (Result<std::string> r = model::encode_path(o.text()); !r) return Unexpected{std::move(r).error()};
+        if (Result<std::string> r = model::encode_path_from_root(o.text()); !r) return Unexpected{std::move(r).error()};
       } else {
         if (!o.datatype().empty())
           if (Result<void> r = check_iris({o.datatype()}, "datatype"); !r) return r;
@@ -107,6 +118,11 @@ Result<void> check(model::ThingSpec& described) {
       return unexpected(Errc::invalid_option, "\"" + spec->path + "/" + path + "\": the bounds leave no value");
     return {};
   };
+  const auto check_input = [&](const std::string& what, const rdf::Type& type) -> Result<void> {
+    if (const std::string field = read_only_field(type); !field.empty())
+      return unexpected(Errc::invalid_option, what + ": clients cannot send it, because its field \"" + field + "\" is read-only; give the field a setter");
+    return {};
+  };
   const auto check_resource = [&](const model::ResourceSpec& r) -> Result<void> {
     if (Result<void> e = check_iris(r.classes, "type"); !e) return e;
     if (Result<void> e = check_iris(r.predicates, "predicate"); !e) return e;
@@ -120,12 +136,16 @@ Result<void> check(model::ThingSpec& described) {
   for (const auto& p : spec->properties) {
     if (Result<void> e = check_resource(*p); !e) return e;
     if (Result<void> e = check_facets(p->path, p->facets); !e) return e;
+    if (p->write)
+      if (Result<void> e = check_input("property \"" + spec->path + "/" + p->path + "\"", *p->type); !e) return e;
     if (p->frame)
       if (Result<void> e = check_statements({{std::string(vocab::lrt::frame.text), *p->frame}}); !e) return e;
     if (Result<void> e = check_formats(*p, "property \"" + spec->path + "/" + p->path + "\""); !e) return e;
   }
   for (const auto& a : spec->actions) {
     if (Result<void> e = check_resource(*a); !e) return e;
+    if (a->input)
+      if (Result<void> e = check_input("the input of action \"" + spec->path + "/actions/" + a->path + "\"", *a->input); !e) return e;
     for (const auto& [facets, type, what] : {std::tuple(&a->facets, a->input, "input"), std::tuple(&a->output_facets, a->output, "output")}) {
       if (!type && !facets->empty())
         return unexpected(Errc::invalid_option, "action \"" + spec->path + "/actions/" + a->path + "\": there is no " + what +
@@ -136,6 +156,8 @@ Result<void> check(model::ThingSpec& described) {
   for (const auto& c : spec->collections) {
     if (Result<void> e = check_resource(*c); !e) return e;
     if (Result<void> e = check_facets(c->path, c->facets); !e) return e;
+    if (c->create)
+      if (Result<void> e = check_input("collection \"" + spec->path + "/" + c->path + "\"", *c->type); !e) return e;
   }
 
   return {};
@@ -143,17 +165,22 @@ Result<void> check(model::ThingSpec& described) {
 
 }  // namespace
 
+Result<rdf::Graph> read_shapes(const model::ThingSpec& spec, const std::string& blueprint_path) {
+  return read_documents(spec.shapes, blueprint_path, "thing \"" + spec.path + "\", its shapes");
+}
+
 Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>& spec) {
   if (!spec) return unexpected(Errc::closed, "the thing was given away already");
   if (spec->first_error) return Unexpected{*spec->first_error};
   if (Result<void> checked = check(*spec); !checked) return Unexpected{std::move(checked).error()};
-  rdf::Graph statements, shapes;
   const std::string path = "/" + spec->path;
-  if (Result<void> r = read_documents(statements, spec->turtle, path, "its Turtle"); !r) return Unexpected{std::move(r).error()};
-  if (Result<void> r = read_documents(shapes, spec->shapes, path + "/blueprint", "its shapes"); !r) return Unexpected{std::move(r).error()};
+  Result<rdf::Graph> statements = read_documents(spec->turtle, path, "thing \"" + spec->path + "\", its Turtle");
+  if (!statements) return Unexpected{std::move(statements).error()};
+  Result<rdf::Graph> shapes = read_shapes(*spec, path + "/blueprint");
+  if (!shapes) return Unexpected{std::move(shapes).error()};
   auto node = std::make_unique<ThingNode>(std::move(spec));
-  node->statements = std::move(statements);
-  node->user_shapes = std::move(shapes);
+  node->statements = *std::move(statements);
+  node->user_shapes = *std::move(shapes);
   return node;
 }
 

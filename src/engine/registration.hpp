@@ -14,4 +14,9 @@ namespace lrt::engine {
 /// @par Errors  the thing's first error; closed, expected_iri, expected_rdf, expected_media_type, invalid_option, duplicate_path, limit_exceeded
 Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>& spec);
 
+/// The shapes that the user gave, with IRIs below placeholder_base.
+/// @param blueprint_path  their base
+/// @par Errors  expected_rdf
+Result<rdf::Graph> read_shapes(const model::ThingSpec& spec, const std::string& blueprint_path);
+
 }  // namespace lrt::engine

@@ -14,10 +14,35 @@ Registry::Registry(RepresentationCache& cache) : cache_(cache) {}
 Registry::~Registry() = default;
 
 bool Registry::add(Resource& resource) {
-  if (!by_path_.emplace(resource.path, &resource).second) return false;
+  const Resource* const holder = find(resource.path);
+  if (holder && holder->naming() == resource.naming()) return false;
+  settle(resource);
   resource.id = ResourceId{next_id_++};
   by_id_.emplace(static_cast<std::uint64_t>(resource.id), &resource);
   return true;
+}
+
+/// Gives a resource without a path the first one that is free, or whose resource has to move.
+void Registry::settle(Resource& resource) {
+  std::size_t n = 0;
+  std::string path = resource.path_aside(n);
+  Resource* holder = find(path);
+  while (holder && holder->naming() <= resource.naming()) {
+    path = resource.path_aside(++n);
+    holder = find(path);
+  }
+  if (holder) by_path_.erase(holder->path);
+  if (n != 0 && resource.times_aside == 0) aside_.push_back(&resource);
+  if (n == 0 && resource.times_aside != 0) aside_.erase(std::find(aside_.begin(), aside_.end(), &resource));
+  const bool moves = n != resource.times_aside;
+  resource.path = std::move(path);
+  resource.times_aside = n;
+  by_path_.emplace(resource.path, &resource);
+  if (moves) {
+    cache_.clear();  // other representations link to it
+    resource.path_changed();
+  }
+  if (holder) settle(*holder);
 }
 
 void Registry::remove(Resource& resource) {
@@ -26,6 +51,11 @@ void Registry::remove(Resource& resource) {
   const auto found = by_path_.find(resource.path);
   if (found != by_path_.end() && found->second == &resource) by_path_.erase(found);
   by_id_.erase(static_cast<std::uint64_t>(resource.id));
+  aside_.erase(std::remove(aside_.begin(), aside_.end(), &resource), aside_.end());
+  for (Resource* other : std::vector<Resource*>(aside_)) {
+    by_path_.erase(other->path);
+    settle(*other);
+  }
 }
 
 Resource* Registry::find(std::string_view path) const {
@@ -36,6 +66,14 @@ Resource* Registry::find(std::string_view path) const {
 Resource* Registry::find(ResourceId id) const {
   const auto found = by_id_.find(static_cast<std::uint64_t>(id));
   return found == by_id_.end() ? nullptr : found->second;
+}
+
+Resource* Registry::find_usual(std::string_view usual_path, std::string_view saved_type) const {
+  const auto is_it = [&](const Resource* r) { return r->saved_type().text == saved_type && r->path_aside(0) == usual_path; };
+  Resource* const here = find(usual_path);
+  if (here && is_it(here)) return here;
+  const auto moved = std::find_if(aside_.begin(), aside_.end(), is_it);
+  return moved == aside_.end() ? nullptr : *moved;
 }
 
 ThingNode* Registry::find_thing(std::string_view path) const {
@@ -54,6 +92,7 @@ void Registry::clear() {
   cache_.clear();
   by_path_.clear();
   by_id_.clear();
+  aside_.clear();
   roots_.clear();
   things_.clear();
 }

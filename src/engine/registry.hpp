@@ -29,8 +29,9 @@ class Registry {
   explicit Registry(RepresentationCache& cache);
   ~Registry();
 
-  /// Gives the resource an id and its path.
-  /// @return false: another resource has the path
+  /// Gives the resource an id and its path. A resource whose path the user gives to another one moves aside (Resource::Naming), and moves
+  /// back when that one is removed. So the paths do not depend on the order of registration.
+  /// @return false: another resource has the path, and neither has precedence
   bool add(Resource& resource);
   /// Takes the path back: observers are notified, cached representations are removed. To be called before a resource is destroyed.
   void remove(Resource& resource);
@@ -38,6 +39,8 @@ class Registry {
   /// @param path  percent-encoded as canonical_path() does it
   Resource* find(std::string_view path) const;
   Resource* find(ResourceId id) const;
+  /// The resource of a kind (Resource::saved_type) with that usual path, also if it has moved aside.
+  Resource* find_usual(std::string_view usual_path, std::string_view saved_type) const;
   template <class R>
   R* find(Ref<R> ref) const {
     return static_cast<R*>(find(ref.id));
@@ -61,11 +64,13 @@ class Registry {
   void structure_changed() noexcept { ++structure_; }
 
  private:
+  void settle(Resource& resource);
   std::vector<ThingNode*>& siblings_of(const ThingNode& thing);
 
   RepresentationCache& cache_;
   std::unordered_map<std::string_view, Resource*> by_path_;
   std::unordered_map<std::uint64_t, Resource*> by_id_;
+  std::vector<Resource*> aside_;                                           ///< those that have moved aside
   std::map<std::string, std::unique_ptr<ThingNode>, std::less<>> things_;  ///< by path
   std::vector<ThingNode*> roots_;                                          ///< in the order of registration
   std::uint64_t next_id_ = 1;

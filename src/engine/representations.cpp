@@ -65,7 +65,7 @@ http::Response Representations::respond(Context& context) {
 Outcome Representations::attempt(Context& context, Step step) {
   Attempt first = step(context, false);
   if (auto* outcome = std::get_if<Outcome>(&first)) return std::move(*outcome);
-  const auto ticket = pending_.defer(context, options_.host_timeout, [this](Ticket late, Context& c) {
+  const auto ticket = pending_.defer(context, options_.host_timeout, [this](Ticket late, Context& c, bool) {
     pending_.respond(late, responses_.timed_out(c));
   });
   if (!ticket) return responses_.overloaded(context);

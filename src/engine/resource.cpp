@@ -29,6 +29,15 @@ Outcome Resource::put(Context&, Parts&) { announced_only(*this, "PUT"); }
 Outcome Resource::post(Context&, Parts&) { announced_only(*this, "POST"); }
 Outcome Resource::remove(Context&, Parts&) { announced_only(*this, "DELETE"); }
 
+std::size_t Resource::usual_size() const noexcept { return path.size() - times_aside * name_aside.size(); }
+
+std::string Resource::path_aside(std::size_t n) const {
+  std::string other = path;
+  other.erase(lrt_name_end, times_aside * name_aside.size());
+  for (; n > 0; --n) other.insert(lrt_name_end, name_aside);
+  return other;
+}
+
 void Resource::link_related(http::LinkWriter&, const std::string&) const {}
 
 std::string Resource::up() const { return thing ? thing->self.path : std::string(); }

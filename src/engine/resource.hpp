@@ -13,6 +13,7 @@
 #include <lrt/engine/handler.hpp>
 #include <lrt/http/link.hpp>
 #include <lrt/http/message.hpp>
+#include <lrt/base/iri.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
@@ -99,12 +100,17 @@ struct Description {
   const EngineView& engine;
 };
 
+/// What lrt appends to a name of its own that the user has given to something else.
+inline constexpr std::string_view name_aside = "-lrt";
+
 /// Anything that has a URI: what it allows, describes, links to, reads and takes. A new kind of resource is one class derived from this.
 ///
 /// Functions that act get the parts of the engine; functions that describe read only.
 class Resource {
  public:
-  Resource(std::string resource_path, ThingNode* its_thing) : path(std::move(resource_path)), thing(its_thing) {}
+  /// @param named_by_lrt  Resource::lrt_name_end
+  Resource(std::string resource_path, ThingNode* its_thing, std::size_t named_by_lrt = 0)
+      : path(std::move(resource_path)), thing(its_thing), lrt_name_end(named_by_lrt) {}
   virtual ~Resource() = default;
   Resource(const Resource&) = delete;
   Resource& operator=(const Resource&) = delete;
@@ -178,8 +184,19 @@ class Resource {
   virtual void set_observed(bool observed, ChangeScanner& scanner) { (void)observed, (void)scanner; }
   /// Observers get its last representation even when it is gone.
   virtual bool has_final_state() const noexcept { return false; }
-  /// Callbacks that observe it are saved, because it is there again after a restart.
-  virtual bool survives_restart() const noexcept { return observable(); }
+  /// What kind of resource it is in the file of saved subscriptions, if it can be observed and is there again after a restart; or empty.
+  virtual Iri saved_type() const noexcept { return {}; }
+
+  // Its path. The names of the user have precedence over those of lrt.
+  enum class Naming : std::uint8_t { user, action, lrt };
+  /// Who named it. Of two resources with the same path, the one with the lower value keeps it, and the other one moves aside.
+  Naming naming() const noexcept {
+    return lrt_name_end == 0 ? Naming::user : lrt_name_end < usual_size() ? Naming::action : Naming::lrt;
+  }
+  /// Its path if the first `n` were taken: "/arm/state", "/arm/state-lrt", "/arm/state-lrt-lrt". The path of 0 is its usual path.
+  std::string path_aside(std::size_t n) const;
+  /// Registry has moved it to another path.
+  virtual void path_changed() {}
 
   /// Its representations have changed: notifies the observers.
   virtual void mark_changed();
@@ -188,11 +205,17 @@ class Resource {
   void remove_observer(Observer& observer, ChangeScanner& scanner);
 
   ResourceId id{};               ///< given by Registry
-  const std::string path;        ///< absolute and percent-encoded: "/baxter/right_s1"
+  std::string path;              ///< absolute and percent-encoded: "/baxter/right_s1"; changed by Registry only
   ThingNode* const thing;        ///< that it belongs to; nullptr for the resources of the server itself
+  /// Where the segment ends that lrt named in its usual path: after "state" in "/arm/state", after "actions" in "/arm/actions/turn". 0: none.
+  const std::size_t lrt_name_end;
+  std::size_t times_aside = 0;  ///< `path` is path_aside(times_aside)
   std::uint64_t revision = 1;
   std::vector<Observer*> observers;
   std::vector<std::list<Representation>::iterator> representations;  ///< RepresentationCache's
+
+ private:
+  std::size_t usual_size() const noexcept;
 };
 
 /// Stands for the base in graphs that are kept.

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include <lrt/base/media_type.hpp>
 #include <lrt/http/etag.hpp>
 #include <lrt/http/negotiate.hpp>
 #include <lrt/http/problem.hpp>
@@ -39,7 +40,7 @@ rdf::Graph problem_graph(int status, const std::string& detail) {
 
 }  // namespace
 
-http::Response Responses::problem(const Context& context, int status, std::string detail) const {
+http::Response Responses::problem(const Context& context, int status, std::string detail, std::string errors) const {
   detail = cut(std::move(detail));
   static const std::vector<std::string_view> offers = {"application/problem+json", "text/turtle", "application/json", page_type};
   const http::Request& request = context.request();
@@ -59,7 +60,7 @@ http::Response Responses::problem(const Context& context, int status, std::strin
   }
   if (!response.body) {
     response.fields.add("Content-Type", choice == 2 ? "application/json" : "application/problem+json");
-    response.set_body(http::to_json({status, std::move(detail)}));
+    response.set_body(http::to_json({status, std::move(detail), std::move(errors)}));
   }
   if (context.resource && (status == 405 || request.method == "OPTIONS")) add_allow(response.fields, *context.resource);
   add_types(response.fields, context.resource);
@@ -98,20 +99,17 @@ http::Response Responses::stopping(const Context& context) const {
   return response;
 }
 
-http::Response Responses::violation(const Context& context, const shacl::Report& report) const {
-  static const std::vector<std::string_view> offers = [] {
-    std::vector<std::string_view> types;
-    for (const rdf::Syntax s : rdf::available_syntaxes()) types.push_back(rdf::media_type(s));
-    types.insert(types.end(), {"application/problem+json", "application/json"});
-    return types;
-  }();
+http::Response Responses::violation(const Context& context, const shacl::Report& report,
+                                    const std::vector<BodyError>& errors) const {
   const http::Request& request = context.request();
+  const auto syntaxes = rdf::available_syntaxes();
+  std::vector<std::string_view> offers;
+  for (const rdf::Syntax s : syntaxes) offers.push_back(rdf::media_type(s));
+  const Result<MediaType> body = MediaType::parse(request.find("Content-Type").value_or(std::string_view()));
+  const bool is_plain = body && rdf::plain_of(*body).has_value();
+  offers.insert(is_plain ? offers.begin() : offers.end(), {"application/problem+json", "application/json"});
   const auto choice = request.find("Accept") ? http::negotiate(std::string_view(request.joined("Accept")), offers) : 0;
-  if (!choice || *choice >= rdf::available_syntaxes().size()) {
-    std::string text = report.to_text();
-    if (!text.empty() && text.back() == '\n') text.pop_back();
-    return problem(context, 422, std::move(text));
-  }
+  if (!choice || !rdf::syntax_of(offers[*choice])) return problem(context, 422, sentence_of(errors), json_of(errors));
   http::Response response = graph(context, 422, report.to_graph());
   add_constrained_by(response.fields, context);
   return response;

@@ -10,6 +10,7 @@
 #include <lrt/shacl/report.hpp>
 
 #include "src/engine/bases.hpp"
+#include "src/engine/body_errors.hpp"
 #include "src/engine/context.hpp"
 
 namespace lrt::engine {
@@ -23,7 +24,8 @@ class Responses {
       : options_(options), bases_(bases), terms_(std::move(terms)), context_document_(std::move(context_document)) {}
 
   /// An error with its details (SPEC 3.4): RFC 9457 problem details as JSON, or as Turtle or HTML where the client prefers that. Never 406.
-  http::Response problem(const Context& context, int status, std::string detail) const;
+  /// @param errors  the extension member `errors` of problem details in JSON: json_of()
+  http::Response problem(const Context& context, int status, std::string detail, std::string errors = {}) const;
   /// An Error of user code: 422 for what the type refuses, 409 for what the robot declines, 500 for what failed.
   http::Response refused(const Context& context, const std::string& what, const Error& error) const;
   /// The resource went while the request waited.
@@ -33,8 +35,9 @@ class Responses {
   /// Too many requests wait for the host.
   http::Response overloaded(const Context& context) const;
   http::Response stopping(const Context& context) const;
-  /// 422 with the validation report (SPEC 3.4).
-  http::Response violation(const Context& context, const shacl::Report& report) const;
+  /// 422 with the validation report (SPEC 3.4): as RDF, or as problem details for clients that prefer JSON or whose body has no RDF.
+  /// @param errors  the results of the report, for problem details
+  http::Response violation(const Context& context, const shacl::Report& report, const std::vector<BodyError>& errors) const;
   /// 204, or another status without a body.
   http::Response no_content(const Context& context, int status = 204) const;
   /// A graph; or, where that is given and preferred, the plain value that it describes.

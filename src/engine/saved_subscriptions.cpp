@@ -15,8 +15,9 @@ std::optional<std::string> SavedSubscriptions::take() {
   const bool changed = std::exchange(pending_changed_, false);
   if (std::exchange(taken_revision_, subscriptions_.callbacks_revision()) == subscriptions_.callbacks_revision() && !changed) return std::nullopt;
   rdf::Graph graph;
-  const auto save = [&](const std::string& base, const std::string& path, const std::string& id, Utc made, const std::string& url,
-                        const std::string& secret, std::string_view type, const subscription::Policy& policy) {
+  const auto save = [&](const std::string& base, const std::string& path, std::string_view kind, const std::string& id,
+                        Utc made, const std::string& url, const std::string& secret, std::string_view type,
+                        const subscription::Policy& policy) {
     About about(graph, graph.fresh_blank());
     about.a(vocab::hybrit::WebCallback)
         .add(vocab::dcterms::identifier, rdf::literal(id))
@@ -28,14 +29,16 @@ std::optional<std::string> SavedSubscriptions::take() {
         .add(vocab::lrt::queueLength, rdf::literal(std::to_string(policy.queue_length), vocab::xsd::integer))
         .add(vocab::lrt::minimumInterval,
              rdf::literal(rdf::lexical::format(std::chrono::duration<double>(policy.minimum_interval).count()), vocab::xsd::double_));
+    if (!kind.empty()) about.link(vocab::dcterms::type, std::string(kind));
     if (!secret.empty()) about.add(vocab::lrt::secret, rdf::literal(secret));
   };
   for (const auto& [path, thing] : registry_.things())
     for (const auto& s : thing->subscriptions.subscriptions)
-      if (s->protocol == Protocol::callback && s->observed.survives_restart())
-        save(bases_[s->base], s->observed.path, s->subscription_id, s->created, s->url, s->secret, s->observed.variants().type_of(s->its_variant),
-             s->backlog.policy());
-  for (const PendingRestore& p : pending_) save(p.base, p.path, p.id, p.created, p.request.url, p.request.secret, p.media_type, p.request.policy);
+      if (s->protocol == Protocol::callback && !s->observed.saved_type().empty())
+        save(bases_[s->base], s->observed.path_aside(0), s->observed.saved_type().text, s->subscription_id, s->created, s->url,
+             s->secret, s->observed.variants().type_of(s->its_variant), s->backlog.policy());
+  for (const PendingRestore& p : pending_)
+    save(p.base, p.path, p.type, p.id, p.created, p.request.url, p.request.secret, p.media_type, p.request.policy);
   Result<std::string> text = rdf::write(graph, rdf::Syntax::turtle, options_.prefixes);
   if (text) return *std::move(text);
   responses_.log(LogLevel::error, "the subscriptions cannot be saved: " + text.error().message);
@@ -60,6 +63,7 @@ Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::G
   read.id = text(vocab::dcterms::identifier);
   read.base = text(vocab::dcterms::isPartOf, true);
   const std::string observed = text(vocab::hybrit::onResource, true);
+  read.type = text(vocab::dcterms::type, true);
   read.request.protocol = Protocol::callback;
   read.request.url = text(vocab::hybrit::callbackURL);
   read.request.secret = text(vocab::lrt::secret);
@@ -115,8 +119,10 @@ Result<void> SavedSubscriptions::restore(std::string_view saved) {
 
 void SavedSubscriptions::resume() {
   for (std::size_t i = 0; i < pending_.size();) {
-    Resource* observed = registry_.find(pending_[i].path);
-    const bool fits = observed && observed->thing && observed->survives_restart() && !pending_[i].refused &&
+    const PendingRestore& p = pending_[i];
+    Resource* observed =
+        p.type.empty() ? registry_.find(p.path) : registry_.find_usual(p.path, p.type);  // older files have no types
+    const bool fits = observed && observed->thing && !observed->saved_type().empty() && !pending_[i].refused &&
                       !registry_.find(observed->thing->subscriptions.path + "/" + pending_[i].id);
     const auto variant = fits ? observed->variants().find(pending_[i].media_type) : std::nullopt;
     if (!variant) {

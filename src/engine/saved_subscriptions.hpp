@@ -31,7 +31,8 @@ class SavedSubscriptions {
 
  private:
   struct PendingRestore {
-    std::string path, base, id;
+    std::string path, type, base,
+        id;  ///< path: the usual one, which a name of the user may have moved; type: Resource::saved_type
     Utc created;
     SubscriptionRequest request;
     std::string media_type;        ///< the variant is known when the resource is there

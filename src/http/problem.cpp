@@ -55,6 +55,7 @@ std::string to_json(const Problem& problem) {
     result += ",\"detail\":";
     append_json_string(result, problem.detail);
   }
+  if (!problem.errors.empty()) result += ",\"errors\":" + problem.errors;
   result += '}';
   return result;
 }

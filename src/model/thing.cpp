@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <vector>
 
 #include <lrt/base/iri.hpp>
 #include <lrt/base/utf8.hpp>
@@ -16,23 +17,56 @@ Object Object::whole(std::int64_t value) { return typed(std::to_string(value), v
 
 namespace model {
 
+namespace {
+
+/// The path that was probably meant: without empty names and dot segments.
+std::string without_empty_names(std::string_view path) {
+  std::vector<std::string_view> names;
+  for (std::size_t start = 0; start <= path.size();) {
+    const std::size_t end = std::min(path.find('/', start), path.size());
+    const std::string_view name = path.substr(start, end - start);
+    if (name == ".." && !names.empty()) names.pop_back();
+    if (!name.empty() && name != "." && name != "..") names.push_back(name);
+    start = end + 1;
+  }
+  std::string joined;
+  for (const std::string_view name : names) joined.append(joined.empty() ? "" : "/").append(name);
+  return joined;
+}
+
+/// @param start  where the name begins that no path may have
+Error invalid_path(std::string_view path, std::size_t start, std::string_view name) {
+  std::string message = "path \"" + std::string(path) + "\": ";
+  if (path.empty()) message += "it is empty";
+  else if (!name.empty()) message += "\"" + std::string(name) + "\" is not a name";
+  else if (start == 0) message += "it begins with '/'";
+  else if (start == path.size()) message += "it ends with '/'";
+  else message += "a name between two '/' is empty";
+  const std::string meant = without_empty_names(path);
+  message += meant.empty() ? ": write a name, for example \"arm\"" : ": write \"" + meant + "\"";
+  return {Errc::expected_iri, std::move(message), start};
+}
+
+}  // namespace
+
 Result<std::string> encode_path(std::string_view path) {
   std::string out;
   std::size_t start = 0;
   while (true) {
     const std::size_t end = std::min(path.find('/', start), path.size());
-    const std::string_view segment = path.substr(start, end - start);
-    if (const auto bad = utf8::find_invalid(segment); bad || segment.find('\0') != std::string_view::npos)
+    const std::string_view name = path.substr(start, end - start);
+    if (const auto bad = utf8::find_invalid(name); bad || name.find('\0') != std::string_view::npos)
       return unexpected(Error{Errc::expected_iri, "path: expected UTF-8 without U+0000", start + bad.value_or(0)});
-    if (segment.empty() || segment == "." || segment == "..")
-      return unexpected(Error{Errc::expected_iri,
-                              "path \"" + std::string(path) + "\": expected non-empty names other than \".\" and \"..\" between single '/'",
-                              start});
+    if (name.empty() || name == "." || name == "..") return Unexpected{invalid_path(path, start, name)};
     if (!out.empty()) out += '/';
-    out += iri::encode_segment(segment);
+    out += iri::encode_segment(name);
     if (end == path.size()) return out;
     start = end + 1;
   }
+}
+
+Result<std::string> encode_path_from_root(std::string_view path) {
+  return encode_path(path.size() > 1 && path.front() == '/' ? path.substr(1) : path);
 }
 
 void HandleLog::write(std::string_view message) noexcept {
@@ -64,7 +98,7 @@ void SharedInvocation::finish(Result<rdf::Value> result) noexcept {
 }  // namespace model
 
 Thing::Thing(std::string_view path) : spec_(std::make_unique<model::ThingSpec>()) {
-  if (Result<std::string> encoded = model::encode_path(path)) {
+  if (Result<std::string> encoded = model::encode_path_from_root(path)) {
     spec_->path = *std::move(encoded);
     spec_->title = std::string(path.substr(path.rfind('/') + 1));
   } else {

@@ -7,6 +7,7 @@
 
 #include <lrt/base/utf8.hpp>
 #include <lrt/rdf/lexical.hpp>
+#include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/value_codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
@@ -27,6 +28,7 @@ const Type& without_optional(const Type& type) noexcept { return type.kind == Ki
 
 /// Whether {"value": ..., "unit": ...} would be read as the record itself.
 bool has_value_member(const Type& type) {
+  if (type.kind == Kind::map) return true;  // its names are free
   if (type.kind != Kind::record) return false;
   const std::vector<std::string> names = member_names(type);
   return std::find(names.begin(), names.end(), "value") != names.end();
@@ -59,6 +61,7 @@ class JsonWriter {
     switch (type.kind) {
       case Kind::list: return list(type, facets, value);
       case Kind::record: return record(type, value);
+      case Kind::map: return map(type, facets, value);
       case Kind::boolean:
       case Kind::integer: out_ += lexical_form(type, value); return;
       case Kind::real: {
@@ -77,9 +80,21 @@ class JsonWriter {
       if (member.is_null()) continue;
       out_ += before;
       before = ',';
-      write(*type.element, facets, member, true);
+      write(*type.element, facets, member, carries_unit(type, facets));
     }
     out_ += before == '[' ? "[]" : "]";
+  }
+
+  void map(const Type& type, const Facets& facets, const Value& value) {
+    char before = '{';
+    for (const Value& member : members_of(value)) {
+      out_ += before;
+      before = ',';
+      append_quoted(out_, lexical_form(detail::text_type(), members_of(member)[0]));
+      out_ += ':';
+      write(*type.element, facets, members_of(member)[1]);
+    }
+    out_ += before == '{' ? "{}" : "}";
   }
 
   void record(const Type& type, const Value& value) {
@@ -163,6 +178,14 @@ class CborWriter {
         }
         return;
       }
+      case Kind::map:
+        head(5, count_of(value));
+        if (value.sequence())
+          for (const Value& member : *value.sequence()) {
+            text(lexical_form(detail::text_type(), (*member.sequence())[0]));
+            write(*type.element, (*member.sequence())[1]);
+          }
+        return;
       default: text(lexical_form(type, value));
     }
   }
@@ -304,7 +327,7 @@ bool fits(const Type& type, std::string_view digits) noexcept {
 
 /// Thrown to end the reading early, inside this file only.
 struct Refused {
-  Error error;
+  Mismatch mismatch;
 };
 
 /// Reads JSON or CBOR into triples. A value of a wrong type is added as it is, so that the shape finds it.
@@ -323,7 +346,8 @@ class DocumentReader {
     switch (type.kind) {
       case Kind::record:
         if (kind(id) != Json::object) refuse(id, "expected an object");
-        return record(focus, type, facets, id);
+        if (!record(focus, type, facets, id) && outer.kind == Kind::optional) triples_.present(focus);
+        return;
       case Kind::integer:
       case Kind::real: return triples_.number(focus, scalar(type, id), facets.unit());
       default: triples_.value(focus, bare(type, facets, id));
@@ -349,7 +373,7 @@ class DocumentReader {
   }
 
   [[noreturn]] void refuse(Id at, const std::string& expected) const {
-    throw Refused{Error{Errc::expected_value, "at \"" + document_.pointer(at) + "\": " + expected + ", found " + shown(at)}};
+    throw Refused{{document_.pointer(at), expected + ", found " + shown(at)}};
   }
 
   static std::string expected(const Type& type) {
@@ -359,7 +383,8 @@ class DocumentReader {
       case Kind::integer:
       case Kind::real: return "expected a number, or {\"value\": ..., \"unit\": ...}";
       case Kind::list: return "expected an array";
-      case Kind::record: return "expected an object";
+      case Kind::record:
+      case Kind::map: return "expected an object";
       default: return "expected a text";
     }
   }
@@ -383,7 +408,9 @@ class DocumentReader {
     return value;
   }
 
-  void record(TermId node, const Type& type, const Facets& facets, Id id) {
+  /// @return  whether a field is present
+  bool record(TermId node, const Type& type, const Facets& facets, Id id) {
+    bool has_field = false;
     triples_.classes(node, type);
     const std::vector<std::string> names = member_names(type);
     for (const Id member : json::Children(document_, id))
@@ -392,9 +419,13 @@ class DocumentReader {
       const FieldType& field = type.fields[i];
       const Id member = document_.member(id, names[i]);
       if (member == Document::none) continue;
-      if (const std::optional<TermId> o = object(*field.type, field.facets, member)) triples_.field(node, field, *o);
+      if (const std::optional<TermId> o = object(*field.type, field.facets, member)) {
+        triples_.field(node, field, *o);
+        has_field = true;
+      }
     }
     triples_.unit(node, facets.unit());
+    return has_field;
   }
 
   [[noreturn]] void refuse_member(Id member, const std::vector<std::string>& names) const {
@@ -402,8 +433,8 @@ class DocumentReader {
     std::string text = names.empty() ? "no member" : "one of";
     for (std::size_t i = 0; i < names.size() && i < max_shown; ++i) text += (i == 0 ? " \"" : ", \"") + names[i] + "\"";
     if (names.size() > max_shown) text += ", ... (cut)";
-    throw Refused{Error{Errc::expected_value, "at \"" + document_.pointer(member) + "\": expected " + text + ", found \"" +
-                                                  json::shortened(document_.key(member)) + "\""}};
+    throw Refused{
+        {document_.pointer(member), "expected " + text + ", found \"" + json::shortened(document_.key(member)) + "\""}};
   }
 
   /// The object of a field or a list; nullopt: absent.
@@ -426,6 +457,15 @@ class DocumentReader {
         const std::optional<TermId> o = object(*type.element, facets, member);
         if (!o) refuse(member, expected(*type.element));
         members.push_back(*o);
+      }
+      return graph_.add_list(members);
+    }
+    if (type.kind == Kind::map && kind(id) == Json::object) {
+      std::vector<TermId> members;
+      for (const Id member : json::Children(document_, id)) {
+        const std::optional<TermId> o = object(*type.element, facets, member);
+        if (!o) refuse(member, expected(*type.element));
+        members.push_back(triples_.map_member(document_.key(member), *o));
       }
       return graph_.add_list(members);
     }
@@ -452,7 +492,7 @@ class DocumentReader {
         return typed(fits ? type.datatype : vocab::xsd::string);
       }
       case Json::array: {
-        if (type.kind == Kind::record) refuse(id, expected(type));
+        if (type.kind == Kind::record || type.kind == Kind::map) refuse(id, expected(type));
         std::vector<TermId> members;
         for (const Id member : json::Children(document_, id)) members.push_back(scalar(type, member));
         return graph_.add_list(members);
@@ -624,7 +664,7 @@ Result<std::string> write_plain(const Type& type, const Facets& facets, const Va
     case Plain::text: {
       if (value.is_null()) return std::string();
       const Type& inner = without_optional(type);
-      if (inner.kind == Kind::list || inner.kind == Kind::record) return json_of(inner, facets, value, false);
+      if (inner.kind == Kind::list || inner.kind == Kind::record || inner.kind == Kind::map) return json_of(inner, facets, value, false);
       return lexical_form(inner, value);
     }
     case Plain::cbor: {
@@ -642,11 +682,11 @@ Result<std::string> write_plain(const Type& type, const Facets& facets, const Va
   return out;
 }
 
-Result<void> read_plain(std::string_view body, Plain format, const Type& type, const Facets& facets, std::string_view names_base,
-                        std::size_t max_values, Graph& graph, TermId focus) {
+Result<void> read_plain(std::string_view body, Plain format, const Type& type, const Facets& facets,
+                        std::string_view names_base, std::size_t max_values, Graph& graph, TermId focus, Mismatch* mismatch) {
   const Kind kind = without_optional(type).kind;
   if (format == Plain::text && type.kind == Kind::optional && body.empty()) return {};
-  if (format == Plain::text && kind != Kind::list && kind != Kind::record) return read_text(body, type, facets, names_base, graph, focus);
+  if (format == Plain::text && kind != Kind::list && kind != Kind::record && kind != Kind::map) return read_text(body, type, facets, names_base, graph, focus);
   if (format == Plain::octets) {
     const Result<Value> value = read_octets(body, type, max_values);
     if (!value) return unexpected(value.error());
@@ -661,7 +701,9 @@ Result<void> read_plain(std::string_view body, Plain format, const Type& type, c
     DocumentReader(*document, is_binary, graph, names_base).at(focus, type, facets);
     return {};
   } catch (const Refused& refused) {
-    return unexpected(refused.error);
+    const auto& [pointer, message] = refused.mismatch;
+    if (mismatch) *mismatch = refused.mismatch;
+    return unexpected(Errc::expected_value, pointer.empty() ? message : "at \"" + pointer + "\": " + message);
   }
 }
 

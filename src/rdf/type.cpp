@@ -85,7 +85,15 @@ Type optional_type(const Type& element) {
   return t;
 }
 
+Type map_type(const Type& element) {
+  Type t;
+  t.kind = Type::Kind::map;
+  t.element = &element;
+  return t;
+}
+
 Unexpected not_a_value_of(const char* what) { return unexpected(Errc::expected_value, std::string("expected ") + what); }
+Unexpected read_only() { return unexpected(Errc::expected_value, "the field is read-only"); }
 Unexpected does_not_fit(const char* what) {
   return unexpected(Errc::out_of_range, std::string("expected ") + what + " that the C++ type can hold");
 }

@@ -2,10 +2,12 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include <lrt/base/utf8.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/lexical.hpp>
+#include <lrt/rdf/traits.hpp>
 
 #include "src/rdf/value_writer.hpp"
 
@@ -41,7 +43,10 @@ class Writer {
   void at(TermId focus, const Type& type, const Facets& facets, const Value& value) {
     if (value.is_null()) return;
     switch (type.kind) {
-      case Kind::optional: return at(focus, *type.element, facets, value);
+      case Kind::optional:
+        at(focus, *type.element, facets, value);
+        if (type.element->kind == Kind::record && is_empty(value)) triples_.present(focus);
+        return;
       case Kind::record: return record(focus, type, facets, value);
       case Kind::integer:
       case Kind::real: return triples_.number(focus, literal_of(type, value), facets.unit());
@@ -50,6 +55,13 @@ class Writer {
   }
 
  private:
+  static bool is_empty(const Value& record) {
+    if (record.sequence())
+      for (const Value& m : *record.sequence())
+        if (!m.is_null()) return false;
+    return true;
+  }
+
   TermId literal_of(const Type& type, const Value& value) { return graph_.intern(literal(lexical_form(type, value), type.datatype)); }
 
   void record(TermId node, const Type& type, const Facets& facets, const Value& value) {
@@ -78,6 +90,15 @@ class Writer {
           for (const Value& m : *members)
             if (!m.is_null()) objects.push_back(object(*type.element, facets, m));
         return graph_.add_list(objects);
+      }
+      case Kind::map: {
+        std::vector<TermId> members;
+        if (value.sequence())
+          for (const Value& m : *value.sequence()) {
+            const Value::Sequence& pair = *m.sequence();
+            members.push_back(triples_.map_member(well_formed(*pair[0].text()), object(*type.element, facets, pair[1])));
+          }
+        return graph_.add_list(members);
       }
       case Kind::integer:
       case Kind::real: return triples_.number(literal_of(type, value), facets.unit());
@@ -192,6 +213,7 @@ std::string expected_of(const Type& type, const Facets& facets) {
     case Kind::duration: return "a duration (xsd:dayTimeDuration)";
     case Kind::instant: return "an instant with time zone (xsd:dateTime)";
     case Kind::list: return "an RDF list";
+    case Kind::map: return "an RDF list of nodes with schema:name and schema:value";
     case Kind::record: return "a node";
     case Kind::optional: return expected_of(*type.element, facets);
   }
@@ -207,6 +229,7 @@ class Reader {
     switch (type.kind) {
       case Kind::optional: {
         const Type& inner = *type.element;
+        if (inner.kind == Kind::record && !has_record(focus, inner)) return Value();
         const Iri carrier = inner.is_number() ? vocab::vom::numericalValue : vocab::rdf::value;
         if (inner.kind != Kind::record && !graph_.object(graph_.term(focus), carrier)) return Value();
         return at(focus, inner, facets);
@@ -245,6 +268,15 @@ class Reader {
     if (const auto p = graph_.find(iri(predicate)))
       for (const Triple& t : graph_.match(focus, *p, std::nullopt)) out.push_back(t.object);
     return out;
+  }
+
+  /// Whether an optional record is present: a field is, or ValueWriter::present() says so.
+  bool has_record(TermId focus, const Type& type) const {
+    for (const FieldType& field : type.fields)
+      if (!values(focus, predicate_iri(field, names_base_)).empty()) return true;
+    for (const TermId type_of_it : values(focus, vocab::rdf::type.text))
+      if (graph_.term(type_of_it) == TermView(vocab::rdfs::Resource)) return true;
+    return false;
   }
 
   /// The only value of a predicate, as a field's object.
@@ -322,6 +354,7 @@ class Reader {
         }
         return Value(std::move(out));
       }
+      case Kind::map: return map(id, type, facets);
       default:
         if (type.is_number() && !facets.unit().empty()) {
           if (term.is_literal()) return fail("expected a node with a value and a unit, found " + shown(term));
@@ -329,6 +362,22 @@ class Reader {
         }
         return scalar(term, type, facets);
     }
+  }
+
+  Value map(TermId id, const Type& type, const Facets& facets) {
+    const auto nodes = graph_.list(id);
+    if (!nodes) return fail("expected " + expected_of(type, facets) + ", found " + shown(graph_.term(id)));
+    std::map<std::string, Value> members;
+    for (std::size_t i = 0; i < nodes->size(); ++i) {
+      const Step step(*this, "[" + std::to_string(i) + "]");
+      const Value name = only((*nodes)[i], vocab::schema::name.text, detail::text_type(), {});
+      Value value = only((*nodes)[i], vocab::schema::value.text, *type.element, facets);
+      if (!name.text()) continue;  // a mismatch
+      if (!members.emplace(*name.text(), std::move(value)).second) return fail("expected each name once, found \"" + *name.text() + "\" twice");
+    }
+    Value::Sequence out;
+    for (auto& [name, value] : members) out.push_back(Value(Value::Sequence{Value(name), std::move(value)}));
+    return Value(std::move(out));
   }
 
   Value scalar(const TermView& term, const Type& type, const Facets& facets) {
@@ -422,6 +471,16 @@ void ValueWriter::unit(TermId node, const Unit& u) {
   if (!u.qudt.empty()) add(node, vocab::qudt::unit, graph_.intern(u.qudt));
 }
 
+TermId ValueWriter::map_member(std::string_view name, TermId object) {
+  const TermId node = graph_.fresh_blank();
+  add(node, vocab::rdf::type, graph_.intern(vocab::schema::PropertyValue));
+  add(node, vocab::schema::name, graph_.intern(literal(name)));
+  add(node, vocab::schema::value, object);
+  return node;
+}
+
+void ValueWriter::present(TermId focus) { add(focus, vocab::rdf::type, graph_.intern(vocab::rdfs::Resource)); }
+
 std::string lexical_form(const Type& type, const Value& value) {
   switch (type.kind) {
     case Kind::boolean: return value.boolean() && *value.boolean() ? "true" : "false";
@@ -475,6 +534,11 @@ bool within(const Type& type, const Facets& facets, const Value& value) noexcept
       if (!value.sequence()) return false;
       for (const Value& m : *value.sequence())
         if (!within(*type.element, facets, m)) return false;
+      return true;
+    case Kind::map:
+      if (!value.sequence()) return false;
+      for (const Value& m : *value.sequence())
+        if (!m.sequence() || m.sequence()->size() != 2 || !within(*type.element, facets, (*m.sequence())[1])) return false;
       return true;
     case Kind::record:
       if (!value.sequence() || value.sequence()->size() != type.fields.size()) return false;

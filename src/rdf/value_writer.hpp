@@ -23,6 +23,10 @@ class ValueWriter {
   void classes(TermId node, const Type& record);
   void field(TermId node, const FieldType& field, TermId object);
   void unit(TermId node, const Unit& unit);
+  /// The node of a map's member.
+  TermId map_member(std::string_view name, TermId object);
+  /// Says that an optional record is present although none of its fields is: `a rdfs:Resource`.
+  void present(TermId focus);
 
  private:
   void add(TermId subject, Iri predicate, TermId object) { graph_.add(subject, graph_.intern(predicate), object); }

@@ -12,6 +12,8 @@
 #include <lrt/rdf/value_codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/shacl/derived_patterns.hpp"
+
 namespace lrt::shacl {
 namespace {
 
@@ -45,7 +47,7 @@ class Deriver {
   void focus(TermId shape, const Type& type, const Facets& facets, bool required) {
     switch (type.kind) {
       case Kind::optional: return focus(shape, *type.element, facets, false);
-      case Kind::record: return record(shape, type, facets);
+      case Kind::record: return required ? record(shape, type, facets) : absent_or_record(shape, type, facets);
       case Kind::integer:
       case Kind::real:
         if (required || facets.unit().empty()) return number_node(shape, type, facets, required);
@@ -86,6 +88,20 @@ class Deriver {
     const TermId absent = graph_.fresh_blank(), present = graph_.fresh_blank();
     count(property(absent, vocab::vom::numericalValue), sh::maxCount, 0);
     number_node(present, type, facets, true);
+    add(shape, sh::or_, graph_.add_list({absent, present}));
+  }
+
+  /// If no field is present, the record is absent, or present without fields if all are optional.
+  void absent_or_record(TermId shape, const Type& type, const Facets& facets) {
+    bool all_optional = facets.unit().empty();
+    for (const rdf::FieldType& field : type.fields) all_optional = all_optional && field.type->kind == Kind::optional;
+    if (all_optional) return record(shape, type, facets);
+    const TermId absent = graph_.fresh_blank(), present = graph_.fresh_blank();
+    for (const rdf::FieldType& field : type.fields) {
+      const std::string predicate = rdf::predicate_iri(field, names_base_);
+      count(property(absent, Iri(std::string_view(predicate))), sh::maxCount, 0);
+    }
+    record(present, type, facets);
     add(shape, sh::or_, graph_.add_list({absent, present}));
   }
 
@@ -141,6 +157,7 @@ class Deriver {
         add(shape, sh::nodeKind, TermId(graph_.intern(sh::BlankNodeOrIRI)));
         return record(shape, type, facets);
       case Kind::list: return members(shape, type, facets);
+      case Kind::map: return map(shape, type, facets);
       case Kind::integer:
       case Kind::real:
         if (!facets.unit().empty()) {
@@ -151,11 +168,11 @@ class Deriver {
       case Kind::duration: {
         alternatives(shape, {type.datatype, xsd::duration});
         // No years and months: their length varies.
-        return add(shape, sh::pattern, rdf::literal("^[^YM]*(T.*)?$"));
+        return add(shape, sh::pattern, rdf::literal(day_time_pattern));
       }
       case Kind::instant:
         add(shape, sh::datatype, rdf::TermView(type.datatype));
-        add(shape, sh::pattern, rdf::literal("(Z|[+-][0-9]{2}:[0-9]{2})$"));
+        add(shape, sh::pattern, rdf::literal(zone_pattern));
         add(shape, sh::minInclusive, rdf::literal("1677-09-22T00:00:00Z", xsd::dateTime));
         return add(shape, sh::maxInclusive, rdf::literal("2262-04-11T23:47:16Z", xsd::dateTime));
       case Kind::enumeration: {
@@ -171,8 +188,22 @@ class Deriver {
     }
   }
 
+  void members(TermId shape, const Type& type, const Facets& facets) { object(list(shape, type), *type.element, facets); }
+
+  /// A list of nodes with a name and a value. That each name occurs once is checked when the value is read.
+  void map(TermId shape, const Type& type, const Facets& facets) {
+    const TermId member = list(shape, type);
+    add(member, sh::nodeKind, TermId(graph_.intern(sh::BlankNodeOrIRI)));
+    const TermId name = property(member, vocab::schema::name);
+    count(name, sh::minCount, 1);
+    count(name, sh::maxCount, 1);
+    add(name, sh::datatype, TermId(graph_.intern(xsd::string)));
+    value(property(member, vocab::schema::value), *type.element, facets, true);
+  }
+
   /// An RDF list: every cell has one rdf:first and one rdf:rest, the last rest is rdf:nil, and the number of cells is in range.
-  void members(TermId shape, const Type& type, const Facets& facets) {
+  /// @return  the shape of its members
+  TermId list(TermId shape, const Type& type) {
     const auto rests = [&] { return blank_with(sh::zeroOrMorePath, graph_.intern(vocab::rdf::rest)); };
     const TermId cells = property_at(shape, rests());
     add(cells, sh::hasValue, TermId(graph_.intern(vocab::rdf::nil)));
@@ -186,7 +217,7 @@ class Deriver {
     // rdf:nil is one of the nodes that rdf:rest* reaches.
     if (type.shortest > 0) count(cells, sh::minCount, type.shortest + 1);
     if (type.longest != std::numeric_limits<std::size_t>::max()) count(cells, sh::maxCount, type.longest + 1);
-    object(property_at(shape, graph_.add_list({rests(), graph_.intern(vocab::rdf::first)})), *type.element, facets);
+    return property_at(shape, graph_.add_list({rests(), graph_.intern(vocab::rdf::first)}));
   }
 
   // ---- numbers

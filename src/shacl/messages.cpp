@@ -1,13 +1,79 @@
 #include "src/shacl/messages.hpp"
 
+#include <algorithm>
+#include <vector>
+
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/value_codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/shacl/plan.hpp"
+#include "src/shacl/run.hpp"
 
 namespace lrt::shacl {
 namespace {
+
+namespace sh = vocab::sh;
+namespace xsd = vocab::xsd;
+
+/// The only object of a predicate of a shape.
+std::optional<rdf::TermId> object(const rdf::Graph& graph, rdf::TermId subject, Iri predicate) {
+  const auto p = graph.find(predicate);
+  if (!p) return std::nullopt;
+  for (const rdf::Triple& t : graph.match(subject, *p, std::nullopt)) return t.object;
+  return std::nullopt;
+}
+
+std::vector<rdf::TermId> objects(const rdf::Graph& graph, rdf::TermId subject, Iri predicate) {
+  std::vector<rdf::TermId> all;
+  if (const auto p = graph.find(predicate))
+    for (const rdf::Triple& t : graph.match(subject, *p, std::nullopt)) all.push_back(t.object);
+  return all;
+}
+
+bool is(const rdf::Graph& graph, std::optional<rdf::TermId> id, Iri iri) { return id && graph.term(*id) == rdf::TermView(iri); }
+
+std::string words_for(std::string_view datatype) {
+  if (datatype == xsd::boolean.text) return "true or false";
+  if (datatype == xsd::string.text) return "a text";
+  if (datatype == xsd::dateTime.text) return "a date and time with its zone like \"2026-11-21T10:38:39Z\"";
+  if (datatype == xsd::dayTimeDuration.text || datatype == xsd::duration.text) return "a duration like \"PT1.5S\"";
+  return {};
+}
+
+/// The words for alternatives of datatypes, if the datatypes are all those that lrt accepts for a kind of value.
+std::string words_for(const rdf::Graph& graph, rdf::TermId list) {
+  const auto members = graph.list(list);
+  if (!members) return {};
+  const auto accepts = [&](Iri datatype) {
+    return std::any_of(members->begin(), members->end(),
+                       [&](rdf::TermId m) { return is(graph, object(graph, m, sh::datatype), datatype); });
+  };
+  if (accepts(xsd::integer) && accepts(xsd::long_) && accepts(xsd::int_))
+    return accepts(xsd::float_) && accepts(xsd::double_) && accepts(xsd::decimal) ? "a number" : "an integer";
+  return accepts(xsd::dayTimeDuration) && accepts(xsd::duration) ? words_for(xsd::duration.text) : std::string();
+}
+
+std::optional<std::size_t> count_of(const rdf::Graph& graph, rdf::TermId shape, Iri parameter) {
+  const auto id = object(graph, shape, parameter);
+  const auto n = id ? rdf::lexical::parse_uint64(graph.term(*id).text) : std::nullopt;
+  return n ? std::optional(static_cast<std::size_t>(*n)) : std::nullopt;
+}
+
+/// The cells are one more than the members: rdf:nil is one of the nodes that rdf:rest* reaches.
+std::string words_for_list(const rdf::Graph& graph, rdf::TermId cells) {
+  const std::size_t min = count_of(graph, cells, sh::minCount).value_or(1),
+                    max = count_of(graph, cells, sh::maxCount).value_or(0);
+  if (max == 0) return min > 1 ? "a list of at least " + counted(min - 1, "value", "values") : "a list";
+  if (min == max) return "a list of " + counted(max - 1, "value", "values");
+  return "a list of " + (min > 1 ? std::to_string(min - 1) + " to " : std::string("at most ")) +
+         counted(max - 1, "value", "values");
+}
+
+bool has_cells_as_path(const rdf::Graph& graph, rdf::TermId shape) {
+  const auto path = object(graph, shape, sh::path);
+  return path && is(graph, object(graph, *path, sh::zeroOrMorePath), vocab::rdf::rest);
+}
 
 /// Turtle's short forms.
 bool is_bare(const rdf::TermView& term) noexcept {
@@ -35,6 +101,68 @@ std::string shown(const rdf::TermView& term) {
   if (!term.is_literal()) return text;
   if (!term.language.empty()) return text + "@" + std::string(term.language);
   return term.datatype == vocab::xsd::string.text ? text : text + "^^" + rdf::abbreviate(term.datatype);
+}
+
+bool is_number(const rdf::TermView& term) noexcept {
+  using rdf::lexical::Datatype;
+  if (!term.is_literal() || !rdf::lexical::is_double(term.text)) return false;
+  const Datatype datatype = rdf::lexical::datatype_of(term.datatype);
+  return datatype == Datatype::decimal || datatype == Datatype::double_ || datatype == Datatype::float_ ||
+         rdf::lexical::is_integer_type(datatype);
+}
+
+std::string shown_value(const rdf::TermView& term) {
+  if (term.text.size() > 80 || !term.is_literal() || !term.language.empty()) return shown(term);
+  if (is_number(term)) return std::string(term.text);
+  constexpr std::string_view xsd_namespace = "http://www.w3.org/2001/XMLSchema#";
+  return term.datatype.substr(0, xsd_namespace.size()) == xsd_namespace && !is_bare(term) ? shown(rdf::literal(term.text))
+                                                                                          : shown(term);
+}
+
+std::string one_of(const Plan& plan, const std::vector<rdf::TermId>& members) {
+  constexpr std::size_t max_shown = 20;
+  if (members.empty()) return "one of none";
+  std::string text = members.size() == 1 ? "" : "one of ";
+  for (std::size_t m = 0; m < members.size() && m < max_shown; ++m)
+    text += (m == 0 ? "" : ", ") + shown(plan.graph.term(members[m]));
+  return text + (members.size() > max_shown ? ", ..." : "");
+}
+
+std::string expectation(const Plan& plan, rdf::TermId shape) {
+  const rdf::Graph& graph = plan.graph;
+  if (const auto list = object(graph, shape, sh::in_))
+    if (const auto members = graph.list(*list)) return one_of(plan, *members);
+  for (const rdf::TermId list : objects(graph, shape, sh::or_)) {
+    std::string words = words_for(graph, list);
+    if (!words.empty()) return words;
+  }
+  if (const auto datatype = object(graph, shape, sh::datatype)) return words_for(graph.term(*datatype).text);
+  if (has_cells_as_path(graph, shape)) return words_for_list(graph, shape);
+  std::string names;
+  for (const rdf::TermId part : objects(graph, shape, sh::property)) {
+    if (has_cells_as_path(graph, part)) return words_for_list(graph, part);
+    if (is(graph, object(graph, part, sh::path), vocab::vom::numericalValue)) return expectation(plan, part);
+    if (const auto name = object(graph, part, sh::name)) names += (names.empty() ? " with " : ", ") + shown(graph.term(*name));
+  }
+  return names.empty() ? names : "an object" + names;
+}
+
+std::string for_name(const Plan& plan, rdf::TermId shape) {
+  const auto name = object(plan.graph, shape, sh::name);
+  return name && plan.graph.term(*name).is_literal() ? " for " + shown(rdf::literal(plan.graph.term(*name).text))
+                                                     : std::string();
+}
+
+std::string list_violation(const Run& run, const Scene& scene) {
+  const rdf::Graph& graph = run.plan().graph;
+  if (!has_cells_as_path(graph, scene.shape.id)) return {};
+  std::size_t cells = scene.size();
+  bool ends = false;
+  for (std::size_t i = scene.begin; i < scene.end; ++i) ends |= run.term(run.node(i)) == rdf::TermView(vocab::rdf::nil);
+  const std::string found = ends         ? counted(cells - 1, "value", "values")
+                            : cells == 1 ? shown_value(run.term(run.node(scene.begin)))
+                                         : "a list that does not end";
+  return "expected " + words_for_list(graph, scene.shape.id) + ", found " + found;
 }
 
 std::string shown_shape(const Plan& plan, std::uint32_t shape) {

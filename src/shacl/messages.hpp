@@ -3,14 +3,35 @@
 #include <cstdint>
 #include <string>
 
+#include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/term.hpp>
 
 namespace lrt::shacl {
 
 struct Plan;
+struct Scene;
+class Run;
 
 /// A term for a message: with a prefix if possible, long text shortened.
 std::string shown(const rdf::TermView& term);
+
+/// A literal of a numeric datatype whose text is a number.
+bool is_number(const rdf::TermView& term) noexcept;
+
+/// A value beside an expectation in words: a number as its digits, other literals of XML Schema as their text.
+std::string shown_value(const rdf::TermView& term);
+
+/// What a shape expects of its value nodes, in words: "a number", "one of \"idle\", \"active\"", "a list of 3 values". Empty: it has no words.
+std::string expectation(const Plan& plan, rdf::TermId shape);
+
+/// "one of a, b, c": the members of a list of the shapes graph.
+std::string one_of(const Plan& plan, const std::vector<rdf::TermId>& members);
+
+/// The name of a property shape (sh:name) in a sentence, " for \"speed\"". Empty: it has none.
+std::string for_name(const Plan& plan, rdf::TermId shape);
+
+/// A violation of a shape on the cells of an RDF list (path rdf:rest*): what was expected and found. Empty: the shape has another path.
+std::string list_violation(const Run& run, const Scene& scene);
 
 /// A shape for a message: its IRI, its name or a description.
 std::string shown_shape(const Plan& plan, std::uint32_t shape);

@@ -127,6 +127,12 @@ std::string PropertyPath::to_string() const {
   return plan_ ? path_text(*plan_, path_, Around::nothing) : std::string();
 }
 
+std::optional<rdf::Term> PropertyPath::predicate() const {
+  if (predicate_ || !plan_) return predicate_;
+  const Path& path = plan_->paths[path_];
+  return path.kind == Path::Kind::predicate ? std::optional(rdf::Term(plan_->graph.term(path.predicate))) : std::nullopt;
+}
+
 rdf::TermId PropertyPath::write(rdf::Graph& graph) const {
   return predicate_ ? graph.intern(predicate_->view()) : write_path(graph, *plan_, path_);
 }

@@ -361,6 +361,19 @@ void Run::add_details(std::size_t at, Node value, ShapeIndex inner) {
   (*results_)[at].details = std::move(found);
 }
 
+std::string Run::reason(Node value, ShapeIndex shape) {
+  std::vector<ValidationResult> found;
+  std::vector<ValidationResult>* const outer = std::exchange(results_, &found);
+  const std::size_t count = std::exchange(result_count_, 0);
+  const bool was_full = std::exchange(full_, false);
+  validate(shape, value);
+  results_ = outer;
+  result_count_ = count;
+  full_ = was_full;
+  return found.empty() || found.front().messages.empty() ? std::string()
+                                                         : std::string(found.front().messages.front().view().text);
+}
+
 void Run::stop(const char* limit, std::size_t value) {
   if (stopped_) return;
   stopped_ = Error{Errc::limit_exceeded, std::string("the validation was not complete within ") + limit + " = " + std::to_string(value)};

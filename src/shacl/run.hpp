@@ -123,6 +123,9 @@ class Run {
     }
   }
 
+  /// The first message about a value that does not conform to a shape. Empty: it conforms, or a limit was reached.
+  std::string reason(Node value, ShapeIndex shape);
+
   /// The validation can end: a limit was reached, or a validation without a report has failed.
   bool done() const noexcept { return stopped_ || full_ || (quiet_ && failed_); }
   /// Counts work. False: the budget is used up.

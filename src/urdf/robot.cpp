@@ -310,7 +310,7 @@ class Robot::Impl {
     return name == "." || name == ".." ? name + '_' : name;
   }
   void name_all() {
-    std::unordered_set<std::string> taken = {"actions", "blueprint", "positions", "state", "subscriptions"};  // paths of the robot's own resources
+    std::unordered_set<std::string> taken = {"positions"};  // the robot's own property
     std::unordered_map<std::string, std::size_t> counts;  // of duplicate paths
     const auto take = [&](const std::string& name, const char* suffix) {
       const std::string wanted = segment(name);

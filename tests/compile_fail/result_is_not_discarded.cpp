@@ -1,4 +1,5 @@
 // expect: ignoring return.*nodiscard
+// flags: -Werror=unused-result
 #include <lrt/base/result.hpp>
 
 lrt::Result<int> set_up();

@@ -136,7 +136,7 @@ TEST_CASE("the report comes in the RDF syntax that is preferred, else its messag
     const Answer answer = joint.rotate(said, std::string("Accept: ") + accept + "\n");
     CHECK(answer.status == 422);
     CHECK(answer.field("Content-Type").rfind(accept, 0) == 0);
-    CHECK(answer.says("expected a value below 360"));
+    CHECK(answer.says("expected less than 360, found 360"));
   }
 }
 

@@ -99,6 +99,17 @@ TEST_CASE("calls that have not run make an overload, until they run or are dropp
   CHECK(c.results.size() == 1);
 }
 
+TEST_CASE("calls for the I/O thread are no part of an overload, because a busy host does not delay them", "[engine][limits]") {
+  HostCalls calls(Dispatch::in_poll, 2);
+  for (int i = 0; i < 5; ++i) calls.run(Dispatch::io_thread, [] {});
+  CHECK_FALSE(calls.overloaded());
+  for (int i = 0; i < 2; ++i) calls.run(Dispatch::as_server, [] {});
+  CHECK(calls.overloaded());
+  CHECK(calls.overloaded(Dispatch::as_server));
+  CHECK_FALSE(calls.overloaded(Dispatch::io_thread));
+  CHECK_FALSE(HostCalls(Dispatch::io_thread, 0).overloaded(Dispatch::as_server));
+}
+
 TEST_CASE("the inbox keeps the order, wakes, and outlives the engine", "[engine]") {
   const auto inbox = std::make_shared<Inbox>();
   const auto waker = std::make_shared<CountingWaker>();

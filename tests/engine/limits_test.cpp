@@ -137,6 +137,101 @@ TEST_CASE("a command that runs when its time is over gets 202 and goes on", "[en
   CHECK(missing(bench.get("/arm/actions/slow/i1"), "<arm/actions/slow/i1> lrt:status lrt:succeeded .") == "");
 }
 
+TEST_CASE("a write or a change of a collection that runs when its time is over gets 202 and goes on", "[engine][R0.6][R0.7]") {
+  Bench bench;
+  std::optional<Bench::Sent> sent;
+  int seen = 0;
+  const auto late = [&] {
+    bench.clock.advance(seconds(5));
+    const auto answer = bench.answer(*sent);
+    REQUIRE(answer);
+    CHECK(answer->status == 202);
+    CHECK(answer->body.empty());
+    CHECK_FALSE(answer->has("Location"));
+    ++seen;
+  };
+  int value = 0;
+  bool slow = false;
+  Thing thing{"arm"};
+  thing.property("p", [&] { return value; }).on_write([&](int v) {
+    late();
+    value = v;
+  });
+  thing.collection<int>("c")
+      .on_create([&](int) {
+        if (slow) late();
+      })
+      .on_remove([&](const std::string&) { late(); });
+  bench.add(std::move(thing));
+  const std::string one = "\nContent-Type: application/json\n\n1";
+  sent = bench.send("PUT /arm/p" + one);
+  bench.run();
+  CHECK(value == 1);
+  CHECK(bench.ask("POST /arm/c" + one).status == 201);
+  slow = true;
+  sent = bench.send("POST /arm/c" + one);
+  bench.run();
+  CHECK(bench.get("/arm/c/i2").status == 200);
+  sent = bench.send("DELETE /arm/c/i1");
+  bench.run();
+  CHECK(bench.get("/arm/c/i1").status == 404);
+  CHECK(seen == 3);
+}
+
+TEST_CASE("a write that the robot refuses or that throws is an error, and so is a change of a collection", "[engine][R0.6]") {
+  Bench bench;
+  int step = 0;
+  const auto refuse = [&]() -> Result<void> {
+    if (step == 0) return unexpected(Errc::refused, "the brake is on");
+    if (step == 1) throw std::runtime_error("the motor is hot");
+    if (step == 2) throw 7;
+    return {};
+  };
+  Thing thing{"arm"};
+  thing.property("pulled", [] { return 0; }).on_write([&](int) { return refuse(); });
+  const auto pushed = thing.property<int>("pushed").on_write([&](int) { return refuse(); });
+  thing.collection<int>("c").on_create([&](int) { return refuse(); }).on_remove([&](const std::string&) { return refuse(); });
+  bench.add(std::move(thing));
+  const std::string one = "\nContent-Type: application/json\n\n1";
+  step = 3;
+  REQUIRE(bench.ask("POST /arm/c" + one).status == 201);
+  for (step = 0; step < 3; ++step) {
+    CAPTURE(step);
+    const int status = step == 0 ? 409 : 500;
+    for (const char* fields : {"", "\nPrefer: return=representation", "\nPrefer: respond-async"}) {
+      CHECK(bench.ask(std::string("PUT /arm/pulled") + fields + one).status == status);
+      CHECK(bench.ask(std::string("PUT /arm/pushed") + fields + one).status == status);
+      CHECK(bench.ask(std::string("POST /arm/c") + fields + one).status == status);
+    }
+    CHECK(bench.ask("DELETE /arm/c/i1").status == status);
+  }
+  CHECK_FALSE(bench.get("/arm/pushed").says("numericalValue"));
+  CHECK(bench.get("/arm/c").graph().objects(rdf::iri("http://localhost/arm/c"), vocab::ldp::contains).size() == 1);
+}
+
+TEST_CASE("a stop on the I/O thread is carried out though too many requests wait for the host", "[engine][R0.6]") {
+  engine::EngineOptions options;
+  options.max_waiting_requests = 3;
+  Bench bench(options);
+  int stops = 0;
+  Thing thing{"arm"};
+  thing.property("p", [] { return 1; });
+  thing.action("stop", [&] { ++stops; }).dispatch(Dispatch::io_thread);
+  thing.action("stop_later", [&](const Responder& done) {
+         ++stops;
+         done.succeed();
+       })
+      .dispatch(Dispatch::io_thread);
+  bench.add(std::move(thing));
+  while (bench.send("GET /arm/p").ticket) {
+  }
+  (void)bench.engine.take_jobs();  // the host does not poll
+  CHECK(bench.send("GET /arm/p").answer.status == 503);
+  CHECK(bench.ask("POST /arm/actions/stop").status == 204);
+  CHECK(bench.ask("POST /arm/actions/stop_later").status == 204);
+  CHECK(stops == 2);
+}
+
 TEST_CASE("an asynchronous action whose lambda does not return in time gets 202: it may still be refused", "[engine][R0.6][R0.7]") {
   Bench bench;
   std::optional<Bench::Sent> sent;

@@ -29,15 +29,15 @@ http::Response status(int number) {
 struct Pending {
   Pending() { registry.add(resource); }
   ~Pending() { registry.remove(resource); }
-  std::optional<Ticket> defer(milliseconds max_time = milliseconds(100)) {
+  std::optional<Ticket> defer(milliseconds max_time = milliseconds(100), Dispatch where = Dispatch::as_server) {
     RequestText request("GET /ns/lrt\nX-Mark: kept");
     Context context(request.get(), clock.now());
     context.resource = &resource;
     context.resource_id = resource.id;
-    return pending.defer(context, max_time, [this](Ticket late, Context& c) {
+    return pending.defer(context, max_time, [this](Ticket late, Context& c, bool runs) {
       mark = std::string(c.request().find("X-Mark").value_or("gone"));
-      pending.respond(late, status(503));
-    });
+      pending.respond(late, status(runs ? 202 : 503));
+    }, where);
   }
   std::vector<int> replies() {
     std::vector<int> all;
@@ -99,6 +99,16 @@ TEST_CASE("the timeout of a request runs at its deadline, and cancels its call",
   CHECK(p.pending.is_pending(later));
 }
 
+TEST_CASE("a timeout knows whether the call of the request runs", "[engine][R0.6]") {
+  Pending p;
+  const auto token = std::make_shared<CancelToken>();
+  p.pending.waits_for(*p.defer(), token);
+  CHECK(token->take());
+  p.clock.advance(milliseconds(100));
+  p.pending.expire(p.clock.now());
+  CHECK(p.replies() == std::vector<int>{202});
+}
+
 TEST_CASE("a client that leaves cancels a call that has not begun, and gets no response", "[engine][R0.6]") {
   Pending p;
   const Ticket ticket = *p.defer();
@@ -121,6 +131,19 @@ TEST_CASE("too many requests, or calls that the host has not run, defer no more"
   CHECK_FALSE(q.defer());
   for (Job& job : q.calls.take_jobs()) job.run();
   CHECK(q.defer());
+}
+
+TEST_CASE("requests for the I/O thread are deferred though too many wait for the host, and have the same limit", "[engine][limits]") {
+  Pending p;
+  for (int i = 0; i < 3; ++i) CHECK(p.defer());
+  for (int i = 0; i < 2; ++i) p.calls.run(Dispatch::in_poll, [] {});
+  CHECK_FALSE(p.defer());
+  const Ticket first = *p.defer(milliseconds(100), Dispatch::io_thread);
+  for (int i = 0; i < 2; ++i) CHECK(p.defer(milliseconds(100), Dispatch::io_thread));
+  CHECK_FALSE(p.defer(milliseconds(100), Dispatch::io_thread));
+  p.pending.respond(first, status(200));
+  CHECK(p.defer(milliseconds(100), Dispatch::io_thread));
+  CHECK_FALSE(p.defer());
 }
 
 TEST_CASE("the end responds to all that wait and cancels their calls", "[engine][R0.6]") {

@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include <lrt/rdf/codec.hpp>
@@ -226,6 +228,21 @@ std::vector<Row> rows() {
       text(row(std::optional<int>(), "null", "f6"), ""),
       row(Step{1, Mode::fast}, "{\"x\":1,\"mode\":\"fast\"}", "a26178fb3ff0000000000000646d6f64656466617374"),
       row(plain_test::Nothing{}, "{}", "a0"),
+      row(std::optional<plain_test::Nothing>(plain_test::Nothing{}), "{}", "a0"),
+      row(std::optional<plain_test::Nothing>(plain_test::Nothing{5}), "{\"count\":5}", "a1" "65" + hex("count") + "05"),
+      text(row(std::optional<plain_test::Nothing>(), "null", "f6"), ""),
+      row(std::map<std::string, int>{}, "{}", "a0"),
+      row(std::map<std::string, int>{{"b", 1}, {"", 2}, {"a \"b", 3}}, "{\"\":2,\"a \\\"b\":3,\"b\":1}", "a3" "60" "02" "64" + hex("a \"b") + "03" "6162" "01"),
+      row(std::unordered_map<std::string, int>{{"b", 1}, {"a", 2}}, "{\"a\":2,\"b\":1}", "a2" "6161" "02" "6162" "01"),
+      row(std::map<std::string, Step>{{"value", {1, Mode::fast}}}, "{\"value\":{\"x\":1,\"mode\":\"fast\"}}",
+          "a1" "65" + hex("value") + "a26178fb3ff0000000000000646d6f64656466617374"),
+      units(row(std::map<std::string, float>{{"unit", 1}, {"value", 2}}, "{\"unit\":1,\"value\":2}", "a2" "64" + hex("unit") + "fa3f800000" "65" + hex("value") + "fa40000000"),
+            degrees, "{\"unit\":{\"value\":1,\"unit\":\"deg\"},\"value\":{\"value\":2,\"unit\":\"deg\"}}"),
+      units(row(std::vector<std::map<std::string, float>>{{{"a", 1}}, {}}, "[{\"a\":1},{}]", "82a1" "6161" "fa3f800000" "a0"), degrees,
+            "[{\"a\":{\"value\":1,\"unit\":\"deg\"}},{}]"),
+      units(row(std::map<std::string, std::vector<float>>{{"a", {1, 2}}}, "{\"a\":[1,2]}", "a1" "6161" "82fa3f800000fa40000000"), degrees,
+            "{\"a\":{\"value\":[1,2],\"unit\":\"deg\"}}"),
+      row(std::map<std::string, std::map<std::string, bool>>{{"a", {{"b", true}}}}, "{\"a\":{\"b\":true}}", "a1" "6161" "a1" "6162" "f5"),
       row(plain_test::Twins{1, 2, 3, 4}, "{\"maths:x\":1,\"spatial:x\":2,\"http://example.org/x\":3,\"y\":4}",
           "a4" "67" + hex("maths:x") + "fb3ff0000000000000" "69" + hex("spatial:x") + "fb4000000000000000" "74" + hex("http://example.org/x") + "fb4008000000000000" "6179" "fb4010000000000000"),
       units(row(43.6F, "43.6", "fa422e6666", "66662e42"), degrees, "{\"value\":43.6,\"unit\":\"deg\"}"),
@@ -423,7 +440,7 @@ TEST_CASE("a value may have the declared unit and no other", "[rdf][R1.5]") {
   CHECK(refusal<double>("{\"value\": 1, \"units\": \"deg\"}", Plain::json, degrees).message ==
         "at \"/units\": expected nothing beside \"value\" and \"unit\", found \"deg\"");
   CHECK(refusal<double>("{\"unit\": \"deg\"}", Plain::json, degrees).message ==
-        "at \"\": expected a number, or {\"value\": ..., \"unit\": ...}, found an object");
+        "expected a number, or {\"value\": ..., \"unit\": ...}, found an object");
   CHECK(refusal<double>("{\"value\": {\"value\": 1}}", Plain::json, degrees).message ==
         "at \"/value\": expected a number, or {\"value\": ..., \"unit\": ...}, found an object");
   CHECK(refusal<Step>("{\"value\": {\"x\": 2}, \"mode\": \"fast\"}").message == "at \"/value\": expected one of \"x\", \"mode\", found \"value\"");
@@ -442,12 +459,13 @@ TEST_CASE("a value that RDF cannot express is refused with its position", "[rdf]
   CHECK(wrong(refusal<std::vector<int>>("[1, null]")) == "at \"/1\": expected a number, or {\"value\": ..., \"unit\": ...}, found null");
   CHECK(wrong(refusal<std::vector<std::optional<int>>>("[null]")).substr(0, 5) == "at \"/");
   CHECK(wrong(refusal<double>("[1, [null]]")) == "at \"/1/0\": expected a number, or {\"value\": ..., \"unit\": ...}, found null");
-  CHECK(wrong(refusal<bool>("{}")) == "at \"\": expected true or false, found an object");
-  CHECK(wrong(refusal<Mode>("{\"x\": 1}")) == "at \"\": expected a text, found an object");
-  CHECK(wrong(refusal<std::vector<int>>("{}")) == "at \"\": expected an array, found an object");
-  CHECK(wrong(refusal<Step>("5")) == "at \"\": expected an object, found 5");
-  CHECK(wrong(refusal<Step>("[]")) == "at \"\": expected an object, found an array");
-  CHECK(wrong(refusal<plain_test::Nothing>("\"\"")) == "at \"\": expected an object, found \"\"");  // otherwise it would be an object without members
+  CHECK(wrong(refusal<bool>("{}")) == "expected true or false, found an object");
+  CHECK(wrong(refusal<Mode>("{\"x\": 1}")) == "expected a text, found an object");
+  CHECK(wrong(refusal<std::vector<int>>("{}")) == "expected an array, found an object");
+  CHECK(wrong(refusal<Step>("5")) == "expected an object, found 5");
+  CHECK(wrong(refusal<Step>("[]")) == "expected an object, found an array");
+  CHECK(wrong(refusal<plain_test::Nothing>("\"\"")) ==
+        "expected an object, found \"\"");  // otherwise it would be an object without members
   CHECK(wrong(refusal<Move>("{\"step\": [1]}")) == "at \"/step\": expected an object, found an array");
   CHECK(wrong(refusal<Step>("{\"" + std::string(100'000, 'n') + "\": 2}")).find("(cut)") != std::string::npos);
 
@@ -464,6 +482,31 @@ TEST_CASE("a value that RDF cannot express is refused with its position", "[rdf]
   CHECK(none(refusal<std::string>(std::string_view("\na\0", 3), Plain::text)) == "line 2, column 2: U+0000 is not accepted");
   CHECK(none(refusal<std::string>("\"\\u0000\"")) == "at \"\": U+0000 is not accepted");
   CHECK(none(refusal<Step>("{\"x\": 1, \"x\": 2}")) == "at \"/x\": a second member of this name");
+}
+
+TEST_CASE("a map is an object with values of one type", "[rdf]") {
+  using Gains = std::map<std::string, double>;
+  CHECK(refusal<Gains>("[1]").message.find("expected an object") != std::string::npos);
+  CHECK(refusal<Gains>("{\"p\": null}").message.find("at \"/p\"") != std::string::npos);
+  CHECK(refusal<Gains>("{\"p\": 1, \"p\": 2}").code == lrt::Errc::expected_rdf);
+  CHECK(refusal<Gains>("{\"p\": {\"value\": 1, \"unit\": \"V\"}}").message.find("none is declared") != std::string::npos);
+  CHECK(findings(said<Gains>("{\"p\": \"high\"}").value(), traits<Gains>::type()) != "");
+  CHECK(findings(said<Gains>("5").value(), traits<Gains>::type()) != "");
+  CHECK(findings(said<Gains>("{\"p\": 5}").value(), traits<Gains>::type()) == "");
+}
+
+TEST_CASE("an optional record without members is not an absent one", "[rdf]") {
+  using Maybe = std::optional<plain_test::Nothing>;
+  const auto read = [](const Graph& graph) {
+    Graph copy = graph;
+    std::vector<Mismatch> mismatches;
+    return traits<Maybe>::decode(read_value(copy, copy.intern(lrt::rdf::iri(focus)), traits<Maybe>::type(), {}, names, mismatches).value()).value();
+  };
+  CHECK(read(said<Maybe>("{}").value()).has_value());
+  CHECK(read(said<Maybe>("{\"count\":3}").value())->count == 3);
+  CHECK_FALSE(read(said<Maybe>("null").value()).has_value());
+  CHECK_FALSE(read(Graph()).has_value());
+  CHECK(read(said<Maybe>("\xa0", Plain::cbor).value()).has_value());
 }
 
 TEST_CASE("invalid CBOR, and CBOR that JSON cannot express, are refused with the position", "[rdf]") {

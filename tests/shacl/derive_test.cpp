@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -144,6 +145,19 @@ std::vector<Table> tables() {
         "<focus> ex:x 1 ; names:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; names:tags ( -6 )", "<focus> ex:x 1 ; names:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; names:tags () ; names:frame \"\"",
         "<focus> ex:x 1 ; names:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; names:tags () ; names:frame \"ab\", \"cd\"",
         "<focus> ex:x \"far\" ; names:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; names:tags ()"}},
+      {"optional record", &traits<std::optional<test::Pose>>::type(), {}, {V(), value(pose)},
+       {"<focus> ex:more 1", "<focus> ex:x 1 ; names:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; names:tags ()"},
+       {"<focus> ex:x 1", "<focus> names:tags ()", "<focus> ex:x \"far\" ; names:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; names:tags ()"}},
+      {"map", &traits<std::map<std::string, int>>::type(), Facets().at_most(9), {value(std::map<std::string, int>{}), value(std::map<std::string, int>{{"a", 1}, {"b", -2}})},
+       {"<focus> rdf:value ()", "<focus> rdf:value ( [ <http://schema.org/name> \"a\" ; <http://schema.org/value> 1 ] )"},
+       {"<focus> ex:p 1", "<focus> rdf:value 1", "<focus> rdf:value ( 1 )", "<focus> rdf:value ( [ <http://schema.org/name> \"a\" ] )",
+        "<focus> rdf:value ( [ <http://schema.org/value> 1 ] )", "<focus> rdf:value ( [ <http://schema.org/name> 1 ; <http://schema.org/value> 1 ] )",
+        "<focus> rdf:value ( [ <http://schema.org/name> \"a\", \"b\" ; <http://schema.org/value> 1 ] )",
+        "<focus> rdf:value ( [ <http://schema.org/name> \"a\" ; <http://schema.org/value> 10 ] )",
+        "<focus> rdf:value ( [ <http://schema.org/name> \"a\" ; <http://schema.org/value> 1, 2 ] )"}},
+      {"map with unit", &traits<std::map<std::string, double>>::type(), Facets().unit(unit::radian), {value(std::map<std::string, double>{{"a", 1}})},
+       {"<focus> rdf:value ( [ <http://schema.org/name> \"a\" ; <http://schema.org/value> [ vom:numericalValue 1 ; vom:unit maths:Radian ] ] )"},
+       {"<focus> rdf:value ( [ <http://schema.org/name> \"a\" ; <http://schema.org/value> 1 ] )"}},
       {"record in record", &traits<test::Task>::type(), {}, {value(test::Task{test::Mode::fast, pose, {1, 2}, {bare, pose, bare}})},
        {"<focus> names:mode \"slow\" ; names:pose [ ex:x 1 ; names:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; names:tags () ] ; names:way () ; "
         "names:range ( [ vom:numericalValue 1 ; qudt:unit unit:M ] [ vom:numericalValue 1 ; qudt:unit unit:M ] )"},

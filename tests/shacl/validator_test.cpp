@@ -161,7 +161,7 @@ TEST_CASE("messages contain what was expected and what was found, or the shape's
   CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:datatype xsd:double .", "ex:a ex:p \"fast\"^^xsd:double .") ==
         "expected a well-formed xsd:double, found \"fast\"^^xsd:double;");
   CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:maxExclusive 360 .", "ex:a ex:p 360.0 .") ==
-        "expected a value below 360, found 360.0;");
+        "expected less than 360, found 360.0;");
   CHECK(message("ex:S sh:targetNode ex:a ; sh:property [ sh:path ex:q ; sh:minCount 1 ] .", "ex:a ex:p 1 .") ==
         "expected at least 1 value, found none;");
   CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:or ( [ sh:datatype xsd:float ] [ sh:datatype xsd:double ] ) .",

@@ -389,7 +389,7 @@ TEST_CASE("every name gets a unique path", "[urdf][R0.3]") {
   }
   urdf::Robot robot(urdf::parse(text + "</robot>").value());
   CHECK(robot.path() == "my robot.1");
-  CHECK(robot.joint_path(0) == "my robot.1/state_joint");
+  CHECK(robot.joint_path(0) == "my robot.1/state");
   CHECK(robot.link_path(1) == "my robot.1/state_link");
   CHECK(robot.joint_path(2) == "my robot.1/a.b");
   CHECK(robot.joint_path(3) == "my robot.1/a.b_joint");

@@ -3,6 +3,8 @@
 #include <chrono>
 #include <string>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt {
 
 /// One instant on two clocks. Deadlines use the steady clock, which never jumps. Representations and Date use UTC.

@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt {
 
 /// The kind of an error. Its name says what was expected or refused.

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt {
 
 /// The source of ids: the last path segments of invocations, members and subscriptions.

@@ -3,6 +3,8 @@
 #include <functional>
 #include <string_view>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt {
 
 enum class LogLevel : unsigned char { debug, info, warning, error };

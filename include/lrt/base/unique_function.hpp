@@ -4,6 +4,8 @@
 #include <type_traits>
 #include <utility>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt {
 
 template <class Signature>

@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt::utf8 {
 
 /// The offset of the first byte that is not part of well-formed UTF-8 (RFC 3629: no surrogates, no overlong forms, at most

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <lrt/base/language.hpp>
+
 namespace lrt {
 
 /// Ends the wait of another thread, such as a transport's poll(). It may outlive the object that waits; then wake() has no effect.

@@ -3,6 +3,8 @@
 #include <chrono>
 #include <string>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt::http {
 
 /// IMF-fixdate (RFC 9110 5.6.7): "Sun, 06 Nov 1994 08:49:37 GMT".

@@ -3,6 +3,8 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt::http {
 
 /// A strong entity tag with its quotes, computed from the media type and the bytes: it changes exactly when they do.

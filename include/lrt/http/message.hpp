@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt::http {
 
 struct Field {

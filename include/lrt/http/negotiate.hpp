@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt::http {
 
 /// Picks among the media types on offer by an Accept field (RFC 9110 12.5.1): the highest q-value wins, the more specific range

@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt::http {
 
 /// The preferences of a Prefer field that lrt knows (RFC 7240, LDP 7.2). Unknown and malformed ones are ignored, the first of a

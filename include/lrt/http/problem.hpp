@@ -3,12 +3,15 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt::http {
 
 /// Problem details (RFC 9457). `type` is about:blank, `title` the reason phrase.
 struct Problem {
   int status = 500;
-  std::string detail;  ///< what was found and where
+  std::string detail;       ///< what was found and where
+  std::string errors = {};  ///< the extension member `errors` as JSON (RFC 9457 3.2); empty: none
 };
 
 /// application/problem+json

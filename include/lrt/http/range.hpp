@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <string_view>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt::http {
 
 /// What a Range field requests of a representation (RFC 9110 14.1.2, 14.2).

@@ -4,6 +4,8 @@
 #include <optional>
 #include <string_view>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt::http {
 
 /// The parts of a request target (RFC 9112 3.2), as views of it:

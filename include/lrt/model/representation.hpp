@@ -38,6 +38,12 @@ struct RepresentationSpec {
   std::string element_type;                           ///< owns the text of layout.element_type
 };
 
+/// Whether to_bytes() takes it.
+template <class E>
+inline constexpr bool makes_bytes = std::is_convertible_v<E, Bytes> || std::is_convertible_v<E, std::string>;
+template <class E>
+inline constexpr bool makes_bytes<Result<E>> = makes_bytes<E>;
+
 template <class Encoded>
 Result<Bytes> to_bytes(Encoded&& encoded) {
   using E = std::decay_t<Encoded>;

@@ -11,6 +11,21 @@
 
 namespace lrt::model {
 
+/// Whether a callable that returns R can refuse by it, or never refuses.
+template <class R>
+inline constexpr bool refuses_by_result = std::is_void_v<R> || std::is_convertible_v<R, Result<void>>;
+
+/// What a callable of the user returns: void is success.
+template <class F>
+Result<void> result_of(F f) {
+  if constexpr (std::is_void_v<std::invoke_result_t<F&>>) {
+    f();
+    return {};
+  } else {
+    return f();
+  }
+}
+
 /// What the handles of properties, actions and collections have in common. They describe a resource before its thing is added to a server.
 /// Copies are handles to the same resource.
 ///

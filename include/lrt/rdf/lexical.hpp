@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/language.hpp>
+
 /// Lexical forms of XML Schema datatypes (XSD 1.1 part 2) and their values. White space is not collapsed: in RDF a lexical form with
 /// surrounding white space is ill-typed.
 namespace lrt::rdf::lexical {

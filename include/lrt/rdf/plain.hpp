@@ -13,6 +13,7 @@
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
+#include <lrt/rdf/value_codec.hpp>
 
 namespace lrt::rdf {
 
@@ -20,12 +21,13 @@ namespace lrt::rdf {
 ///
 ///   json             43.6   [0.1, 0.2]   {"x": 1, "mode": "fast"}
 ///   json_with_units  as json, with {"value": 43.6, "unit": "deg"} for each number, list or record that has a unit
-///   text             43.6   fast   true; lists and records as json
+///   text             43.6   fast   true; lists, records and maps as json
 ///   cbor             RFC 8949, structured as json
 ///   octets           the numbers of a number, a list or a list of lists in order (a matrix row by row), least significant byte first
 ///
 /// In JSON and CBOR:
 /// - A record is an object with its fields by name. Two fields with the same name get prefixes ("maths:x") or their IRIs as names.
+/// - A map is an object with its members by name, in the order of the names. Its values state their units one by one.
 /// - A duration is the text of an xsd:dayTimeDuration, an instant the text of an xsd:dateTime.
 /// - An absent value is left out of its record or list; as the whole value it is null.
 /// - NaN and infinities are the texts "NaN", "INF", "-INF" in JSON, as in XML Schema.
@@ -72,8 +74,9 @@ Result<std::string> write_plain(const Type& type, const Facets& facets, const Va
 /// A number without a unit has the declared unit. {"value": ..., "unit": "deg"} states the unit by its UCUM code, or by its IRI if it has no
 /// code. This form is accepted for any number, for a list or record with a unit, and for the whole value. "unit" is optional.
 ///
-/// Format text: a text is the body, byte for byte. White space around other scalars is ignored. Lists and records are JSON.
+/// Format text: a text is the body, byte for byte. White space around other scalars is ignored. Lists, records and maps are JSON.
 ///
+/// @param mismatch  receives, with the error expected_value, the JSON Pointer of what was refused and the sentence about it
 /// @par Errors  After an error the graph must be discarded.
 ///              expected_rdf, with the position: invalid JSON, CBOR or UTF-8; U+0000; two members with the same name; octets of a wrong
 ///              length; in CBOR also tags, byte strings, undefined.
@@ -82,7 +85,8 @@ Result<std::string> write_plain(const Type& type, const Facets& facets, const Va
 ///              limit_exceeded: nested more than 64 deep, or more than `max_values` values.
 ///              unsupported_syntax: octets, and reads_octets() is false.
 /// @par Time    Linear in the body. A number with a unit: 0.8 us in JSON, 0.5 us in text, mostly for the graph.
-Result<void> read_plain(std::string_view body, Plain format, const Type& type, const Facets& facets, std::string_view names_base,
-                        std::size_t max_values, Graph& graph, TermId focus);
+Result<void> read_plain(std::string_view body, Plain format, const Type& type, const Facets& facets,
+                        std::string_view names_base, std::size_t max_values, Graph& graph, TermId focus,
+                        Mismatch* mismatch = nullptr);
 
 }  // namespace lrt::rdf

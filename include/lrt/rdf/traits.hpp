@@ -1,16 +1,22 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <unordered_map>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include <lrt/base/result.hpp>
@@ -20,8 +26,73 @@
 namespace lrt::rdf {
 
 namespace detail {
-template <class T>
+template <class... T>
 inline constexpr bool always_false = false;
+
+template <class T>
+inline constexpr bool is_character = std::is_same_v<T, char> || std::is_same_v<T, wchar_t> || std::is_same_v<T, char16_t> ||
+                                     std::is_same_v<T, char32_t>
+#ifdef __cpp_char8_t
+                                     || std::is_same_v<T, char8_t>
+#endif
+    ;
+template <class T>
+inline constexpr bool is_text_view = std::is_same_v<T, std::string_view> || std::is_same_v<T, const char*> || std::is_same_v<T, char*>;
+
+// The sentences for types without traits. They are in functions because a class whose own static_assert fails causes further errors.
+template <class... T>
+auto undescribed() {
+  static_assert(always_false<T...>,
+                "lrt: this type has no rdf::traits. For a struct write: template <> struct lrt::rdf::traits<S> : lrt::rdf::Record<S> "
+                "{ static void describe(Record<S>& r) { r.field(\"x\", &S::x); } };   for an enum: template <> struct "
+                "lrt::rdf::traits<E> : lrt::rdf::Enumeration<E> { static void describe(Enumeration<E>& e) { e.name(E::a, \"a\"); } };");
+}
+template <class... T>
+auto a_character() {
+  static_assert(always_false<T...>,
+                "lrt: a character is neither a number nor a text; write std::string for a text, std::int8_t for a number");
+}
+template <class... T>
+auto a_text_view() {
+  static_assert(always_false<T...>,
+                "lrt: a std::string_view or const char* does not own its text; write std::string here (only what a lambda returns, and the "
+                "input of an action without a Responder, may be a view)");
+}
+template <class... T>
+auto a_pointer() {
+  static_assert(always_false<T...>,
+                "lrt: a pointer is no value; write the type that it points to, or std::optional of it if the value may be absent");
+}
+template <class... T>
+auto a_c_array() {
+  static_assert(always_false<T...>,
+                "lrt: a C array has rdf::traits only as the data member of a Record; write std::array or std::vector, for char[N] std::string");
+}
+template <class... T>
+auto a_variant() {
+  static_assert(always_false<T...>,
+                "lrt: a std::variant has no rdf::traits, because a number in JSON does not say which alternative it is; write a struct with one "
+                "std::optional field for each alternative");
+}
+template <class... T>
+auto a_map_without_names() {
+  static_assert(always_false<T...>,
+                "lrt: the keys of a map are names; write std::map<std::string, T>, or a std::vector of a struct with a field for the key");
+}
+template <class... T>
+auto a_result() {
+  static_assert(always_false<T...>,
+                "lrt: a Result is no value; only actions, on_write and on_create may return one; write std::optional for a value that may be absent");
+}
+
+/// The members of traits of a type that has none, so that the sentence is the only error.
+template <class T>
+struct NoTraits {
+  static const Type& type();
+  static Value encode(const T& value);
+  static Result<std::decay_t<T>> decode(const Value& value);
+  static bool same(const T& a, const T& b) noexcept;
+};
 
 const Type& boolean_type() noexcept;
 const Type& text_type() noexcept;
@@ -32,15 +103,18 @@ const Type& instant_type() noexcept;
 Type integer_type(std::int64_t lowest, std::uint64_t highest, std::size_t bytes);
 Type list_type(const Type& element, std::size_t shortest, std::size_t longest);
 Type optional_type(const Type& element);
+Type map_type(const Type& element);
 /// True if traits<T>::encode is code of the user. Specialisations of lrt say so by a fifth member, runs_user_code().
 template <class T>
 bool runs_user_code() noexcept;
 Unexpected not_a_value_of(const char* what);
 Unexpected does_not_fit(const char* what);
+Unexpected read_only();
 }  // namespace detail
 
 /// Maps a C++ type to RDF and to every other representation. lrt provides it for bool, integers, float, double, std::string, durations,
-/// system_clock time points, and std::array, std::vector and std::optional of these. For your own structs and enums derive a
+/// system_clock time points, and std::array, std::vector, std::optional of these, and
+/// std::map and std::unordered_map from std::string to these. For your own structs and enums derive a
 /// specialisation from Record or Enumeration. Every specialisation has four members:
 ///
 ///   static const Type& type();                          // the same object at every call
@@ -48,11 +122,43 @@ Unexpected does_not_fit(const char* what);
 ///   static Result<T> decode(const Value& value);        // may refuse values that the Type allows
 ///   static bool same(const T& a, const T& b) noexcept;  // true: both have the same representations; no allocation
 template <class T, class Enable = void>
-struct traits {
-  static_assert(detail::always_false<T>,
-                "lrt: this type has no rdf::traits. For a struct write: template <> struct lrt::rdf::traits<S> : lrt::rdf::Record<S> "
-                "{ static void describe(Record<S>& r) { r.field(\"x\", &S::x); } };   for an enum: template <> struct "
-                "lrt::rdf::traits<E> : lrt::rdf::Enumeration<E> { static void describe(Enumeration<E>& e) { e.name(E::a, \"a\"); } };");
+struct traits : detail::NoTraits<T> {
+  using Sentence = decltype(detail::undescribed<T>());
+};
+
+// Types that have no traits, with what to write instead.
+
+template <class T>
+struct traits<T, std::enable_if_t<detail::is_character<T>>> : detail::NoTraits<T> {
+  using Sentence = decltype(detail::a_character<T>());
+};
+template <class T>
+struct traits<T, std::enable_if_t<detail::is_text_view<T>>> : detail::NoTraits<T> {
+  using Sentence = decltype(detail::a_text_view<T>());
+};
+template <class T>
+struct traits<T, std::enable_if_t<std::is_pointer_v<T> && !detail::is_text_view<T>>> : detail::NoTraits<T> {
+  using Sentence = decltype(detail::a_pointer<T>());
+};
+template <class T, class Delete>
+struct traits<std::unique_ptr<T, Delete>> : detail::NoTraits<std::unique_ptr<T, Delete>> {
+  using Sentence = decltype(detail::a_pointer<T>());
+};
+template <class T>
+struct traits<std::shared_ptr<T>> : detail::NoTraits<std::shared_ptr<T>> {
+  using Sentence = decltype(detail::a_pointer<T>());
+};
+template <class T, std::size_t N>
+struct traits<T[N]> : detail::NoTraits<T[N]> {
+  using Sentence = decltype(detail::a_c_array<T>());
+};
+template <class... T>
+struct traits<std::variant<T...>> : detail::NoTraits<std::variant<T...>> {
+  using Sentence = decltype(detail::a_variant<T...>());
+};
+template <class T>
+struct traits<Result<T>> : detail::NoTraits<Result<T>> {
+  using Sentence = decltype(detail::a_result<T>());
 };
 
 template <>
@@ -69,8 +175,7 @@ struct traits<bool> {
 
 /// The integer types, as xsd:byte ... xsd:unsignedLong by their size. Character types are not numbers.
 template <class T>
-struct traits<T, std::enable_if_t<std::is_integral_v<T> && !std::is_same_v<T, bool> && !std::is_same_v<T, char> &&
-                                  !std::is_same_v<T, wchar_t> && !std::is_same_v<T, char16_t> && !std::is_same_v<T, char32_t>>> {
+struct traits<T, std::enable_if_t<std::is_integral_v<T> && !std::is_same_v<T, bool> && !detail::is_character<T>>> {
   static const Type& type() {
     static const Type t = detail::integer_type(static_cast<std::int64_t>(std::numeric_limits<T>::min()),
                                                static_cast<std::uint64_t>(std::numeric_limits<T>::max()), sizeof(T));
@@ -248,6 +353,71 @@ struct traits<std::optional<T>> {
   }
 };
 
+namespace detail {
+template <class T>
+inline constexpr bool is_optional = false;
+template <class T>
+inline constexpr bool is_optional<std::optional<T>> = true;
+
+/// Traits of Map, which has std::string as its keys.
+template <class Map>
+struct MapTraits {
+  using T = typename Map::mapped_type;
+
+  static const Type& type() {
+    static_assert(!is_optional<T>, "lrt: a member of a map cannot be absent; write the map without std::optional and leave the member out");
+    static const Type t = map_type(traits<T>::type());
+    return t;
+  }
+  static Value encode(const Map& v) {
+    std::vector<const typename Map::value_type*> members;
+    members.reserve(v.size());
+    for (const auto& m : v) members.push_back(&m);
+    std::sort(members.begin(), members.end(), [](const auto* a, const auto* b) { return a->first < b->first; });
+    Value::Sequence out;
+    out.reserve(members.size());
+    for (const auto* m : members) out.push_back(Value(Value::Sequence{Value(m->first), traits<T>::encode(m->second)}));
+    return Value(std::move(out));
+  }
+  static Result<Map> decode(const Value& v) {
+    const Value::Sequence* s = v.sequence();
+    if (!s) return not_a_value_of("a map");
+    Map out;
+    for (const Value& m : *s) {
+      const Value::Sequence* pair = m.sequence();
+      if (!pair || pair->size() != 2 || !pair->front().text()) return not_a_value_of("a map");
+      Result<T> member = traits<T>::decode(pair->back());
+      if (!member) return Unexpected{std::move(member).error()};
+      out.emplace(*pair->front().text(), *std::move(member));
+    }
+    return out;
+  }
+  static bool runs_user_code() noexcept { return detail::runs_user_code<T>(); }
+  static bool same(const Map& a, const Map& b) noexcept {
+    if (a.size() != b.size()) return false;
+    for (const auto& m : a)
+      if (const auto other = b.find(m.first); other == b.end() || !traits<T>::same(m.second, other->second)) return false;
+    return true;
+  }
+};
+}  // namespace detail
+
+/// Maps from names: in JSON and CBOR an object with a member for each, in RDF a list of nodes with schema:name and schema:value, in the
+/// order of the names. Unit and bounds are those of the values. A name occurs once.
+template <class T, class Less, class Allocator>
+struct traits<std::map<std::string, T, Less, Allocator>> : detail::MapTraits<std::map<std::string, T, Less, Allocator>> {};
+template <class T, class Hash, class Equal, class Allocator>
+struct traits<std::unordered_map<std::string, T, Hash, Equal, Allocator>>
+    : detail::MapTraits<std::unordered_map<std::string, T, Hash, Equal, Allocator>> {};
+template <class K, class T, class Less, class Allocator>
+struct traits<std::map<K, T, Less, Allocator>> : detail::NoTraits<std::map<K, T, Less, Allocator>> {
+  using Sentence = decltype(detail::a_map_without_names<K>());
+};
+template <class K, class T, class Hash, class Equal, class Allocator>
+struct traits<std::unordered_map<K, T, Hash, Equal, Allocator>> : detail::NoTraits<std::unordered_map<K, T, Hash, Equal, Allocator>> {
+  using Sentence = decltype(detail::a_map_without_names<K>());
+};
+
 /// Base of `traits` for an enum. Its values are strings from a closed set of names.
 template <class E>
 class Enumeration {
@@ -290,23 +460,74 @@ class Enumeration {
   std::vector<E> values_;
 };
 
-/// Base of `traits` for a struct. The user lists its fields. A field is optional if its C++ type is std::optional, and only then.
+namespace detail {
+/// The type in which a lambda's result is stored. Text views become std::string.
+template <class T>
+using stored_t = std::conditional_t<is_text_view<std::decay_t<T>>, std::string, std::decay_t<T>>;
+
+template <class T>
+inline constexpr bool is_result = false;
+template <class T>
+inline constexpr bool is_result<Result<T>> = true;
+}  // namespace detail
+
+/// The name and predicate of a field of a Record: a vocabulary term, or a name of your own. The predicate of the latter is
+/// `<blueprint#name>`, which the Thing's Blueprint documents.
+class FieldName {
+ public:
+  FieldName(Iri term) : name(term.text.substr(term.text.find_last_of("#/") + 1)), predicate(term.text) {}  // NOLINT: an argument of field()
+  FieldName(std::string_view own) : name(own), predicate("#" + name) {}  // NOLINT
+  FieldName(const std::string& own) : FieldName(std::string_view(own)) {}  // NOLINT
+  FieldName(const char* own) : FieldName(std::string_view(own)) {}  // NOLINT
+
+  std::string name, predicate;
+};
+
+/// Base of `traits` for a struct or class. The user lists its fields:
+///
+///     r.field("x", &S::x);                            // a data member; also of type char[N] (a text) or T[N] (a list)
+///     r.field("speed", &S::speed, &S::set_speed);     // a getter and a setter
+///     r.field("speed", &S::speed);                    // a getter: read-only
+///     r.field("speed", [](const S& s) { return s.v(); }, [](S& s, double v) { s.drive(v); });   // lambdas; the first alone: read-only
+///
+/// field() returns the field's facets, for unit and bounds. A field is optional if its C++ type is std::optional, and only then.
+///
+/// A value with a read-only field cannot be made from what a client sends: on_write, on_create and an action whose input contains one are
+/// an error of Server::add() that names the field. So is a const data member.
+///
+/// If `get` is not const, it is called on a copy. Of overloaded getters the const one is taken, of
+/// overloaded setters the one that takes what the getter returns. A setter may return Result<void>, or false
+/// for a value that it does not accept: 422. A getter that throws is 500.
 template <class S>
 class Record {
  public:
   /// Adds an rdf:type.
   Record& is(Iri type) { return type_.classes.emplace_back(type.text), *this; }
-  /// Adds a field with a vocabulary term as its predicate. Returns the field's facets, for unit and bounds.
-  template <class M>
-  Facets& field(Iri predicate, M S::*member) {
-    const std::size_t at = predicate.text.find_last_of("#/");
-    return add(std::string(at == std::string_view::npos ? predicate.text : predicate.text.substr(at + 1)), std::string(predicate.text),
-               member);
+  /// Adds a field: a data member, or a read-only field by a getter or a callable of const S&.
+  template <class Get>
+  Facets& field(FieldName name, Get get) {
+    if constexpr (std::is_member_object_pointer_v<Get>) {
+      return add_member(std::move(name), get);
+    } else {
+      return add_getter(std::move(name), std::move(get), nullptr);
+    }
   }
-  /// Adds a field with a name of your own. Its predicate is `<blueprint#name>`, which the Thing's Blueprint documents.
-  template <class M>
-  Facets& field(std::string_view name, M S::*member) {
-    return add(std::string(name), "#" + std::string(name), member);
+  template <class R>
+  Facets& field(FieldName name, R (S::*get)() const) {
+    return add_getter(std::move(name), get, nullptr);
+  }
+  /// Adds a field by a getter and a setter: member functions or callables of const S& and of (S&, value).
+  template <class Get, class Set>
+  Facets& field(FieldName name, Get get, Set set) {
+    return add_getter(std::move(name), std::move(get), std::move(set));
+  }
+  template <class R, class Q, class A>
+  Facets& field(FieldName name, R (S::*get)() const, Q (S::*set)(A)) {
+    return add_getter(std::move(name), get, set);
+  }
+  template <class R>
+  Facets& field(FieldName name, R (S::*get)() const, void (S::*set)(std::decay_t<R>)) {
+    return add_getter(std::move(name), get, set);
   }
 
   static const Type& type() { return instance().type_; }
@@ -318,13 +539,20 @@ class Record {
     return Value(std::move(out));
   }
   static Result<S> decode(const Value& v) {
-    const Record& self = instance();
-    const Value::Sequence* s = v.sequence();
-    if (!s || s->size() != self.members_.size()) return detail::not_a_value_of("a record");
-    S out{};
-    for (std::size_t i = 0; i < self.members_.size(); ++i)
-      if (Result<void> r = self.members_[i]->decode((*s)[i], out); !r) return Unexpected{std::move(r).error()};
-    return out;
+    if constexpr (!std::is_default_constructible_v<S>) {
+      static_assert(detail::always_false<S>,
+                    "lrt: this struct has no default constructor, which Record needs to make a value of what a client sends; add one, or write "
+                    "decode() yourself in rdf::traits<S>");
+      return detail::not_a_value_of("a record");
+    } else {
+      const Record& self = instance();
+      const Value::Sequence* s = v.sequence();
+      if (!s || s->size() != self.members_.size()) return detail::not_a_value_of("a record");
+      S out{};
+      for (std::size_t i = 0; i < self.members_.size(); ++i)
+        if (Result<void> r = self.members_[i]->decode((*s)[i], out); !r) return Unexpected{std::move(r).error()};
+      return out;
+    }
   }
   static bool runs_user_code() noexcept { return &traits<S>::encode != &Record::encode || instance().runs_user_code_; }
   static bool same(const S& a, const S& b) noexcept {
@@ -340,27 +568,183 @@ class Record {
     virtual Result<void> decode(const Value&, S&) const = 0;
     virtual bool same(const S&, const S&) const noexcept = 0;
   };
-  template <class M>
+  /// A data member.
+  template <class M, class Pointer>
   struct MemberOf final : Member {
-    explicit MemberOf(M S::*p) : pointer(p) {}
+    explicit MemberOf(Pointer p) : pointer(p) {}
     Value encode(const S& s) const override { return traits<M>::encode(s.*pointer); }
     Result<void> decode(const Value& v, S& s) const override {
-      Result<M> r = traits<M>::decode(v);
-      if (!r) return Unexpected{std::move(r).error()};
-      s.*pointer = *std::move(r);
-      return {};
+      if constexpr (std::is_assignable_v<decltype(s.*pointer), M>) {
+        Result<M> r = traits<M>::decode(v);
+        if (!r) return Unexpected{std::move(r).error()};
+        s.*pointer = *std::move(r);
+        return {};
+      } else {
+        return detail::read_only();
+      }
     }
     bool same(const S& a, const S& b) const noexcept override { return traits<M>::same(a.*pointer, b.*pointer); }
-    M S::*pointer;
+    Pointer pointer;
+  };
+  /// A data member of type char[N]: a text of at most N - 1 bytes.
+  template <std::size_t N, class Pointer>
+  struct TextMember final : Member {
+    explicit TextMember(Pointer p) : pointer(p) {}
+    static std::string_view text(const char (&array)[N]) noexcept {
+      const void* end = std::memchr(array, 0, N);
+      return {array, end ? static_cast<std::size_t>(static_cast<const char*>(end) - array) : N};
+    }
+    Value encode(const S& s) const override { return Value(std::string(text(s.*pointer))); }
+    Result<void> decode(const Value& v, S& s) const override {
+      const std::string* found = v.text();
+      if (!found) return detail::not_a_value_of("a text");
+      if (found->size() >= N || found->find('\0') != std::string::npos) return detail::does_not_fit("a text");
+      std::memset(s.*pointer, 0, N);
+      std::memcpy(s.*pointer, found->data(), found->size());
+      return {};
+    }
+    bool same(const S& a, const S& b) const noexcept override { return text(a.*pointer) == text(b.*pointer); }
+    Pointer pointer;
+  };
+  /// A data member of type T[N]: a list of N members.
+  template <class T, std::size_t N, class Pointer>
+  struct ArrayMember final : Member {
+    explicit ArrayMember(Pointer p) : pointer(p) {}
+    static const Type& type() {
+      static const Type t = detail::list_type(traits<T>::type(), N, N);
+      return t;
+    }
+    Value encode(const S& s) const override {
+      Value::Sequence out;
+      out.reserve(N);
+      for (const T& m : s.*pointer) out.push_back(traits<T>::encode(m));
+      return Value(std::move(out));
+    }
+    Result<void> decode(const Value& v, S& s) const override {
+      const Value::Sequence* members = v.sequence();
+      if (!members || members->size() != N) return detail::not_a_value_of("a list of the array's length");
+      for (std::size_t i = 0; i < N; ++i) {
+        Result<T> r = traits<T>::decode((*members)[i]);
+        if (!r) return Unexpected{std::move(r).error()};
+        (s.*pointer)[i] = *std::move(r);
+      }
+      return {};
+    }
+    bool same(const S& a, const S& b) const noexcept override {
+      for (std::size_t i = 0; i < N; ++i)
+        if (!traits<T>::same((a.*pointer)[i], (b.*pointer)[i])) return false;
+      return true;
+    }
+    Pointer pointer;
+  };
+  /// A field by a getter, and by a setter unless Set is std::nullptr_t.
+  template <class M, class Get, class Set>
+  struct GetterOf final : Member {
+    GetterOf(Get g, Set s) : get(std::move(g)), set(std::move(s)) {}
+    M value(const S& s) const {
+      if constexpr (std::is_invocable_v<const Get&, const S&>) {
+        return M(std::invoke(get, s));
+      } else {
+        S copy(s);
+        return M(std::invoke(get, copy));
+      }
+    }
+    Value encode(const S& s) const override { return traits<M>::encode(value(s)); }
+    Result<void> decode([[maybe_unused]] const Value& v, [[maybe_unused]] S& s) const override {
+      if constexpr (std::is_same_v<Set, std::nullptr_t>) {
+        return detail::read_only();
+      } else {
+        using R = std::invoke_result_t<const Set&, S&, M>;
+        Result<M> r = traits<M>::decode(v);
+        if (!r) return Unexpected{std::move(r).error()};
+        if constexpr (std::is_same_v<R, bool>) {
+          if (!std::invoke(set, s, *std::move(r))) return detail::does_not_fit("a value");
+        } else if constexpr (detail::is_result<R>) {
+          if (R done = std::invoke(set, s, *std::move(r)); !done) return Unexpected{std::move(done).error()};
+        } else {
+          std::invoke(set, s, *std::move(r));
+        }
+        return {};
+      }
+    }
+    bool same(const S& a, const S& b) const noexcept override {
+      try {
+        return traits<M>::same(value(a), value(b));
+      } catch (...) {  // of the getter: encode() throws it where it is reported
+        return false;
+      }
+    }
+    Get get;
+    Set set;
   };
 
-  template <class M>
-  Facets& add(std::string name, std::string predicate, M S::*member) {
-    members_.push_back(std::make_unique<MemberOf<M>>(member));
-    type_.fields.push_back({std::move(name), std::move(predicate), &traits<M>::type(), {}});
-    runs_user_code_ = runs_user_code_ || detail::runs_user_code<M>();
+  template <class Pointer>
+  Facets& add_member(FieldName name, Pointer pointer) {
+    if constexpr (!std::is_invocable_v<Pointer, const S&>) {
+      static_assert(detail::always_false<Pointer>,
+                    "lrt: the data member of a field must be one of the struct that is described; for one of its members write a lambda: "
+                    "field(name, [](const S& s) { return s.part.x; })");
+      return none();
+    } else {
+      return add_own_member(std::move(name), pointer);
+    }
+  }
+  template <class Pointer>
+  Facets& add_own_member(FieldName name, Pointer pointer) {
+    using Declared = std::remove_reference_t<std::invoke_result_t<Pointer, S&>>;
+    using M = std::remove_cv_t<Declared>;
+    constexpr bool read_only = std::is_const_v<std::remove_all_extents_t<Declared>>;
+    if constexpr (std::is_array_v<M>) {
+      using T = std::remove_cv_t<std::remove_extent_t<M>>;
+      constexpr std::size_t length = std::extent_v<M>;
+      if constexpr (read_only || std::is_array_v<T>) {
+        static_assert(detail::always_false<S>,
+                      "lrt: a const C array or an array of arrays cannot be a field; write a lambda: field(name, [](const S& s) { return ...; })");
+        return none();
+      } else if constexpr (std::is_same_v<T, char>) {
+        return add(std::move(name), detail::text_type(), false, false, std::make_unique<TextMember<length, Pointer>>(pointer)).length(0, length - 1);
+      } else {
+        return add(std::move(name), ArrayMember<T, length, Pointer>::type(), detail::runs_user_code<T>(), false,
+                   std::make_unique<ArrayMember<T, length, Pointer>>(pointer));
+      }
+    } else {
+      return add(std::move(name), traits<M>::type(), detail::runs_user_code<M>(), read_only, std::make_unique<MemberOf<M, Pointer>>(pointer));
+    }
+  }
+  template <class Get, class Set>
+  Facets& add_getter(FieldName name, Get get, Set set) {
+    constexpr bool is_const = std::is_invocable_v<const Get&, const S&>;
+    constexpr bool read_only = std::is_same_v<Set, std::nullptr_t>;
+    if constexpr (!is_const && !std::is_invocable_v<const Get&, S&>) {
+      static_assert(detail::always_false<Get>,
+                    "lrt: a field expects a data member, a getter without parameters, or a callable of const S&; give a callable: "
+                    "field(name, [](const S& s) { return ...; })");
+    } else {
+      using Read = std::invoke_result_t<const Get&, std::conditional_t<is_const, const S&, S&>>;
+      if constexpr (std::is_void_v<Read>) {
+        static_assert(detail::always_false<Get>, "lrt: the getter of a field returns nothing; give it first and the setter second");
+      } else {
+        using M = detail::stored_t<Read>;
+        if constexpr (!read_only && !std::is_invocable_v<const Set&, S&, M>) {
+          static_assert(detail::always_false<Set>,
+                        "lrt: the setter of a field expects a member function or a callable (S&, value) that takes what the getter returns; give a "
+                        "callable: field(name, get, [](S& s, T value) { ... })");
+        } else {
+          return add(std::move(name), traits<M>::type(), true, read_only,
+                     std::make_unique<GetterOf<M, Get, Set>>(std::move(get), std::move(set)));
+        }
+      }
+    }
+    return none();
+  }
+  Facets& add(FieldName name, const Type& type, bool runs_user_code, bool read_only, std::unique_ptr<Member> member) {
+    members_.push_back(std::move(member));
+    type_.fields.push_back({std::move(name.name), std::move(name.predicate), &type, {}, read_only});
+    runs_user_code_ = runs_user_code_ || runs_user_code;
     return type_.fields.back().facets;
   }
+  /// Follows a static_assert.
+  Facets& none() { return type_.fields.back().facets; }
   static const Record& instance() {
     static const Record self = [] {
       Record r;
@@ -372,7 +756,7 @@ class Record {
   }
   Type type_;
   std::vector<std::unique_ptr<Member>> members_;
-  bool runs_user_code_ = false;  ///< a field's traits do
+  bool runs_user_code_ = false;  ///< a field's traits or its getter do
 };
 
 namespace detail {
@@ -386,22 +770,6 @@ bool runs_user_code() noexcept {
   if constexpr (own_traits<T>::value) return traits<T>::runs_user_code();
   else return true;
 }
-
-/// The type in which a lambda's result is stored. Text views become std::string.
-template <class T>
-struct stored {
-  using type = std::decay_t<T>;
-};
-template <>
-struct stored<const char*> {
-  using type = std::string;
-};
-template <>
-struct stored<std::string_view> {
-  using type = std::string;
-};
-template <class T>
-using stored_t = typename stored<std::decay_t<T>>::type;
 }  // namespace detail
 
 }  // namespace lrt::rdf

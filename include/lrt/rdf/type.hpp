@@ -71,19 +71,20 @@ struct FieldType {
   std::string predicate;     ///< absolute IRI, or "#name" resolved against the Blueprint that documents it
   const Type* type = nullptr;
   Facets facets;
+  bool read_only = false;    ///< values of the record cannot be decoded
 };
 
 /// Describes the values of a C++ type for every representation. Made by rdf::traits<T>::type().
 struct Type {
-  enum class Kind : std::uint8_t { boolean, integer, real, text, enumeration, duration, instant, list, optional, record };
+  enum class Kind : std::uint8_t { boolean, integer, real, text, enumeration, duration, instant, list, optional, record, map };
 
   Kind kind = Kind::text;
-  Iri datatype;                          ///< of the literal; empty for list, optional and record
+  Iri datatype;                          ///< of the literal; empty for list, optional, record and map
   std::int64_t lowest = 0;               ///< integer: range of the C++ type
   std::uint64_t highest = 0;
   bool single = false;                   ///< real: float, not double
   std::vector<std::string> names;        ///< enumeration: names in the given order
-  const Type* element = nullptr;         ///< list, optional: type of the members or of the value
+  const Type* element = nullptr;         ///< list, optional, map: type of the members or of the value
   std::size_t shortest = 0;              ///< list: minimum number of members
   std::size_t longest = std::numeric_limits<std::size_t>::max();
   std::vector<std::string> classes;      ///< record: its rdf:types

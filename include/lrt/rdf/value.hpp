@@ -6,13 +6,16 @@
 #include <variant>
 #include <vector>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt::rdf {
 
 /// The common form of values between C++ and all representations: rdf::traits<T> converts a T to it, every codec reads and writes it. A Type
 /// describes its structure; a Value does not contain its datatype.
 ///
 /// null: an absent optional. boolean. integer: int64, or uint64 above its range; durations and instants in nanoseconds. real: float and
-/// double. text: strings and names of enumerators. sequence: lists, and records in the order of their fields.
+/// double. text: strings and names of enumerators. sequence: lists, records in the order of their fields, and maps as
+/// sequences of two, the name and the value, in the order of the names.
 class Value {
  public:
   using Sequence = std::vector<Value>;

@@ -17,8 +17,9 @@ namespace lrt::rdf {
 /// - a number is `a maths:Scalar; vom:numericalValue n` with its unit as vom:unit and qudt:unit,
 /// - another scalar or a list is the object of rdf:value,
 /// - a record is its classes and fields, with one unit for all of them.
-/// As the object of a field a scalar is a literal (with a unit: a node as above), a list an rdf:List, a record a blank node. An absent
-/// optional has no triple.
+/// As the object of a field a scalar is a literal (with a unit: a node as above), a list an rdf:List, a record a blank node, a map an rdf:List
+/// of nodes `a schema:PropertyValue; schema:name "left"; schema:value 1`. An absent optional has no triple. An optional record that is present
+/// without any field is `a rdfs:Resource` at the focus node.
 
 /// Adds the triples of `value` to `graph` at `focus`.
 /// @param names_base  absolute IRI, the base of "#name" predicates

@@ -28,6 +28,7 @@ LRT_TERM(rdfs, seeAlso);
 LRT_TERM(rdfs, isDefinedBy);
 LRT_TERM(rdfs, subClassOf);
 LRT_TERM(rdfs, Class);
+LRT_TERM(rdfs, Resource);
 }  // namespace rdfs
 
 #define LRT_VOCAB_xsd "http://www.w3.org/2001/XMLSchema#"
@@ -56,6 +57,7 @@ LRT_TERM(xsd, anyURI);
 #define LRT_VOCAB_dcterms "http://purl.org/dc/terms/"
 namespace dcterms {
 LRT_TERM(dcterms, title);
+LRT_TERM(dcterms, type);
 LRT_TERM(dcterms, description);
 LRT_TERM(dcterms, identifier);
 LRT_TERM(dcterms, modified);
@@ -85,6 +87,13 @@ LRT_TERM(ldp, constrainedBy);
 LRT_TERM(ldp, PreferMinimalContainer);
 LRT_TERM(ldp, PreferContainment);
 }  // namespace ldp
+
+#define LRT_VOCAB_schema "http://schema.org/"
+namespace schema {
+LRT_TERM(schema, PropertyValue);
+LRT_TERM(schema, name);
+LRT_TERM(schema, value);
+}  // namespace schema
 
 #define LRT_VOCAB_prov "http://www.w3.org/ns/prov#"
 namespace prov {
@@ -382,6 +391,7 @@ LRT_TERM(lrt, bigEndian);
 #undef LRT_VOCAB_dcterms
 #undef LRT_VOCAB_dcat
 #undef LRT_VOCAB_ldp
+#undef LRT_VOCAB_schema
 #undef LRT_VOCAB_prov
 #undef LRT_VOCAB_sh
 #undef LRT_VOCAB_qudt

@@ -27,6 +27,8 @@ class PropertyPath {
   bool empty() const noexcept { return !plan_ && !predicate_; }
   /// As a SPARQL 1.1 property path with the default prefixes: "vom:numericalValue", "^ex:part/(ex:a|ex:b)*".
   std::string to_string() const;
+  /// The predicate of a path that is one predicate.
+  std::optional<rdf::Term> predicate() const;
   /// Adds the path to a graph in the syntax of SHACL: an IRI, or new blank nodes. @pre !empty()
   rdf::TermId write(rdf::Graph& graph) const;
 

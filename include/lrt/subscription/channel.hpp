@@ -2,6 +2,8 @@
 
 #include <cstdint>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt::subscription {
 
 /// Identifies the connection or callback of one subscriber. Never 0; a server never uses a value twice.

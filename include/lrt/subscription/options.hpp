@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt::subscription {
 
 /// Web callbacks: allowed receivers, limits, times and retries.

@@ -121,7 +121,9 @@ void InvocationResource::set_observed(bool observed, ChangeScanner& scanner) {
 // ---------------------------------------------------------------------------------------------------------------- Action
 
 ActionResource::ActionResource(std::string its_path, ThingNode* its_thing, std::shared_ptr<model::ActionSpec> s)
-    : Resource(std::move(its_path), its_thing), spec(std::move(s)), invocation_type(invocation_record(*spec)) {}
+    : Resource(std::move(its_path), its_thing, (its_thing->self.path + "/actions").size()),
+      spec(std::move(s)),
+      invocation_type(invocation_record(*spec)) {}
 ActionResource::~ActionResource() = default;
 
 Methods ActionResource::methods() const noexcept {
@@ -178,6 +180,15 @@ void ActionResource::overview(Overview& o) const {
   o.begin_array("invocations");
   for (const auto& i : invocations) o.link({}, *i);
   o.end_array();
+}
+
+std::string ActionResource::shape_name(std::string_view what) const {
+  return thing->shape_name("actions", "/" + spec->path + "/" + std::string(what));
+}
+
+void ActionResource::path_changed() {
+  mark_changed();
+  for (const auto& i : invocations) i->mark_changed();
 }
 
 void ActionResource::link_related(http::LinkWriter& links, const std::string& base) const {

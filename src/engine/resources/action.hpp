@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <lrt/base/result.hpp>
@@ -50,7 +51,6 @@ class InvocationResource final : public Resource {
   bool is_urgent() const noexcept override { return true; }
   void set_observed(bool observed, ChangeScanner& scanner) override;
   bool has_final_state() const noexcept override { return true; }
-  bool survives_restart() const noexcept override { return false; }
 
   bool finished() const noexcept { return status >= Status::succeeded; }
 
@@ -75,8 +75,8 @@ class ActionResource final : public Resource {
   Methods methods() const noexcept override;
   /// POST invokes.
   Outcome post(Context& context, Parts& parts) override;
-  std::string input_shape() const override { return "actions/" + spec->path + "/input"; }
-  std::string output_shape() const { return "actions/" + spec->path + "/output"; }
+  std::string input_shape() const override { return shape_name("input"); }
+  std::string output_shape() const { return shape_name("output"); }
   bool takes_plain_values() const noexcept override { return true; }
 
   void describe(const Description& d) const override;
@@ -88,12 +88,17 @@ class ActionResource final : public Resource {
   void link_related(http::LinkWriter& links, const std::string& base) const override;
   bool observable() const noexcept override { return true; }
   bool is_urgent() const noexcept override { return true; }
+  void path_changed() override;
+  Iri saved_type() const noexcept override { return vocab::hybrit::Action; }
 
   const std::shared_ptr<model::ActionSpec> spec;
   const rdf::Type invocation_type;                             ///< of its invocations as records
   std::list<std::unique_ptr<InvocationResource>> invocations;  ///< oldest first
   std::deque<InvocationResource*> queue;                       ///< pending ones that wait for their turn
   std::size_t active = 0;                                      ///< handed to the host and not ended
+
+ private:
+  std::string shape_name(std::string_view what) const;
 };
 
 }  // namespace lrt::engine

@@ -8,6 +8,7 @@
 #include "src/engine/bases.hpp"
 #include "src/engine/description.hpp"
 #include "src/engine/overview.hpp"
+#include "src/engine/registration.hpp"
 #include "src/engine/resources/action.hpp"
 #include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/property.hpp"
@@ -121,6 +122,14 @@ void BlueprintResource::overview(Overview& o) const {
 
 void BlueprintResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const {
   thing->state.for_each_property(visit);
+}
+
+/// Names and shapes are resolved against its path, so what was made with them is made again.
+void BlueprintResource::path_changed() {
+  thing->compiled_shapes.clear();
+  if (Result<rdf::Graph> shapes = read_shapes(*thing->spec, path))
+    thing->user_shapes = *std::move(shapes);  // the texts were judged before
+  for (Resource* r : thing->resources()) r->mark_changed();
 }
 
 Result<const shacl::Shapes*> compiled_shapes(ThingNode& thing, std::size_t base, const EngineView& engine) {

@@ -23,6 +23,7 @@ class BlueprintResource final : public Resource {
   std::string described_by(const std::string&) const override { return {}; }
   Reads reads() const noexcept override { return Reads::known_values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
+  void path_changed() override;
 };
 
 /// The shape of values under a name: the user's, taken literally, or the one that the type implies.

@@ -37,7 +37,7 @@ Methods MemberResource::methods() const noexcept {
 Outcome MemberResource::remove(Context& context, Parts& parts) {
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
   if (removing_) return parts.responses.problem(context, 409, "the member is being removed already");
-  const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out());
+  const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out(), thing->where(*collection.spec));
   if (!ticket) return parts.responses.overloaded(context);
   removing_ = true;
   auto token = parts.calls.call<void>(
@@ -105,7 +105,7 @@ Outcome CollectionResource::post(Context& context, Parts& parts) {
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
   if (members_.size() + creating_ >= spec->max_members)
     return parts.responses.problem(context, 409, "the collection is full with " + std::to_string(spec->max_members) + " members");
-  const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out());
+  const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out(), thing->where(*spec));
   if (!ticket) return parts.responses.overloaded(context);
   ++creating_;
   const std::string new_id = parts.options.ids->next();

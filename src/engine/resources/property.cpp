@@ -114,7 +114,7 @@ void PropertyResource::mark_changed() {
 Outcome PropertyResource::put(Context& context, Parts& parts) {
   auto read = parts.bodies.read_value(context, *spec->type, spec->facets);
   if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
-  const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out());
+  const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out(), thing->where(*spec));
   if (!ticket) return parts.responses.overloaded(context);
   if (writes_.size() > 64) {  // most of their clients got 503 meanwhile; the first may be under way
     const auto is_over = [&](const Write& w) { return !parts.pending.is_pending(w.ticket); };

@@ -36,6 +36,7 @@ class PropertyResource final : public Resource {
   bool fits_rdf(std::size_t max_values) const override { return only_octets || fits(value, max_values); }
   std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
   bool has_fixed_links() const noexcept override { return true; }
+  Iri saved_type() const noexcept override { return vocab::hybrit::Property; }
 
   Reads reads() const noexcept override { return Reads::values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;

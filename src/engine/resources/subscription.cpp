@@ -124,6 +124,8 @@ Methods SubscriptionsResource::methods() const noexcept {
 
 Outcome SubscriptionsResource::post(Context& context, Parts& parts) { return parts.subscriptions.create(context); }
 
+std::string SubscriptionsResource::input_shape() const { return thing->shape_name("subscriptions"); }
+
 void SubscriptionsResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
   describe_types(about);

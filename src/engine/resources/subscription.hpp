@@ -90,7 +90,7 @@ class SubscriptionsResource final : public Resource {
   Methods methods() const noexcept override;
   /// POST of a description creates a callback subscription (SPEC 3.5).
   Outcome post(Context& context, Parts& parts) override;
-  std::string input_shape() const override { return "subscriptions"; }
+  std::string input_shape() const override;
   void describe(const Description& d) const override;
   void describe_types(About& about) const override;
   std::string_view kind() const noexcept override { return "subscriptions"; }

@@ -46,7 +46,7 @@ void ThingResource::describe(const Description& d) const {
   for (const ThingNode* child : node.children) describe_types_of(child->self, d);
   for (const Statement& s : spec.statements) {
     if (s.object.kind() != Object::Kind::resource) continue;
-    const Result<std::string> linked_path = model::encode_path(s.object.text());
+    const Result<std::string> linked_path = model::encode_path_from_root(s.object.text());
     if (const Resource* linked = linked_path ? d.engine.registry.find("/" + *linked_path) : nullptr) describe_types_of(*linked, d);
   }
 }
@@ -143,15 +143,25 @@ ThingNode::ThingNode(std::unique_ptr<model::ThingSpec> s)
     : spec(std::move(s)),
       state_type(record_of(spec->properties)),
       self("/" + spec->path, this),
-      state(self.path + "/state", this),
-      blueprint(self.path + "/blueprint", this),
-      subscriptions(self.path + "/subscriptions", this) {
+      state(self.path + "/state", this, (self.path + "/state").size()),
+      blueprint(self.path + "/blueprint", this, (self.path + "/blueprint").size()),
+      subscriptions(self.path + "/subscriptions", this, (self.path + "/subscriptions").size()) {
   for (const auto& p : spec->properties) properties.push_back(std::make_unique<PropertyResource>(self.path + "/" + p->path, this, p));
   for (const auto& a : spec->actions) actions.push_back(std::make_unique<ActionResource>(self.path + "/actions/" + a->path, this, a));
   for (const auto& c : spec->collections) collections.push_back(std::make_unique<CollectionResource>(self.path + "/" + c->path, this, c));
 }
 
 ThingNode::~ThingNode() = default;
+
+std::string ThingNode::shape_name(std::string name, std::string_view rest) const {
+  const auto is_users = [&](const auto& r) {
+    return r->path.size() == name.size() + rest.size() && r->path == name + std::string(rest);
+  };
+  while (std::any_of(spec->properties.begin(), spec->properties.end(), is_users) ||
+         std::any_of(spec->collections.begin(), spec->collections.end(), is_users))
+    name += name_aside;
+  return name.append(rest);
+}
 
 std::vector<Resource*> ThingNode::resources() {
   std::vector<Resource*> all = {&self, &state, &blueprint, &subscriptions};

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <lrt/model/detail/spec.hpp>
@@ -32,6 +33,7 @@ class ThingResource final : public Resource {
   void overview(Overview& o) const override;
   void link_related(http::LinkWriter& links, const std::string& base) const override;
   std::string up() const override;
+  Iri saved_type() const noexcept override { return vocab::hybrit::RoboticThing; }
   bool observable() const noexcept override { return true; }
 };
 
@@ -46,6 +48,7 @@ class StateResource final : public Resource {
   std::optional<PlainValue> plain_value() const override;
   bool fits_rdf(std::size_t max_values) const override;
   std::uint64_t state(std::uint64_t structure) const noexcept override;
+  Iri saved_type() const noexcept override { return vocab::lrt::state; }
   void link_related(http::LinkWriter& links, const std::string& base) const override;
   Reads reads() const noexcept override { return Reads::values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
@@ -65,6 +68,8 @@ struct ThingNode {
   std::string blueprint_iri(const std::string& base) const { return spec->blueprint.empty() ? names_base(base) : spec->blueprint; }
   /// Where the lambdas of one of its resources run.
   Dispatch where(const model::ResourceSpec& resource) const noexcept { return resource.dispatch.value_or(spec->dispatch); }
+  /// The name of a shape that is not that of a property or collection of the user: "actions" + "/turn/input", "actions-lrt" + "/turn/input".
+  std::string shape_name(std::string name, std::string_view rest = {}) const;
   /// All its resources that have been there since its registration.
   std::vector<Resource*> resources();
 

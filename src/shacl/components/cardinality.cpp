@@ -22,8 +22,11 @@ class MinCount final : public Constraint {
   void check(Run& run, const Scene& scene) const override {
     if (scene.size() >= min_) return;
     run.violation(scene, *this, std::nullopt, [&] {
-      return "expected at least " + counted(min_, "value", "values") + ", found " +
-             (scene.size() == 0 ? "none" : std::to_string(scene.size()));
+      if (std::string text = list_violation(run, scene); !text.empty()) return text;
+      const std::string words = expectation(run.plan(), scene.shape.id), name = for_name(run.plan(), scene.shape.id);
+      const bool one = min_ == 1 && !(words.empty() && name.empty());
+      return "expected " + (one ? (words.empty() ? "a value" : words) : "at least " + counted(min_, "value", "values")) + name +
+             ", found " + (scene.size() == 0 ? "none" : std::to_string(scene.size()));
     });
   }
 
@@ -42,9 +45,10 @@ class MaxCount final : public Constraint {
   void check(Run& run, const Scene& scene) const override {
     if (static_cast<std::int64_t>(scene.size()) <= max_) return;
     run.violation(scene, *this, std::nullopt, [&] {
+      if (std::string text = list_violation(run, scene); !text.empty()) return text;
       return (max_ <= 0 ? "expected no value"
-                         : "expected at most " + counted(static_cast<std::size_t>(max_), "value", "values")) +
-             ", found " + std::to_string(scene.size());
+                        : "expected at most " + counted(static_cast<std::size_t>(max_), "value", "values")) +
+             for_name(run.plan(), scene.shape.id) + ", found " + std::to_string(scene.size());
     });
   }
 

@@ -89,22 +89,42 @@ class Or final : public Several {
         if (some || run.done()) break;
       }
       if (some) continue;
-      run.violation(scene, *this, node,
-                    [&] { return "expected " + alternatives(run.plan()) + ", found " + shown(run.term(node)); });
+      run.violation(scene, *this, node, [&] { return message(run, scene, node); });
     }
   }
 
  private:
-  /// The datatypes, if each shape has only a datatype; else the number of shapes.
-  std::string alternatives(const Plan& plan) const {
-    constexpr std::size_t max_shown = 4;
+  static constexpr std::size_t max_shown = 4;
+
+  std::string message(Run& run, const Scene& scene, Node node) const {
+    if (std::string text = list_violation(run, scene); !text.empty()) return text;
+    const std::string datatypes = alternative_datatypes(run.plan());
+    if (datatypes.empty()) return reasons(run, node);
+    const std::string words = expectation(run.plan(), scene.shape.id);
+    return words.empty() ? "expected " + datatypes + ", found " + shown(run.term(node))
+                         : "expected " + words + ", found " + shown_value(run.term(node));
+  }
+  /// Empty: some shape has no datatype.
+  std::string alternative_datatypes(const Plan& plan) const {
     std::string text = "one of";
     for (std::size_t i = 0; i < shapes_.size(); ++i) {
       const auto datatype = plan.graph.object(plan.graph.term(plan.shapes[shapes_[i]].id), sh::datatype);
-      if (!datatype) return "what conforms to one of " + std::to_string(shapes_.size()) + " shapes";
+      if (!datatype) return {};
       if (i < max_shown) text += (i == 0 ? " " : ", ") + shown(*datatype);
     }
     return text + (shapes_.size() > max_shown ? ", ..." : "");
+  }
+  /// What is wrong with the value by each alternative.
+  std::string reasons(Run& run, Node node) const {
+    std::string text;
+    for (std::size_t i = 0; i < shapes_.size() && i < max_shown; ++i) {
+      const std::string reason = run.reason(node, shapes_[i]);
+      const bool excludes_value = reason.rfind("expected no value", 0) == 0;  // of no use to a client that gave one
+      if (!reason.empty() && !excludes_value) text += (text.empty() ? "" : "; or ") + reason;
+    }
+    if (text.empty())
+      text = "expected what conforms to one of " + std::to_string(shapes_.size()) + " shapes, found " + shown(run.term(node));
+    return text + (shapes_.size() > max_shown ? "; or ..." : "");
   }
 };
 

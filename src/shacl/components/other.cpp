@@ -64,8 +64,10 @@ class HasValue final : public Constraint {
     const Node wanted = run.node_of(wanted_);
     for (std::size_t i = scene.begin; i < scene.end; ++i)
       if (run.node(i) == wanted) return;
-    run.violation(scene, *this, std::nullopt,
-                  [&] { return "expected the value " + shown(run.plan().graph.term(wanted_)) + ", found no such value"; });
+    run.violation(scene, *this, std::nullopt, [&] {
+      std::string text = list_violation(run, scene);
+      return text.empty() ? "expected the value " + shown(run.plan().graph.term(wanted_)) + ", found no such value" : text;
+    });
   }
 
  private:
@@ -86,14 +88,8 @@ class In final : public Constraint {
       const Node node = run.node(i);
       run.step(members_.size() / 8);
       if (std::any_of(members_.begin(), members_.end(), [&](Constant c) { return run.node_of(c) == node; })) continue;
-      run.violation(scene, *this, node, [&] {
-        constexpr std::size_t max_shown = 8;
-        std::string text = members_.size() == 1 ? "expected" : "expected one of";
-        for (std::size_t m = 0; m < members_.size() && m < max_shown; ++m)
-          text += (m == 0 ? " " : ", ") + shown(run.plan().graph.term(members_[m]));
-        if (members_.size() > max_shown) text += ", ...";
-        return text + (members_.empty() ? " none" : "") + ", found " + shown(run.term(node));
-      });
+      run.violation(scene, *this, node,
+                    [&] { return "expected " + one_of(run.plan(), members_) + ", found " + shown(run.term(node)); });
     }
   }
 

@@ -5,6 +5,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/shacl/components/all.hpp"
+#include "src/shacl/derived_patterns.hpp"
 #include "src/shacl/regex.hpp"
 #include "src/shacl/run.hpp"
 #include "src/shacl/messages.hpp"
@@ -99,6 +100,9 @@ class Pattern final : public Constraint {
       }
       if (outcome == Regex::Outcome::match) continue;
       run.violation(scene, *this, node, [&] {
+        const bool is_derived = text_ == day_time_pattern || text_ == zone_pattern;
+        const std::string words = is_derived ? expectation(run.plan(), scene.shape.id) : std::string();
+        if (!words.empty()) return "expected " + words + ", found " + shown_value(term);
         return "expected a text that matches " + shown(rdf::literal(text_)) + ", found " + shown(term) +
                (outcome == Regex::Outcome::undecided ? ", which the matcher could not decide within its limits" : "");
       });

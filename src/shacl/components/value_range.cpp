@@ -1,5 +1,9 @@
 // SHACL 4.3 Value Range Constraint Components
 
+#include <cmath>
+#include <limits>
+
+#include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/shacl/components/all.hpp"
@@ -21,8 +25,8 @@ class Range : public Constraint {
       const Order order = compare(Comparable(term), bound_.comparable);
       if (order == strict_ || (inclusive_ && order == Order::equal)) continue;
       run.violation(scene, *this, node, [&] {
-        return "expected a value " + std::string(expected_) + " " + shown(bound_.term) + ", found " + shown(term) +
-               (order == Order::unordered && term.is_literal() ? ", which cannot be compared with it" : "");
+        return "expected " + (order == Order::unordered ? unordered(run.plan(), scene, term) : ordered(term)) + ", found " +
+               shown_value(term);
       });
     }
   }
@@ -39,6 +43,27 @@ class Range : public Constraint {
   }
 
  private:
+  std::string ordered(const rdf::TermView& found) const {
+    if (!is_largest_finite()) return std::string(expected_) + " " + shown_value(bound_.term);
+    const auto number = rdf::lexical::parse_double(found.text);
+    return number && std::isfinite(*number) ? "a number that a float of 32 bits can hold" : "a finite number";
+  }
+  /// What is expected of a value that has no order with the bound.
+  std::string unordered(const Plan& plan, const Scene& scene, const rdf::TermView& found) const {
+    if (is_number(found)) return "a finite number";  // NaN
+    const std::string words = expectation(plan, scene.shape.id);
+    if (is_number(bound_.term.view())) return words == "an integer" ? words : "a number";
+    return words.rfind("a date", 0) == 0 ? words : "a value that can be compared with " + shown(bound_.term);
+  }
+  /// The bound stands for "finite" in a shape that a type of C++ implies.
+  bool is_largest_finite() const noexcept {
+    const rdf::TermView term = bound_.term.view();
+    if (term.datatype == vocab::xsd::double_.text)
+      return std::abs(rdf::lexical::parse_double(term.text).value_or(0)) == std::numeric_limits<double>::max();
+    return term.datatype == vocab::xsd::float_.text &&
+           std::abs(rdf::lexical::parse_float(term.text).value_or(0)) == std::numeric_limits<float>::max();
+  }
+
   struct Bound {  // owns the text that the comparable refers to
     explicit Bound(const rdf::TermView& view) : term(view), comparable(term.view()) {}
     rdf::Term term;
@@ -55,7 +80,7 @@ class MinExclusive final : public Range {
  public:
   static void build(Compiler& c, const Draft& shape) { build_as<MinExclusive>(c, shape, sh::minExclusive); }
   explicit MinExclusive(const rdf::TermView& bound)
-      : Range(sh::MinExclusiveConstraintComponent, bound, Order::greater, false, "above") {}
+      : Range(sh::MinExclusiveConstraintComponent, bound, Order::greater, false, "more than") {}
 };
 
 /// SHACL 4.3.2 sh:minInclusive: every value node is greater or equal.
@@ -63,7 +88,7 @@ class MinInclusive final : public Range {
  public:
   static void build(Compiler& c, const Draft& shape) { build_as<MinInclusive>(c, shape, sh::minInclusive); }
   explicit MinInclusive(const rdf::TermView& bound)
-      : Range(sh::MinInclusiveConstraintComponent, bound, Order::greater, true, "of at least") {}
+      : Range(sh::MinInclusiveConstraintComponent, bound, Order::greater, true, "at least") {}
 };
 
 /// SHACL 4.3.3 sh:maxExclusive: every value node is less.
@@ -71,7 +96,7 @@ class MaxExclusive final : public Range {
  public:
   static void build(Compiler& c, const Draft& shape) { build_as<MaxExclusive>(c, shape, sh::maxExclusive); }
   explicit MaxExclusive(const rdf::TermView& bound)
-      : Range(sh::MaxExclusiveConstraintComponent, bound, Order::less, false, "below") {}
+      : Range(sh::MaxExclusiveConstraintComponent, bound, Order::less, false, "less than") {}
 };
 
 /// SHACL 4.3.4 sh:maxInclusive: every value node is less or equal.
@@ -79,7 +104,7 @@ class MaxInclusive final : public Range {
  public:
   static void build(Compiler& c, const Draft& shape) { build_as<MaxInclusive>(c, shape, sh::maxInclusive); }
   explicit MaxInclusive(const rdf::TermView& bound)
-      : Range(sh::MaxInclusiveConstraintComponent, bound, Order::less, true, "of at most") {}
+      : Range(sh::MaxInclusiveConstraintComponent, bound, Order::less, true, "at most") {}
 };
 
 }  // namespace

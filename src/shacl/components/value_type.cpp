@@ -51,6 +51,8 @@ class Datatype final : public Constraint {
       const bool typed = term.is_literal() && term.datatype == iri_;
       if (typed && rdf::lexical::is_well_formed(term.text, known_)) continue;
       run.violation(scene, *this, node, [&] {
+        const std::string words = expectation(run.plan(), scene.shape.id);
+        if (!words.empty()) return "expected " + words + ", found " + (typed ? shown_value(term) : shown(term));
         return "expected a " + std::string(typed ? "well-formed " : "") + shown(Iri(std::string_view(iri_))) + ", found " +
                shown(term);
       });
@@ -90,7 +92,12 @@ class NodeKind final : public Constraint {
       const rdf::TermView term = run.term(node);
       const unsigned kind = term.is_iri() ? iri : term.is_blank() ? blank : literal;
       if ((allowed_ & kind) != 0) continue;
-      run.violation(scene, *this, node, [&] { return "expected " + std::string(expected_) + ", found " + shown(term); });
+      run.violation(scene, *this, node, [&] {
+        std::string words = allowed_ == (blank | iri) ? expectation(run.plan(), scene.shape.id) : std::string();
+        if (words == "a number" || words == "an integer") words += " with its unit, as a node with vom:numericalValue";
+        return "expected " + (words.empty() ? std::string(expected_) : words) + ", found " +
+               (words.empty() ? shown(term) : shown_value(term));
+      });
     }
   }
 

@@ -136,8 +136,10 @@ struct ThingSpec {
 };
 
 /// Percent-encodes each segment of a path.
-/// @par Errors  expected_iri: empty, an empty segment, "." or ".."
+/// @par Errors  expected_iri: empty, an empty segment, "." or ".."; the message says what to write
 Result<std::string> encode_path(std::string_view path);
+/// The same of a path below the server's root, which may begin with a '/'.
+Result<std::string> encode_path_from_root(std::string_view path);
 
 }  // namespace model
 }  // namespace lrt

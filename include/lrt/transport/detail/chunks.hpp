@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/language.hpp>
+
 namespace lrt::transport {
 
 /// Takes a chunked body apart (RFC 9112 7.1), fed in pieces of any size. Stricter than the grammar where parsers are known to

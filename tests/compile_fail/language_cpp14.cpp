@@ -1,0 +1,5 @@
+// expect: lrt needs C\+\+17
+// flags: -std=c++14
+#include <lrt/lrt.hpp>
+
+int main() {}

@@ -1,0 +1,5 @@
+// expect: lrt needs exceptions
+// flags: -fno-exceptions
+#include <lrt/lrt.hpp>
+
+int main() {}

@@ -1,0 +1,5 @@
+// expect: lrt needs exceptions
+// flags: -fno-exceptions
+#include <lrt/base/result.hpp>
+
+int main() {}
