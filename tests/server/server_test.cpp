@@ -15,6 +15,7 @@
 #include <lrt/transport/loopback.hpp>
 #include <lrt/transport/named.hpp>
 
+#include "src/server/listen_addresses.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
@@ -118,6 +119,48 @@ TEST_CASE("any loopback address will do", "[server][R0.2]") {
   six.listen.address = "::1";
   if (const Result<Server> server = Server::create(std::move(six))) CHECK(server->url() == "http://[::1]:" + std::to_string(server->port()) + "/");
   else CHECK(server.error().code == Errc::io_error);  // a machine without IPv6
+}
+
+TEST_CASE("the address may be a host name, which requests may name", "[server][R0.2]") {
+  for (const std::string_view transport : transport::names()) {
+    CAPTURE(transport);
+    Options options = any_port();
+    options.listen.address = "LocalHost";
+    options.listen.transport = [&](transport::TransportOptions t) {
+      CHECK(t.address == "127.0.0.1");
+      return transport::make_named(transport, std::move(t));
+    };
+    Server server = make(std::move(options));
+    const std::string port = std::to_string(server.port());
+    CHECK(server.url() == "http://LocalHost:" + port + "/");
+    for (const std::string host : {"localhost:", "LOCALHOST:", "127.0.0.1:"}) {
+      const Answer root = Socket(server.port()).ask("GET /\nHost: " + host + port);
+      CHECK(root.status == 200);
+    }
+    CHECK(Socket(server.port()).ask("GET /\nHost: robot.local:" + port).status == 421);
+  }
+}
+
+TEST_CASE("a host name is resolved once: IPv4 first, and what does not resolve is one error", "[server][R0.2]") {
+  CHECK(listen_addresses("::1").value() == std::vector<std::string>{"::1"});
+  CHECK(listen_addresses("192.0.2.1").value() == std::vector<std::string>{"192.0.2.1"});
+  CHECK(listen_addresses("localhost").value().front() == "127.0.0.1");
+  Options options = any_port();
+  options.listen.address = "robot.invalid";  // RFC 6761 6.4: it never resolves
+  const Result<Server> server = Server::create(options);
+  REQUIRE_FALSE(server);
+  CHECK(server.error().code == Errc::invalid_option);
+  CHECK(server.error().message.find("listen.address: expected a numeric address or a host name that resolves, found \"robot.invalid\"") == 0);
+  options.listen.address = "127.0.0.1.robot.invalid";  // not a loopback address
+  CHECK(Server::create(options).error().code == Errc::invalid_option);
+}
+
+TEST_CASE("a port that another server has is not taken on another address of the name", "[server][R0.2]") {
+  Server first = make();
+  Options options = any_port();
+  options.listen.address = "localhost";
+  options.listen.port = first.port();
+  CHECK(Server::create(std::move(options)).error().code == Errc::address_in_use);
 }
 
 TEST_CASE("with its own thread pushed and static resources are served though the host never polls", "[server][R0.4]") {

@@ -100,7 +100,8 @@ class Engine final : public Handler {
   Result<void> remove(std::string_view path);
 
   /// Where the server listens, for the base of representations and the hosts that are accepted.
-  void listens_on(std::string_view address, std::uint16_t port, bool secure = false);
+  /// @param name  the host name that has given the numeric address; empty: none
+  void listens_on(std::string_view address, std::uint16_t port, bool secure = false, std::string_view name = {});
   /// Called when a job or Responder has left something for next_reply().
   void set_waker(std::shared_ptr<Waker> waker);
 
