@@ -221,7 +221,7 @@ class Client {
       const lrt::rdf::Graph graph = graph_of(at);
       for (const lrt::Iri part : {lrt::vocab::ldp::contains, lrt::vocab::dcterms::hasPart})
         for (const auto& child : graph.objects(lrt::rdf::iri(at), part)) open.emplace_back(child.text);
-      const auto state = graph.object(lrt::rdf::iri(at), lrt::vocab::lrt::state);
+      const auto state = graph.object(lrt::rdf::iri(at), lrt::vocab::lrt_::state);
       if (!state) continue;
       const auto shapes = lrt::shacl::Shapes::compile(graph_of(at + "/blueprint")).value();
       const auto report = lrt::shacl::validate(shapes, graph_of(std::string(state->text))).value();

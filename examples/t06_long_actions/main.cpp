@@ -43,7 +43,8 @@ int main() {
                 done.on_cancel([&] { target = position; });  // before a later command starts, which preempts this one
                 move = std::move(done);
               })
-      .consumes(lrt::rdf::Facets{}.unit(lrt::unit::millimetre).between(0, 1'000'000))
+      .unit(lrt::unit::millimetre)
+      .between(0, 1'000'000)
       .policy(lrt::ActionPolicy::preempt());  // others: queue(n), reject(), parallel(n)
 
   axis.action("grip", [&](lrt::Responder done) {

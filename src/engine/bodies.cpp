@@ -41,7 +41,7 @@ std::vector<rdf::TermId> focus_nodes(const rdf::Graph& graph, const std::string&
   const auto self = graph.find(rdf::iri(here));
   if (self && !graph.match(*self, std::nullopt, std::nullopt).empty()) return {*self};
   const Iri wanted = rdf::target_class(type);
-  const auto predicate = graph.find(wanted.empty() ? vocab::rdf::value : vocab::rdf::type);
+  const auto predicate = graph.find(wanted.empty() ? vocab::rdf_::value : vocab::rdf_::type);
   const auto object = wanted.empty() ? std::optional<rdf::TermId>() : graph.find(wanted);
   std::vector<rdf::TermId> found;
   if (!predicate || (!wanted.empty() && !object)) return found;

@@ -34,7 +34,7 @@ struct Acting {
     const Answer a = bench.get("/arm/actions/act/" + id);
     if (a.status != 200) return std::to_string(a.status);
     const rdf::Graph graph = a.graph();
-    const auto s = graph.object(rdf::iri("http://localhost/arm/actions/act/" + id), vocab::lrt::status);
+    const auto s = graph.object(rdf::iri("http://localhost/arm/actions/act/" + id), vocab::lrt_::status);
     return s ? std::string(s->text.substr(s->text.find('#') + 1)) : "none";
   }
   std::vector<Responder> open;
@@ -564,7 +564,7 @@ TEST_CASE("an action invoked 10,000 times keeps the newest finished invocations 
   bench.add(std::move(thing));
   for (int i = 0; i < 10'000; ++i) REQUIRE(bench.ask("POST /arm/actions/act").status == 204);
   CHECK(calls == 10'000);
-  CHECK(bench.get("/arm/actions/act").graph().objects(rdf::iri("http://localhost/arm/actions/act"), vocab::lrt::invocation).size() == 32);
+  CHECK(bench.get("/arm/actions/act").graph().objects(rdf::iri("http://localhost/arm/actions/act"), vocab::lrt_::invocation).size() == 32);
   CHECK(bench.get("/arm/actions/act/i10000").status == 200);
   CHECK(bench.get("/arm/actions/act/i9969").status == 200);
   CHECK(bench.get("/arm/actions/act/i9968").status == 404);

@@ -413,7 +413,7 @@ TEST_CASE("values published by another thread are read whole and in order", "[en
   for (int i = 0; i < 300; ++i) {
     const Answer a = bench.get("/arm/p");
     const rdf::Graph graph = a.graph();
-    const auto list = graph.list(*graph.object(*graph.find(rdf::iri("http://localhost/arm/p")), *graph.find(vocab::rdf::value)));
+    const auto list = graph.list(*graph.object(*graph.find(rdf::iri("http://localhost/arm/p")), *graph.find(vocab::rdf_::value)));
     REQUIRE(list);
     REQUIRE(list->size() == 4);
     for (const rdf::TermId id : *list) CHECK(id == list->front());
