@@ -129,6 +129,8 @@ std::variant<Bodies::Body, http::Response> Bodies::read(const Context& context, 
 }
 
 std::variant<rdf::Value, http::Response> Bodies::read_value(const Context& context, const rdf::Type& type, const rdf::Facets& facets) const {
+  // An empty body is no value, whatever its header fields say of it.
+  if (type.kind == rdf::Type::Kind::optional && context.request().body.empty()) return rdf::Value();
   auto body = read(context, &type, facets);
   if (auto* response = std::get_if<http::Response>(&body)) return std::move(*response);
   const rdf::Graph& graph = std::get<Body>(body).graph;

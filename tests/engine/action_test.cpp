@@ -111,6 +111,31 @@ TEST_CASE("an action without input takes an empty body whatever its header field
   CHECK(robot.homed == 9);
 }
 
+TEST_CASE("an optional input is absent if the body is empty, whatever its header fields say", "[engine][R0.5]") {
+  Bench bench;
+  std::optional<double> speed;
+  int calls = 0;
+  Thing thing{"arm"};
+  thing.action("home", [&](std::optional<double> given) {
+    speed = given;
+    ++calls;
+  });
+  bench.add(std::move(thing));
+  const auto home = [&](const std::string& rest) { return bench.ask("POST /arm/actions/home" + rest).status; };
+  CHECK(home("\nContent-Type: application/json\n\n2.5") == 204);
+  CHECK(speed == 2.5);
+  for (const char* type : {"", "\nContent-Type: application/json", "\nContent-Type: application/x-www-form-urlencoded", "\nContent-Type: ;",
+                           "\nContent-Type: text/turtle", "\nContent-Type: text/plain", "\nContent-Type: application/cbor"}) {
+    CAPTURE(type);
+    speed = 1;
+    CHECK(home(type) == 204);
+    CHECK_FALSE(speed);
+  }
+  CHECK(calls == 8);
+  CHECK(home("\nContent-Type: application/x-www-form-urlencoded\n\na=b") == 415);
+  CHECK(calls == 8);
+}
+
 TEST_CASE("an input that the action does not take starts nothing", "[engine][R0.6]") {
   SampleRobot robot;
   Bench bench;

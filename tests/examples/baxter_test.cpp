@@ -27,6 +27,7 @@ class Robot {
     options.clock = &clock;
     options.ids = std::make_shared<FixedIds>();
     options.listen.public_base = "http://example.org";
+    options.security.allowed_hosts = {"localhost"};  // the Host of RequestText
     options.listen.transport = [this](lrt::transport::TransportOptions t) {
       auto made = std::make_unique<lrt::transport::Loopback>(std::move(t));
       loopback_ = made.get();
