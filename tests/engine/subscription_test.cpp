@@ -275,7 +275,7 @@ namespace {
 std::uint64_t dropped(Bench& bench, const std::string& subscription) {
   const rdf::Graph graph = bench.get(subscription).graph();
   return std::stoull(
-      std::string(graph.objects(rdf::iri("http://localhost" + subscription), rdf::TermView(vocab::lrt::dropped)).at(0).text));
+      std::string(graph.objects(rdf::iri("http://localhost" + subscription), rdf::TermView(vocab::lrt_::dropped)).at(0).text));
 }
 
 struct Large {
