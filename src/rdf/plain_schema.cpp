@@ -32,9 +32,10 @@ class SchemaWriter {
       case Kind::instant: name("string"), member("format", "\"date-time\""); break;
       case Kind::list: name("array"), items(type, facets); break;
       case Kind::record: name("object"), fields(type); break;
+      case Kind::map: name("object"), values(type, facets); break;
       case Kind::optional: break;
     }
-    if (says_unit && carries_unit(type, facets)) {
+    if (says_unit && type.kind != Kind::map && carries_unit(type, facets)) {
       key("unit");
       append_quoted(out_, unit_code(facets.unit()));
     }
@@ -92,6 +93,11 @@ class SchemaWriter {
     write(*type.element, facets, false);
     if (type.shortest > 0) member("minItems", std::to_string(type.shortest));
     if (type.longest != std::numeric_limits<std::size_t>::max()) member("maxItems", std::to_string(type.longest));
+  }
+
+  void values(const Type& type, const Facets& facets) {
+    key("additionalProperties");
+    write(*type.element, facets, true);
   }
 
   void fields(const Type& type) {

@@ -74,10 +74,10 @@ struct traits<urdf::LimitsOf<angular>> : Record<urdf::LimitsOf<angular>> {
   using T = urdf::LimitsOf<angular>;
   using Units = urdf::UnitsOf<angular>;
   static void describe(Record<T>& r) {
-    r.template field<std::optional<double>>("lower", &T::lower).unit(Units::position);
-    r.template field<std::optional<double>>("upper", &T::upper).unit(Units::position);
-    r.template field<std::optional<double>>("velocity", &T::velocity).unit(Units::velocity);
-    r.template field<std::optional<double>>("effort", &T::effort).unit(Units::effort);
+    r.field("lower", &T::lower).unit(Units::position);
+    r.field("upper", &T::upper).unit(Units::position);
+    r.field("velocity", &T::velocity).unit(Units::velocity);
+    r.field("effort", &T::effort).unit(Units::effort);
   }
 };
 template <bool angular>
@@ -85,8 +85,8 @@ struct traits<urdf::DynamicsOf<angular>> : Record<urdf::DynamicsOf<angular>> {
   using T = urdf::DynamicsOf<angular>;
   using Units = urdf::UnitsOf<angular>;
   static void describe(Record<T>& r) {
-    r.template field<double>("damping", &T::damping).unit(Units::damping);
-    r.template field<double>("friction", &T::friction).unit(Units::effort);
+    r.field("damping", &T::damping).unit(Units::damping);
+    r.field("friction", &T::friction).unit(Units::effort);
   }
 };
 template <bool angular>
@@ -94,18 +94,18 @@ struct traits<urdf::SafetyOf<angular>> : Record<urdf::SafetyOf<angular>> {
   using T = urdf::SafetyOf<angular>;
   using Units = urdf::UnitsOf<angular>;
   static void describe(Record<T>& r) {
-    r.template field<double>("softLowerLimit", &T::soft_lower_limit).unit(Units::position);
-    r.template field<double>("softUpperLimit", &T::soft_upper_limit).unit(Units::position);
-    r.template field<double>("kPosition", &T::k_position).unit(urdf::per_second);
-    r.template field<double>("kVelocity", &T::k_velocity).unit(Units::damping);
+    r.field("softLowerLimit", &T::soft_lower_limit).unit(Units::position);
+    r.field("softUpperLimit", &T::soft_upper_limit).unit(Units::position);
+    r.field("kPosition", &T::k_position).unit(urdf::per_second);
+    r.field("kVelocity", &T::k_velocity).unit(Units::damping);
   }
 };
 template <bool angular>
 struct traits<urdf::MimicOf<angular>> : Record<urdf::MimicOf<angular>> {
   using T = urdf::MimicOf<angular>;
   static void describe(Record<T>& r) {
-    r.template field<double>("multiplier", &T::multiplier);
-    r.template field<double>("offset", &T::offset).unit(urdf::UnitsOf<angular>::position);
+    r.field("multiplier", &T::multiplier);
+    r.field("offset", &T::offset).unit(urdf::UnitsOf<angular>::position);
   }
 };
 
