@@ -4,7 +4,7 @@
 //
 // A lesson runs a server and a small client, which uses the real port on a thread of its own and prints each request and response. When the
 // client has finished, the lesson ends. With --serve there is no client: the lesson serves on port 8080 until Ctrl-C, for use with curl; with
-// --serve N on port N.
+// --serve N on port N. --public-base URL and --allowed-host HOST are Listen::public_base and one of Security::allowed_hosts.
 //
 // The output is the same at every run: the client shows any port as 8080, ids as id-1, id-2 ..., times as <time> and entity tags as <tag>. Of
 // the header fields it shows only Content-Type, Allow, Location and the field of show(). It removes the @prefix lines of received Turtle and
@@ -36,13 +36,20 @@
 
 namespace lesson {
 
-/// The port of --serve; nullopt: the lesson has a client and ends by itself.
-inline std::optional<std::uint16_t> served_port() {
+/// The word after an argument of the program; empty: it is the last one. nullopt: there is no such argument.
+inline std::optional<std::string> argument(std::string_view name) {
   std::ifstream line("/proc/self/cmdline");
   std::string word;
   while (std::getline(line, word, '\0'))
-    if (word == "--serve") return std::getline(line, word, '\0') ? static_cast<std::uint16_t>(std::stoul(word)) : std::uint16_t{8080};
+    if (word == name) return std::getline(line, word, '\0') ? word : std::string();
   return std::nullopt;
+}
+
+/// The port of --serve; nullopt: the lesson has a client and ends by itself.
+inline std::optional<std::uint16_t> served_port() {
+  const std::optional<std::string> word = argument("--serve");
+  if (!word) return std::nullopt;
+  return word->empty() || word->front() == '-' ? std::uint16_t{8080} : static_cast<std::uint16_t>(std::stoul(*word));
 }
 
 inline bool serves() { return served_port().has_value(); }
@@ -50,10 +57,12 @@ inline bool serves() { return served_port().has_value(); }
 /// The port to listen on; 0 with the lesson's own client: any free port.
 inline std::uint16_t port() { return served_port().value_or(0); }
 
-/// lrt::Options with that port.
+/// lrt::Options with that port, and names of the server.
 inline lrt::Options options() {
   lrt::Options o;
   o.listen.port = port();
+  o.listen.public_base = argument("--public-base").value_or("");
+  if (const auto host = argument("--allowed-host")) o.security.allowed_hosts = {*host};
   return o;
 }
 
@@ -212,7 +221,7 @@ class Client {
       const lrt::rdf::Graph graph = graph_of(at);
       for (const lrt::Iri part : {lrt::vocab::ldp::contains, lrt::vocab::dcterms::hasPart})
         for (const auto& child : graph.objects(lrt::rdf::iri(at), part)) open.emplace_back(child.text);
-      const auto state = graph.object(lrt::rdf::iri(at), lrt::vocab::lrt::state);
+      const auto state = graph.object(lrt::rdf::iri(at), lrt::vocab::lrt_::state);
       if (!state) continue;
       const auto shapes = lrt::shacl::Shapes::compile(graph_of(at + "/blueprint")).value();
       const auto report = lrt::shacl::validate(shapes, graph_of(std::string(state->text))).value();

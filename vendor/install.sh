@@ -5,6 +5,8 @@
 #   vendor/install.sh tests    that, lrt::urdf, and the clients of others that some tests use
 #   vendor/install.sh urdf     what the library needs, and lrt::urdf besides: what examples/run.sh needs
 #   vendor/install.sh browser  what the library and most tests need, and the browser for the test of the page
+#   vendor/install.sh proxies  what the library and most tests need, and the reverse proxies of examples/reverse_proxy and its tests. Debian starts
+#                              them as services where systemd runs
 #   vendor/install.sh ros      what the library and most tests need, and ROS 1 for examples/ex_ros_node and its test
 #   vendor/install.sh ci       all of that, and what .ci/run needs besides
 #
@@ -14,6 +16,7 @@ set -eu
 build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost-dev libcpp-httplib-dev libwebsockets-dev libssl-dev nlohmann-json3-dev libeigen3-dev catch2"
 urdf="liburdfdom-dev libtinyxml2-dev"
 tests="$urdf python3 python3-websockets python3-rdflib curl openssl"
+proxies="nginx-light haproxy caddy"
 browser="python3 chromium chromium-driver"
 ros="libroscpp-dev libsensor-msgs-dev python3-rosmaster python3-rospy python3-sensor-msgs"
 ci="clang libclang-rt-14-dev shellcheck"
@@ -25,10 +28,11 @@ for group in "$@"; do
     urdf) wanted="$wanted $urdf" ;;
     tests) wanted="$wanted $tests" ;;
     browser) wanted="$wanted $browser" ;;
+    proxies) wanted="$wanted python3 python3-websockets openssl $proxies" ;;
     ros) wanted="$wanted $ros" ;;
-    ci) wanted="$wanted $tests $browser $ros $ci" ;;
+    ci) wanted="$wanted $tests $browser $proxies $ros $ci" ;;
     *)
-      echo "usage: $0 [build] [urdf] [tests] [browser] [ros] [ci]" >&2
+      echo "usage: $0 [build] [urdf] [tests] [browser] [proxies] [ros] [ci]" >&2
       exit 2
       ;;
   esac

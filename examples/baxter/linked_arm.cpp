@@ -44,7 +44,9 @@ LinkedArm::LinkedArm(RightArm& arm, lrt::urdf::Robot description) : arm_(arm), r
         .between(0, arm_.greatest_friction(i))
         .on_write([this, i](double coefficient) { arm_.set_friction(i, coefficient); });
     joint.action("rotate", [this, i](float target_deg, lrt::Responder done) { rotate(i, target_deg, std::move(done)); })
-        .consumes(lrt::Facets{lrt::unit::degree}.at_least(0).below(360))
+        .unit(lrt::unit::degree)
+        .at_least(0)
+        .below(360)
         .policy(lrt::ActionPolicy::preempt());
   }
 }

@@ -1,6 +1,6 @@
 // Any robot with a URDF as Linked Robotic Things, moved by a recording of its joints or by clients.
 //
-//   ex_urdf_robot [URDF] [CSV] [--port N] [--bind ADDRESS] [--argument NAME=VALUE]...
+//   ex_urdf_robot [URDF] [CSV] [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]... [--argument NAME=VALUE]...
 //
 // URDF                    the robot; default: the picker beside this file
 // CSV                     a recording of its joints (trajectory.hpp); without it positions can be written, and joints have an action `move`
@@ -35,6 +35,10 @@ int main(int argc, char** argv) {
       files[count++] = arg;
     } else if (arg == "--bind" && i + 1 < argc) {
       options.listen.address = argv[++i];
+    } else if (arg == "--public-base" && i + 1 < argc) {
+      options.listen.public_base = argv[++i];
+    } else if (arg == "--allowed-host" && i + 1 < argc) {
+      options.security.allowed_hosts.emplace_back(argv[++i]);
     } else if (arg == "--argument" && i + 1 < argc) {
       const std::string given = argv[++i];
       const std::size_t equals = given.find('=');
@@ -46,7 +50,8 @@ int main(int argc, char** argv) {
       const auto [read_to, error] = std::from_chars(text.data(), end, options.listen.port);
       if (error != std::errc() || read_to != end) return std::fprintf(stderr, "ex_urdf_robot: --port wants 0 to 65535\n"), 2;
     } else {
-      std::fprintf(stderr, "usage: ex_urdf_robot [URDF] [CSV] [--port N] [--bind ADDRESS] [--argument NAME=VALUE]...\n");
+      std::fprintf(stderr, "usage: ex_urdf_robot [URDF] [CSV] [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]...\n"
+                           "                     [--argument NAME=VALUE]...\n");
       return arg == "--help" ? 0 : 2;
     }
   }

@@ -22,10 +22,11 @@ int main() {
                 height = target;
                 return {};
               })
-      .consumes(lrt::rdf::Facets{}.unit(lrt::unit::metre).between(0, 1.25));
+      .unit(lrt::unit::metre)
+      .between(0, 1.25);
   lift.action("timeTo", [&](double target) { return std::abs(target - height) / 0.25; })
-      .consumes(lrt::rdf::Facets{}.unit(lrt::unit::metre))
-      .produces(lrt::rdf::Facets{}.unit(lrt::unit::second));
+      .unit(lrt::unit::metre)
+      .produces(lrt::Facets{lrt::unit::second});
 
   lrt::Server server = lrt::Server::create(lesson::options()).value();
   server.add(std::move(lift)).value();

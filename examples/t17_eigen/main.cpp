@@ -25,7 +25,7 @@ int main() {
     Eigen::Isometry3d pose(orientation);
     pose.translation() = target;
     tool.publish(pose);  // fixed sizes: no lock, no allocation, suitable for a control loop
-  }).consumes(lrt::Facets{lrt::unit::metre});
+  }).unit(lrt::unit::metre);
 
   lrt::Server server = lrt::Server::create(lesson::options()).value();
   server.add(std::move(arm)).value();

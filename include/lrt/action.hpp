@@ -133,19 +133,24 @@ constexpr bool check_action() {
   return false;
 }
 
+/// Decodes the input of an action; a Result<void> if it has none.
+template <class T>
+Result<T> decode_input([[maybe_unused]] const rdf::Value& input) {
+  if constexpr (std::is_void_v<T>) return {};
+  else return rdf::traits<T>::decode(input);
+}
+
 /// Erases the type of an action's callable.
 template <class F>
 auto erase_action(F f) {
   using Shape = ActionShape<F>;
   return [f = std::move(f)](const rdf::Value& input, const std::shared_ptr<InvocationLink>& link) mutable {
+    Result<typename Shape::Input> value = decode_input<typename Shape::Input>(input);
+    if (!value) return link->finish(unexpected(Errc::refused, "the input is not accepted: " + value.error().message));
     const auto call = [&](auto&&... more) -> typename Shape::Return {
-      if constexpr (std::is_void_v<typename Shape::Input>) {
-        return f(std::forward<decltype(more)>(more)...);
-      } else {
-        Result<typename Shape::Input> value = rdf::traits<typename Shape::Input>::decode(input);
-        if constexpr (std::is_same_v<typename Shape::Parameter, const char*>) return f(value.value().c_str(), std::forward<decltype(more)>(more)...);
-        else return f(std::move(value).value(), std::forward<decltype(more)>(more)...);
-      }
+      if constexpr (std::is_void_v<typename Shape::Input>) return f(std::forward<decltype(more)>(more)...);
+      else if constexpr (std::is_same_v<typename Shape::Parameter, const char*>) return f(value->c_str(), std::forward<decltype(more)>(more)...);
+      else return f(*std::move(value), std::forward<decltype(more)>(more)...);
     };
     using Return = typename Shape::Return;
     if constexpr (Shape::asynchronous) {

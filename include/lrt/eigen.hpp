@@ -354,7 +354,7 @@ struct traits<Eigen::Transform<S, 3, Eigen::Isometry, Options>> {
     static const Type t = detail::eigen::record({vocab::spatial::SpatialRelationship},
                                                 {detail::eigen::field(vocab::spatial::translation, traits<Shift>::type()),
                                                  detail::eigen::field(vocab::spatial::rotation, traits<Turn>::type()),
-                                                 detail::eigen::field(vocab::lrt::matrix, traits<std::optional<Linear>>::type())});
+                                                 detail::eigen::field(vocab::lrt_::matrix, traits<std::optional<Linear>>::type())});
     return t;
   }
   static Value encode(const T& pose) {
@@ -399,7 +399,7 @@ struct traits<Eigen::Transform<S, 3, Mode, Options>,
   static const Type& type() {
     static const Type t = detail::eigen::record({vocab::spatial::SpatialRelationship},
                                                 {detail::eigen::field(vocab::spatial::translation, traits<Shift>::type()),
-                                                 detail::eigen::field(vocab::lrt::matrix, traits<Linear>::type())});
+                                                 detail::eigen::field(vocab::lrt_::matrix, traits<Linear>::type())});
     return t;
   }
   static Value encode(const T& transform) {

@@ -27,9 +27,12 @@ enum class Io : std::uint8_t {
 
 /// Where the server listens, and by which name clients know it.
 struct Listen {
-  std::string address = "127.0.0.1";  ///< numeric address to listen on
+  /// An address, or a host name ("localhost", "robot.local"), which is resolved when the server is created. Its IPv4 addresses precede the others,
+  /// and the first that this machine has is taken. Requests may name that host, and Server::url() does.
+  std::string address = "127.0.0.1";
   std::uint16_t port = 8080;          ///< 0: any free one, see Server::port
-  /// Absolute IRI that representations use as base, "https://robot.example/arm". Empty: from each request's Host (SPEC 3.7).
+  /// Absolute IRI that representations use as base, "https://robot.example/cell7". Empty: from each request's Host (SPEC 3.7). A reverse proxy
+  /// may keep its path in the target of a request or remove it. It must remove it if a Thing's path begins with it ("cell7/arm").
   std::string public_base;
   /// Makes the transport. Empty: the first of transport::names() is used.
   std::function<std::unique_ptr<transport::Transport>(transport::TransportOptions)> transport;
@@ -43,7 +46,9 @@ struct Security {
   /// of lrt.
   engine::Authorizer authorize;
   std::string challenge = "Bearer";  ///< WWW-Authenticate of a 401
-  /// Further hosts that a request may name when there is no public base: "robot.local" (with the listening port) or "name:port". Others: 421.
+  /// Further hosts that a request may name in Host, besides the listening address, the names of this machine's loopback addresses, and the host
+  /// of the public base: "robot.local" (with the listening port, or that of the public base) or "name:port". Others: 421. So a page whose own
+  /// name resolves to this machine cannot read or command the robot.
   std::vector<std::string> allowed_hosts;
   /// Pages of other origins ("https://dashboard.example") that may send commands from a browser, besides those of this server; "*": any. If
   /// there are some, WebSockets and event streams that name another origin are refused, too.

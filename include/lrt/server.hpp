@@ -79,7 +79,7 @@ class Server {
   Result<void> reload_tls();
 
   std::uint16_t port() const noexcept;
-  /// "http://127.0.0.1:8080/"; with TLS "https://..."
+  /// Listen::address as it was given, and the port: "http://127.0.0.1:8080/", "http://robot.local:8080/"; with TLS "https://..."
   std::string url() const;
 
  private:

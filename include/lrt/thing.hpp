@@ -64,7 +64,7 @@ class Thing {
   /// @param unit  for example unit::radian
   /// @return      handle, for predicates, types, bounds and on_write
   /// @par Errors      expected_iri, duplicate_path: by add()
-  /// @par Threads     `read` runs where the thing's Dispatch says, never concurrently with itself.
+  /// @par Threads     `read` runs where dispatch() of the property says, never concurrently with itself.
   /// @par Time        Expects `read` to return within one control period.
   /// @par Implements  R0.3, R0.9, R1.9
   template <class Read>
@@ -113,7 +113,13 @@ class Thing {
   /// @param f     `R()`, `R(In)`: synchronous, R is void, a type with traits, or a Result of these;
   ///              `void(Responder)`, `void(In, Responder)`, `void(In, ResponderOf<Out>)`: asynchronous.
   ///              In may be std::string_view or const char* if the action is synchronous: the text lives during the call.
-  /// @par Threads  `f` runs where the thing's Dispatch says. An exception it throws fails the invocation (500).
+  ///
+  /// The response to a POST says what became of the command. It waits, at most Limits::host_timeout, for the result of a synchronous `f`
+  /// and for the return of an asynchronous one: 204, or 200 with the output; 204 with Location, if the invocation continues; 409 after
+  /// Errc::refused; 500 after another error, an exception, or a Responder that was destroyed; 503 if `f` has not begun, and then it never
+  /// does. 202: it is not known yet, because the invocation waits in the queue of the action, or `f` takes longer.
+  ///
+  /// @par Threads  `f` runs where Action::dispatch() says.
   /// @par Implements  R0.5, R0.8, R1.10, paper 5.4
   template <class F>
   Action action(std::string_view path, F f) {

@@ -26,16 +26,41 @@ std::string canonical_host(std::string_view authority, bool secure) {
 
 constexpr std::string_view scheme(bool secure) noexcept { return secure ? "https://" : "http://"; }
 
+Unexpected misdirected(const std::string& host) {
+  return unexpected(Errc::refused, "this server does not answer for the host \"" + host + "\"");
+}
+
 bool is_loopback_name(std::string_view host) noexcept { return host == "localhost" || host == "127.0.0.1" || host == "[::1]"; }
 
 }  // namespace
 
 Bases::Bases(std::string public_base, std::vector<std::string> allowed_hosts)
     : public_base_(std::move(public_base)), allowed_(std::move(allowed_hosts)) {
+  if (const auto parts = http::split_target(public_base_); parts && parts->absolute) {
+    public_secure_ = parts->secure;
+    if (parts->path != "/") public_path_ = parts->path;
+    public_hosts_.push_back(canonical_host(parts->authority, public_secure_));
+    const auto own = http::parse_host(parts->authority);
+    const std::string port = own && own->port ? ":" + std::to_string(*own->port) : std::string();
+    for (const std::string& named : allowed_) {
+      const auto parsed = http::parse_host(named);
+      public_hosts_.push_back(canonical_host(named + (parsed && !parsed->port ? port : ""), public_secure_));
+    }
+  }
   listens_on("127.0.0.1", 80, false);
 }
 
-void Bases::listens_on(std::string_view address, std::uint16_t port, bool secure) {
+Result<void> Bases::check() const {
+  const auto parts = http::split_target(public_base_);
+  if (!public_base_.empty() && (!parts || !parts->absolute || public_base_.find_first_of("?# ") != std::string::npos))
+    return unexpected(Errc::invalid_option, "public_base: expected \"https://host/path\" or \"http://host/path\", found \"" + public_base_ + "\"");
+  for (const std::string& named : allowed_)
+    if (!http::parse_host(named))
+      return unexpected(Errc::invalid_option, "allowed_hosts: expected \"name\" or \"name:port\", found \"" + named + "\"");
+  return {};
+}
+
+void Bases::listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name) {
   const std::string suffix = ":" + std::to_string(port);
   const std::string numeric =
       address.find(':') == std::string_view::npos ? std::string(address) : "[" + std::string(address) + "]";
@@ -45,6 +70,7 @@ void Bases::listens_on(std::string_view address, std::uint16_t port, bool secure
     std::string canonical = canonical_host(host, secure);
     if (!accepts(canonical)) hosts_.push_back(std::move(canonical));
   };
+  if (!name.empty()) accept(std::string(name) + suffix);
   for (const std::string& host : {numeric, std::string("localhost"), std::string("127.0.0.1"), std::string("[::1]")})
     accept(host + suffix);
   for (const std::string& named : allowed_) {
@@ -58,6 +84,11 @@ void Bases::listens_on(std::string_view address, std::uint16_t port, bool secure
 
 bool Bases::accepts(const std::string& host) const { return std::find(hosts_.begin(), hosts_.end(), host) != hosts_.end(); }
 
+bool Bases::accepts_from_proxy(std::string_view authority) const {
+  return !public_hosts_.empty() &&
+         std::find(public_hosts_.begin(), public_hosts_.end(), canonical_host(authority, public_secure_)) != public_hosts_.end();
+}
+
 bool Bases::is_known_name(std::string_view host) const {
   return is_loopback_name(host) ||
          std::any_of(allowed_.begin(), allowed_.end(), [&](const std::string& named) { return http::iequals(named, host); });
@@ -67,13 +98,16 @@ Result<std::size_t> Bases::of(const http::Request& request, const http::Target& 
   if (const std::uint16_t port = request.local_port;
       port != 0 && std::find(guest_ports_.begin(), guest_ports_.end(), port) == guest_ports_.end())
     guest_ports_.push_back(port);
-  if (!public_base_.empty()) return std::size_t{0};
   std::string_view authority = target.absolute ? target.authority : request.find("Host").value_or(std::string_view());
   std::string listening;
   if (authority.empty()) {  // HTTP/1.0 without Host: the listening address
-    if (request.local_port == 0) return std::size_t{0};
+    if (request.local_port == 0 || !public_base_.empty()) return std::size_t{0};
     listening = "127.0.0.1:" + std::to_string(request.local_port);
     authority = listening;
+  }
+  if (!public_base_.empty()) {
+    if (is_served(authority, request)) return std::size_t{0};
+    return misdirected(canonical_host(authority, request.secure));
   }
   // The usual case first: a base that is known.
   const std::string_view start = scheme(request.secure);
@@ -84,16 +118,19 @@ Result<std::size_t> Bases::of(const http::Request& request, const http::Target& 
         base.substr(start.size(), authority.size()) == authority && base.substr(host_end) == request.mount)
       return i;
   }
+  if (!is_served(authority, request)) return misdirected(canonical_host(authority, request.secure));
+  return intern(std::string(start) + canonical_host(authority, request.secure) + std::string(request.mount), true);
+}
+
+bool Bases::is_served(std::string_view authority, const http::Request& request) const {
+  if (accepts_from_proxy(authority)) return true;
   const std::string host = canonical_host(authority, request.secure);
-  bool known = accepts(host);
-  if (!known && request.local_port != 0) {
-    // Behind a host's own HTTP server: its port instead of ours.
-    const auto parsed = http::parse_host(host);
-    const std::uint16_t port = parsed && parsed->port ? *parsed->port : request.secure ? 443 : 80;
-    known = parsed && port == request.local_port && is_known_name(parsed->host);
-  }
-  if (!known) return unexpected(Errc::refused, "this server does not answer for the host \"" + host + "\"");
-  return intern(std::string(start) + host + std::string(request.mount), true);
+  if (accepts(host)) return true;
+  if (request.local_port == 0) return false;
+  // Behind a host's own HTTP server: its port instead of ours.
+  const auto parsed = http::parse_host(host);
+  const std::uint16_t port = parsed && parsed->port ? *parsed->port : request.secure ? 443 : 80;
+  return parsed && port == request.local_port && is_known_name(parsed->host);
 }
 
 std::size_t Bases::intern(std::string base, bool served) {
@@ -112,6 +149,21 @@ std::string_view Bases::origin(std::size_t number) const {
   return base.substr(0, base.find('/', base.find("://") + 3));
 }
 
+bool Bases::is_own_origin(std::string_view origin, std::size_t base, const http::Request& request) const {
+  if (http::iequals(origin, this->origin(base))) return true;
+  const auto host = request.find("Host");
+  if (public_base_.empty() || !host) return false;
+  const auto is_at = [&](bool secure) { return http::iequals(origin, std::string(scheme(secure)) + canonical_host(*host, secure)); };
+  return (accepts_from_proxy(*host) && is_at(public_secure_)) || (accepts(canonical_host(*host, request.secure)) && is_at(request.secure));
+}
+
+std::optional<std::string_view> Bases::below_public_path(std::string_view path) const {
+  if (path.substr(0, public_path_.size()) != public_path_) return std::nullopt;
+  path.remove_prefix(public_path_.size());
+  if (path.empty() || path.front() != '/') return std::nullopt;
+  return path;
+}
+
 std::optional<std::string> Bases::path_of(std::string_view iri) const {
   std::string_view path;
   for (const std::string& base : bases_)
@@ -120,8 +172,10 @@ std::optional<std::string> Bases::path_of(std::string_view iri) const {
       path = iri.substr(base.size());
   if (path.empty()) {
     const auto target = http::split_target(iri);
-    if (!target || !target->absolute || !target->query.empty() || !accepts(std::string(target->authority))) return std::nullopt;
-    path = target->path;
+    if (!target || !target->absolute || !target->query.empty()) return std::nullopt;
+    if (const auto below = below_public_path(target->path); below && accepts_from_proxy(target->authority)) path = *below;
+    else if (accepts(std::string(target->authority))) path = target->path;
+    else return std::nullopt;
   }
   if (path.find_first_of("?#") != std::string_view::npos) return std::nullopt;
   return std::string(path);
@@ -130,6 +184,7 @@ std::optional<std::string> Bases::path_of(std::string_view iri) const {
 bool Bases::is_this_server(const subscription::CallbackUrl& url) const {
   const bool is_this_machine = url.host == "localhost" || url.host == "[::1]" || url.host.compare(0, 4, "127.") == 0;
   const bool is_guest_port = std::find(guest_ports_.begin(), guest_ports_.end(), url.port) != guest_ports_.end();
+  if (url.secure == public_secure_ && accepts_from_proxy(url.authority) && below_public_path(url.target.substr(0, url.target.find('?')))) return true;
   return (is_this_machine && url.port == port_) || (is_guest_port && (is_this_machine || is_known_name(url.host))) ||
          accepts(url.authority) || accepts(url.host + ":" + std::to_string(url.port));
 }

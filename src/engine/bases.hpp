@@ -17,12 +17,18 @@ namespace lrt::engine {
 /// The base IRIs of representations and the hosts that requests may name (SPEC 3.7).
 class Bases {
  public:
-  /// @param public_base    the only base of requests, "https://robot.example/arm"; empty: each request's Host decides
+  /// @param public_base    the only base of requests, "https://robot.example/cell7", without a slash at the end; empty: each request's Host
+  ///                       decides
   /// @param allowed_hosts  as Security::allowed_hosts
   Bases(std::string public_base, std::vector<std::string> allowed_hosts);
 
+  /// Whether the public base and the allowed hosts are well-formed.
+  /// @par Errors  invalid_option
+  Result<void> check() const;
+
   /// Where the server listens. All bases that were known are forgotten.
-  void listens_on(std::string_view address, std::uint16_t port, bool secure);
+  /// @param name  the host name that has given the numeric address; empty: none
+  void listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name = {});
 
   /// The base of a request.
   /// @par Errors  refused: the host is not one of this server's (421)
@@ -33,6 +39,10 @@ class Bases {
   const std::string& operator[](std::size_t number) const { return bases_[number]; }
   /// Scheme, host and port of a base.
   std::string_view origin(std::size_t number) const;
+  /// Whether a field Origin (RFC 6454 7) names this server: the origin of the request's base or, with a public base, of the name in Host.
+  bool is_own_origin(std::string_view origin, std::size_t base, const http::Request& request) const;
+  /// The path of the public base, "/cell7"; empty: it has none, or there is no public base. A proxy may keep it in targets.
+  std::string_view public_path() const noexcept { return public_path_; }
 
   /// The path of an IRI below one of the bases, percent-encoded as it stands; nullopt: it is not below one, or has a query or fragment.
   std::optional<std::string> path_of(std::string_view iri) const;
@@ -40,15 +50,24 @@ class Bases {
   bool is_this_server(const subscription::CallbackUrl& url) const;
 
  private:
+  /// A request may name this authority: one of the listening port, or one of the public base, or of a host's own server.
+  bool is_served(std::string_view authority, const http::Request& request) const;
   bool accepts(const std::string& host) const;
+  /// The same of names by which a proxy is known.
+  bool accepts_from_proxy(std::string_view authority) const;
   /// A name of this machine, or an allowed host.
   bool is_known_name(std::string_view host) const;
+  /// A path of the public base's without its own path; nullopt: it is not below it.
+  std::optional<std::string_view> below_public_path(std::string_view path) const;
 
   const std::string public_base_;
   const std::vector<std::string> allowed_;
+  bool public_secure_ = false;
+  std::string public_path_;
   std::vector<std::string> bases_;  ///< [0]: the public base, or that of the listening address
   std::vector<bool> served_;        ///< of the same index
   std::vector<std::string> hosts_;  ///< accepted ones, in lower case, with the port unless it is the scheme's
+  std::vector<std::string> public_hosts_;  ///< the public base's and allowed ones, with the port unless it is that of its scheme
   std::uint16_t port_ = 0;
   std::vector<std::uint16_t> guest_ports_;  ///< of hosts' own HTTP servers that have handed requests over
 };

@@ -42,7 +42,7 @@ std::vector<rdf::TermId> focus_nodes(const rdf::Graph& graph, const std::string&
   const auto self = graph.find(rdf::iri(here));
   if (self && !graph.match(*self, std::nullopt, std::nullopt).empty()) return {*self};
   const Iri wanted = rdf::target_class(type);
-  const auto predicate = graph.find(wanted.empty() ? vocab::rdf::value : vocab::rdf::type);
+  const auto predicate = graph.find(wanted.empty() ? vocab::rdf_::value : vocab::rdf_::type);
   const auto object = wanted.empty() ? std::optional<rdf::TermId>() : graph.find(wanted);
   std::vector<rdf::TermId> found;
   if (!predicate || (!wanted.empty() && !object)) return found;
@@ -135,6 +135,8 @@ std::variant<Bodies::Body, http::Response> Bodies::read(const Context& context, 
 }
 
 std::variant<rdf::Value, http::Response> Bodies::read_value(const Context& context, const rdf::Type& type, const rdf::Facets& facets) const {
+  // An empty body is no value, whatever its header fields say of it.
+  if (type.kind == rdf::Type::Kind::optional && context.request().body.empty()) return rdf::Value();
   auto body = read(context, &type, facets);
   if (auto* response = std::get_if<http::Response>(&body)) return std::move(*response);
   const rdf::Graph& graph = std::get<Body>(body).graph;

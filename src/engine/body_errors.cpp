@@ -42,7 +42,7 @@ class Places {
     const rdf::Type& type = without_optional(outer);
     if (type.kind == Kind::record) return add(node, type, {});
     nodes_[key(node)] = {{}, &type};
-    if (!type.is_number()) each_object(node, vocab::rdf::value.text, [&](rdf::TermId value) { add(value, type, {}); });
+    if (!type.is_number()) each_object(node, vocab::rdf_::value.text, [&](rdf::TermId value) { add(value, type, {}); });
   }
   const Place* find(const rdf::TermView& node) const {
     const auto found = nodes_.find(rdf::to_string(node));
@@ -93,6 +93,15 @@ class Places {
       const auto members = body_.list(node);
       for (std::size_t i = 0; members && i < members->size(); ++i)
         if (!body_.term((*members)[i]).is_literal()) add((*members)[i], *type.element, step(pointer, std::to_string(i)));
+    } else if (type.kind == Kind::map) {
+      for (const rdf::TermId member : body_.list(node).value_or(std::vector<rdf::TermId>())) {
+        std::string place = pointer;
+        each_object(member, vocab::schema::name.text, [&](rdf::TermId name) { place = step(pointer, body_.term(name).text); });
+        nodes_.emplace(key(member), Place{place, &type});
+        each_object(member, vocab::schema::value.text, [&](rdf::TermId value) {
+          if (!body_.term(value).is_literal()) add(value, *type.element, place);
+        });
+      }
     }
   }
 

@@ -31,7 +31,7 @@ class About {
   About(rdf::Graph& graph, rdf::TermId subject) : graph_(graph), subject_(subject) {}
   About(rdf::Graph& graph, const std::string& iri) : About(graph, graph.intern(rdf::iri(iri))) {}
 
-  About& a(Iri type) { return add(vocab::rdf::type, rdf::TermView(type)); }
+  About& a(Iri type) { return add(vocab::rdf_::type, rdf::TermView(type)); }
   About& a(const std::vector<std::string>& types) {
     for (const std::string& type : types) a(Iri(std::string_view(type)));
     return *this;

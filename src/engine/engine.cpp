@@ -32,7 +32,7 @@ class Engine::Impl {
   Result<void> add(std::vector<Thing> things);
   Result<void> remove(std::string_view path);
   void remove_with_children(ThingNode& thing);
-  void listens_on(std::string_view address, std::uint16_t port, bool secure);
+  void listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name);
   /// Runs what other threads have left.
   void take_messages(TimePoint now);
 
@@ -44,6 +44,7 @@ class Engine::Impl {
   Outcome dispatch(Context& context);
   std::optional<http::Response> denied(const Context& context, const Result<Access>& access) const;
   bool is_from_foreign_page(const Context& context) const;
+  std::string_view local_path(std::string_view path) const;
   std::optional<http::Response> find_resource(Context& context, const http::Target& target) const;
   std::optional<http::Response> read_page(Context& context, std::string_view query) const;
 };
@@ -126,15 +127,26 @@ bool Engine::Impl::is_from_foreign_page(const Context& context) const {
   }
   const auto origin = request.find("Origin");
   if (!origin) return false;
-  if (request.count("Origin") == 1 && http::iequals(*origin, parts.bases.origin(context.base))) return false;
+  if (request.count("Origin") == 1 && parts.bases.is_own_origin(*origin, context.base, request)) return false;
   return std::none_of(parts.options.allowed_origins.begin(), parts.options.allowed_origins.end(),
                       [&](const std::string& allowed) { return allowed == "*" || http::iequals(*origin, allowed); });
 }
 
+/// The path of a target without that of the public base, which a proxy may remove or keep. If Things have paths below it, only a proxy that
+/// removes it is served: else one target could mean two resources.
+std::string_view Engine::Impl::local_path(std::string_view path) const {
+  const std::string_view prefix = parts.bases.public_path();
+  if (prefix.empty() || path.substr(0, prefix.size()) != prefix || parts.registry.has_things_below(prefix)) return path;
+  const std::string_view rest = path.substr(prefix.size());
+  if (rest.empty()) return "/";
+  return rest.front() == '/' ? rest : path;
+}
+
 std::optional<http::Response> Engine::Impl::find_resource(Context& context, const http::Target& target) const {
-  context.resource = parts.registry.find(target.path);
+  const std::string_view found_at = local_path(target.path);
+  context.resource = parts.registry.find(found_at);
   if (!context.resource) {
-    const Result<std::string> path = canonical_path(target.path);
+    const Result<std::string> path = canonical_path(found_at);
     if (!path) return parts.responses.problem(context, 400, "target: " + path.error().message);
     context.resource = parts.registry.find(*path);
   }
@@ -196,11 +208,11 @@ void Engine::Impl::remove_with_children(ThingNode& thing) {
   parts.remove(thing);
 }
 
-void Engine::Impl::listens_on(std::string_view address, std::uint16_t port, bool secure) {
+void Engine::Impl::listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name) {
   // What is kept is of the bases that were.
   parts.cache.clear();
   for (const auto& [path, thing] : parts.registry.things()) thing->compiled_shapes.clear();
-  parts.bases.listens_on(address, port, secure);
+  parts.bases.listens_on(address, port, secure, name);
 }
 
 // ---------------------------------------------------------------------------------------------------------------- Engine
@@ -216,7 +228,9 @@ Result<void> Engine::add(Thing thing) {
 Result<void> Engine::add(std::vector<Thing> things) { return impl_->add(std::move(things)); }
 Result<void> Engine::remove(std::string_view path) { return impl_->remove(path); }
 
-void Engine::listens_on(std::string_view address, std::uint16_t port, bool secure) { impl_->listens_on(address, port, secure); }
+void Engine::listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name) {
+  impl_->listens_on(address, port, secure, name);
+}
 
 void Engine::set_waker(std::shared_ptr<Waker> waker) {
   impl_->parts.scanner.wake_signal()->set_waker(waker);
@@ -256,7 +270,10 @@ std::optional<Channel> Engine::next_ready(TimePoint now) { return impl_->stopped
 std::optional<Push> Engine::next_push(Channel channel, TimePoint now) { return impl_->parts.subscriptions.next_push(channel, now); }
 void Engine::closed(Channel channel) noexcept { impl_->parts.subscriptions.closed(channel); }
 
-Result<void> Engine::check() const { return impl_->parts.subscriptions.check_options(); }
+Result<void> Engine::check() const {
+  if (Result<void> checked = impl_->parts.bases.check(); !checked) return checked;
+  return impl_->parts.subscriptions.check_options();
+}
 std::vector<subscription::ReadyCallback> Engine::take_callbacks() { return impl_->parts.subscriptions.take_callbacks(); }
 std::optional<subscription::Notification> Engine::next_notification(Channel channel, TimePoint now) {
   return impl_->stopped ? std::nullopt : impl_->parts.subscriptions.next_notification(channel, now);
@@ -273,6 +290,7 @@ std::vector<std::shared_ptr<const void>> Engine::take_discarded() { return std::
 void Engine::stop() {
   impl_->stopped = true;
   const Parts& parts = impl_->parts;
+  impl_->parts.invocations.stop();
   impl_->parts.pending.end_all([&](Context& context) { return parts.responses.stopping(context); }, parts.clock.now());
 }
 

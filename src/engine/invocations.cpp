@@ -132,9 +132,9 @@ void Invocations::started(InvocationResource& invocation, TimePoint now) {
 void Invocations::start_returned(InvocationResource& invocation, TimePoint now) {
   auto& waiting = invocation.waiting;
   const auto first = std::stable_partition(waiting.begin(), waiting.end(), [](const WaitingRequest& w) { return w.until_end; });
-  std::vector<WaitingRequest> answered(first, waiting.end());
+  std::vector<WaitingRequest> ready(first, waiting.end());
   waiting.erase(first, waiting.end());
-  respond_to(std::move(answered), now, [&](const Context& context) { return response_for(context, invocation); });
+  respond_to(std::move(ready), now, [&](const Context& context) { return response_for(context, invocation); });
 }
 
 template <class MakeResponse>
@@ -306,6 +306,15 @@ Outcome Invocations::remove(InvocationResource& invocation, Context& context) {
   action.invocations.remove_if([&](const auto& i) { return i.get() == &invocation; });
   action.mark_changed();
   return response;
+}
+
+void Invocations::stop() {
+  for (const auto& [path, thing] : registry_.things())
+    for (const auto& action : thing->actions) {
+      action->queue.clear();
+      for (const auto& i : action->invocations)
+        if (i->token) i->token->cancel();
+    }
 }
 
 void Invocations::removed(ActionResource& action, TimePoint now) {

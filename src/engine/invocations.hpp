@@ -38,6 +38,8 @@ class Invocations {
   Outcome remove(InvocationResource& invocation, Context& context);
   /// The Action goes. Requests that wait for its invocations get 404.
   void removed(ActionResource& action, TimePoint now);
+  /// The engine stops: what the host has not begun never begins.
+  void stop();
 
   /// Fails the invocations that the host has not begun in time: a robot must not carry out commands of long ago.
   void expire(TimePoint now);

@@ -139,7 +139,7 @@ Result<void> check(model::ThingSpec& described) {
     if (p->write)
       if (Result<void> e = check_input("property \"" + spec->path + "/" + p->path + "\"", *p->type); !e) return e;
     if (p->frame)
-      if (Result<void> e = check_statements({{std::string(vocab::lrt::frame.text), *p->frame}}); !e) return e;
+      if (Result<void> e = check_statements({{std::string(vocab::lrt_::frame.text), *p->frame}}); !e) return e;
     if (Result<void> e = check_formats(*p, "property \"" + spec->path + "/" + p->path + "\""); !e) return e;
   }
   for (const auto& a : spec->actions) {

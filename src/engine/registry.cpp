@@ -81,6 +81,13 @@ ThingNode* Registry::find_thing(std::string_view path) const {
   return found == things_.end() ? nullptr : found->second.get();
 }
 
+bool Registry::has_things_below(std::string_view path) const {
+  if (find_thing(path)) return true;
+  const std::string below = std::string(path) + "/";
+  const auto next = things_.lower_bound(below);
+  return next != things_.end() && next->first.compare(0, below.size(), below) == 0;
+}
+
 void Registry::clear() {
   cache_.clear();
   by_path_.clear();

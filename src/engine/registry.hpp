@@ -54,6 +54,8 @@ class Registry {
   void clear();
   /// @param path  "/baxter/right_s1"
   ThingNode* find_thing(std::string_view path) const;
+  /// Whether a Thing has this path, or one below it.
+  bool has_things_below(std::string_view path) const;
   const std::vector<ThingNode*>& roots() const noexcept { return roots_; }
   const std::map<std::string, std::unique_ptr<ThingNode>, std::less<>>& things() const noexcept { return things_; }
 

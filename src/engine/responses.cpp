@@ -31,7 +31,7 @@ rdf::Graph problem_graph(int status, const std::string& detail) {
   const rdf::TermId node = graph.fresh_blank();
   const auto add = [&](Iri predicate, const rdf::TermView& object) { graph.add(node, graph.intern(predicate), graph.intern(object)); };
   const std::string code = std::to_string(status);
-  add(vocab::rdf::type, vocab::http_core::Response);
+  add(vocab::rdf_::type, vocab::http_core::Response);
   add(vocab::http_core::statusCodeValue, rdf::literal(code, vocab::xsd::integer));
   add(vocab::http_core::reasonPhrase, rdf::literal(http::reason_phrase(status)));
   add(vocab::dcterms::description, rdf::literal(detail));

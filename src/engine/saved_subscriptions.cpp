@@ -26,11 +26,11 @@ std::optional<std::string> SavedSubscriptions::take() {
         .add(vocab::hybrit::callbackURL, rdf::literal(url, vocab::xsd::anyURI))
         .add(vocab::hybrit::mediaType, rdf::literal(type))
         .when(vocab::dcterms::created, made)
-        .add(vocab::lrt::queueLength, rdf::literal(std::to_string(policy.queue_length), vocab::xsd::integer))
-        .add(vocab::lrt::minimumInterval,
+        .add(vocab::lrt_::queueLength, rdf::literal(std::to_string(policy.queue_length), vocab::xsd::integer))
+        .add(vocab::lrt_::minimumInterval,
              rdf::literal(rdf::lexical::format(std::chrono::duration<double>(policy.minimum_interval).count()), vocab::xsd::double_));
     if (!kind.empty()) about.link(vocab::dcterms::type, std::string(kind));
-    if (!secret.empty()) about.add(vocab::lrt::secret, rdf::literal(secret));
+    if (!secret.empty()) about.add(vocab::lrt_::secret, rdf::literal(secret));
   };
   for (const auto& [path, thing] : registry_.things())
     for (const auto& s : thing->subscriptions.subscriptions)
@@ -66,7 +66,7 @@ Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::G
   read.type = text(vocab::dcterms::type, true);
   read.request.protocol = Protocol::callback;
   read.request.url = text(vocab::hybrit::callbackURL);
-  read.request.secret = text(vocab::lrt::secret);
+  read.request.secret = text(vocab::lrt_::secret);
   const Result<std::string> id = model::encode_path(read.id);
   if (!id || *id != read.id || read.id.find('/') != std::string::npos) return unexpected(Errc::refused, "its identifier is not a path segment");
   const bool base_fits = read.base.size() > 1 && read.base.back() == '/' && observed.size() > read.base.size() &&
@@ -75,8 +75,8 @@ Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::G
   read.path = observed.substr(read.base.size() - 1);
   read.base.pop_back();
   read.media_type = text(vocab::hybrit::mediaType);
-  const auto interval = interval_of(text(vocab::lrt::minimumInterval));
-  const auto length = rdf::lexical::parse_uint64(text(vocab::lrt::queueLength));
+  const auto interval = interval_of(text(vocab::lrt_::minimumInterval));
+  const auto length = rdf::lexical::parse_uint64(text(vocab::lrt_::queueLength));
   if (!MediaType::parse(read.media_type) || !interval || !length || *length > options_.subscriptions.max_queue_length || read.request.secret.size() > max_secret)
     return unexpected(Errc::refused, "its media type, interval, queue length or secret is not possible");
   read.request.policy.minimum_interval = *interval;
@@ -100,7 +100,7 @@ Result<void> SavedSubscriptions::restore(std::string_view saved) {
   read_options.max_triples = 100'000;
   const Result<rdf::Graph> graph = rdf::read(saved, rdf::Syntax::turtle, read_options);
   if (!graph) return Unexpected{graph.error()};
-  const auto type = graph->find(vocab::rdf::type), callback = graph->find(vocab::hybrit::WebCallback);
+  const auto type = graph->find(vocab::rdf_::type), callback = graph->find(vocab::hybrit::WebCallback);
   if (!type || !callback) return {};
   for (const rdf::Triple& t : graph->match(std::nullopt, *type, *callback)) {
     Result<PendingRestore> one = read(*graph, t.subject);

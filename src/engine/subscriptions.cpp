@@ -31,7 +31,7 @@ std::vector<rdf::TermId> focus_nodes(const rdf::Graph& graph, const std::string&
       if (std::find(found.begin(), found.end(), t.subject) == found.end()) found.push_back(t.subject);
   };
   collect(vocab::hybrit::onResource, std::nullopt);
-  for (const Iri type : {vocab::hybrit::Subscription, vocab::hybrit::WebCallback, vocab::hybrit::WebSocket}) collect(vocab::rdf::type, type);
+  for (const Iri type : {vocab::hybrit::Subscription, vocab::hybrit::WebCallback, vocab::hybrit::WebSocket}) collect(vocab::rdf_::type, type);
   return found;
 }
 
@@ -262,7 +262,7 @@ Outcome Subscriptions::create(Context& context) {
   const std::vector<rdf::TermId> nodes = focus_nodes(graph, responses_.iri(context, context.resource->path));
   if (nodes.size() > 1) return problem(422, "body: expected one subscription, found several");
   const auto is_a = [&](Iri type) {
-    const auto p = graph.find(vocab::rdf::type), o = graph.find(type);
+    const auto p = graph.find(vocab::rdf_::type), o = graph.find(type);
     return !nodes.empty() && p && o && !graph.match(nodes.front(), *p, *o).empty();
   };
   if (is_a(vocab::hybrit::WebSocket))
@@ -290,7 +290,7 @@ Outcome Subscriptions::create(Context& context) {
     return problem(422, "hybrit:onResource: expected a resource of the thing \"" + thing.spec->path + "\" that can be observed, found <" + observed + ">");
   wanted.policy = default_policy(*wanted.observed);
   wanted.url = object(vocab::hybrit::callbackURL).value_or("");
-  wanted.secret = object(vocab::lrt::secret).value_or("");
+  wanted.secret = object(vocab::lrt_::secret).value_or("");
   if (const Result<subscription::CallbackUrl> url = subscription::parse_callback_url(wanted.url); !url)
     return problem(422, "hybrit:callbackURL: " + url.error().message);
   if (auto response = refused_receiver(context, wanted.url)) return *std::move(response);
@@ -299,19 +299,19 @@ Outcome Subscriptions::create(Context& context) {
   const auto choice = http::negotiate(type.empty() ? std::nullopt : std::optional<std::string_view>(type), variants.types);
   if (!choice) return problem(422, "hybrit:mediaType: expected one of " + variants.list() + ", found \"" + type + "\"");
   wanted.variant = variants.variants[*choice];
-  if (const auto seconds = object(vocab::lrt::minimumInterval)) {
+  if (const auto seconds = object(vocab::lrt_::minimumInterval)) {
     const auto interval = interval_of(*seconds);
     if (!interval) return problem(422, "lrt:minimumInterval: expected " + interval_range);
     wanted.policy.minimum_interval = *interval;
   }
-  if (const auto length = object(vocab::lrt::queueLength)) {
+  if (const auto length = object(vocab::lrt_::queueLength)) {
     const auto parsed = rdf::lexical::parse_uint64(*length);
     if (!parsed || *parsed > options_.subscriptions.max_queue_length)
       return problem(422, "lrt:queueLength: expected a number from 0 to " + std::to_string(options_.subscriptions.max_queue_length));
     wanted.policy.queue_length = static_cast<std::size_t>(*parsed);
-  } else if (const auto delivery = object(vocab::lrt::delivery)) {
-    if (*delivery == vocab::lrt::latest.text) wanted.policy.queue_length = 0;
-    else if (*delivery == vocab::lrt::queue.text) wanted.policy.queue_length = options_.subscriptions.default_queue_length;
+  } else if (const auto delivery = object(vocab::lrt_::delivery)) {
+    if (*delivery == vocab::lrt_::latest.text) wanted.policy.queue_length = 0;
+    else if (*delivery == vocab::lrt_::queue.text) wanted.policy.queue_length = options_.subscriptions.default_queue_length;
     else return problem(422, "lrt:delivery: expected lrt:latest or lrt:queue, found " + *delivery);
   }
   if (auto response = representations_.failed_precondition(context)) return *std::move(response);

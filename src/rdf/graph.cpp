@@ -27,7 +27,7 @@ bool equals_lower(std::string_view lowered, std::string_view text) noexcept {
 
 /// Sets the datatype of a literal if the caller left it empty.
 std::string_view datatype_of(const TermView& term) noexcept {
-  if (!term.language.empty()) return vocab::rdf::langString.text;
+  if (!term.language.empty()) return vocab::rdf_::langString.text;
   return term.datatype.empty() ? vocab::xsd::string.text : term.datatype;
 }
 
@@ -305,12 +305,12 @@ std::vector<TermView> Graph::subjects(const TermView& predicate, const TermView&
 }
 
 TermId Graph::add_list(const std::vector<TermId>& members, std::vector<TermId> cells) {
-  const TermId nil = intern(vocab::rdf::nil);
+  const TermId nil = intern(vocab::rdf_::nil);
   if (members.empty()) return nil;
   cells.reserve(members.size());
   while (cells.size() < members.size()) cells.push_back(fresh_blank());
   for (std::size_t i = 0; i < members.size(); ++i) {
-    const TermId first = intern(vocab::rdf::first), rest = intern(vocab::rdf::rest);
+    const TermId first = intern(vocab::rdf_::first), rest = intern(vocab::rdf_::rest);
     add(cells[i], first, members[i]);
     add(cells[i], rest, i + 1 < cells.size() ? cells[i + 1] : nil);
   }
@@ -319,7 +319,7 @@ TermId Graph::add_list(const std::vector<TermId>& members, std::vector<TermId> c
 
 std::optional<std::vector<TermId>> Graph::list(TermId head) const {
   std::vector<TermId> members;
-  const auto first = find(vocab::rdf::first), rest = find(vocab::rdf::rest), nil = find(vocab::rdf::nil);
+  const auto first = find(vocab::rdf_::first), rest = find(vocab::rdf_::rest), nil = find(vocab::rdf_::nil);
   if (nil && head == *nil) return members;
   if (!first || !rest || !nil) return std::nullopt;
   const auto only = [this](TermId subject, TermId predicate) -> std::optional<TermId> {

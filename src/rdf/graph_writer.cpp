@@ -65,10 +65,10 @@ PrefixTable::Prefix* PrefixTable::find(std::string_view name) noexcept {
 
 GraphWriter::GraphWriter(const Graph& graph)
     : graph_(graph),
-      type_(graph.find(vocab::rdf::type)),
-      first_(graph.find(vocab::rdf::first)),
-      rest_(graph.find(vocab::rdf::rest)),
-      nil_(graph.find(vocab::rdf::nil)),
+      type_(graph.find(vocab::rdf_::type)),
+      first_(graph.find(vocab::rdf_::first)),
+      rest_(graph.find(vocab::rdf_::rest)),
+      nil_(graph.find(vocab::rdf_::nil)),
       nodes_(graph.term_count()) {}
 
 void GraphWriter::find_nested() {

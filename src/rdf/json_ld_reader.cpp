@@ -557,7 +557,7 @@ class Reader {
       return;
     }
     const std::optional<std::string> type = expand_iri(*context, string_at(value, "a type"), true, true, value);
-    if (type) emit(self, graph_.intern(vocab::rdf::type), node_of(value, *type));
+    if (type) emit(self, graph_.intern(vocab::rdf_::type), node_of(value, *type));
   }
 
   void included(const Context& context, Id value) {
@@ -693,12 +693,12 @@ class Reader {
     } else {
       item_of(value);
     }
-    const TermId nil = graph_.intern(vocab::rdf::nil);
+    const TermId nil = graph_.intern(vocab::rdf_::nil);
     TermId head = nil;
     for (std::size_t i = members.size(); i-- > 0;) {
       const TermId cell = fresh_blank();
-      emit(cell, graph_.intern(vocab::rdf::first), members[i]);
-      emit(cell, graph_.intern(vocab::rdf::rest), head);
+      emit(cell, graph_.intern(vocab::rdf_::first), members[i]);
+      emit(cell, graph_.intern(vocab::rdf_::rest), head);
       head = cell;
     }
     return head;

@@ -9,7 +9,7 @@ namespace lrt::rdf {
 TermView literal(std::string_view lexical) noexcept { return {TermKind::literal, lexical, vocab::xsd::string.text}; }
 
 TermView tagged_literal(std::string_view lexical, std::string_view language) noexcept {
-  return {TermKind::literal, lexical, vocab::rdf::langString.text, language};
+  return {TermKind::literal, lexical, vocab::rdf_::langString.text, language};
 }
 
 std::string to_string(const TermView& term) {

@@ -506,7 +506,7 @@ class Parser : Terminals {
       case State::item:
         if (!count_triples(2, from)) return false;
         subject_ = next_cell();
-        predicate_ = known(first_, vocab::rdf::first);
+        predicate_ = known(first_, vocab::rdf_::first);
         return true;
       case State::subject: return kind != Kind::literal || unexpected_here(from);
       case State::after_object: return unexpected_here(from);
@@ -532,7 +532,7 @@ class Parser : Terminals {
     Open& list = open_.back();
     const TermId cell = new_blank();
     if (list.cell != none) {
-      graph_.add(list.cell, known(rest_, vocab::rdf::rest), cell);
+      graph_.add(list.cell, known(rest_, vocab::rdf_::rest), cell);
     } else if (list.state == State::subject) {
       list.subject = cell;
     } else {
@@ -565,8 +565,8 @@ class Parser : Terminals {
     Open open = open_.back();
     open_.pop_back();
     if (c == ')') {
-      const TermId nil = known(nil_, vocab::rdf::nil);
-      if (open.cell != none) graph_.add(open.cell, known(rest_, vocab::rdf::rest), nil);
+      const TermId nil = known(nil_, vocab::rdf_::nil);
+      if (open.cell != none) graph_.add(open.cell, known(rest_, vocab::rdf_::rest), nil);
       else if (open.state == State::subject) open.subject = nil;
       else graph_.add(open.subject, open.predicate, nil);
     }
@@ -717,7 +717,7 @@ class Parser : Terminals {
     const std::string_view read(from, static_cast<std::size_t>(word_end - from));
     if (read == "a" && wants_verb()) {
       at_ = word_end;
-      return place(known(type_, vocab::rdf::type));
+      return place(known(type_, vocab::rdf_::type));
     }
     if (state_ == State::subject && detail::iequals_ascii(read, "prefix")) {
       at_ = word_end;

@@ -230,14 +230,14 @@ class Reader {
       case Kind::optional: {
         const Type& inner = *type.element;
         if (inner.kind == Kind::record && !has_record(focus, inner)) return Value();
-        const Iri carrier = inner.is_number() ? vocab::vom::numericalValue : vocab::rdf::value;
+        const Iri carrier = inner.is_number() ? vocab::vom::numericalValue : vocab::rdf_::value;
         if (inner.kind != Kind::record && !graph_.object(graph_.term(focus), carrier)) return Value();
         return at(focus, inner, facets);
       }
       case Kind::record: return record(focus, type, facets);
       case Kind::integer:
       case Kind::real: return number(focus, type, facets);
-      default: return only(focus, vocab::rdf::value.text, type, facets);
+      default: return only(focus, vocab::rdf_::value.text, type, facets);
     }
   }
 
@@ -274,7 +274,7 @@ class Reader {
   bool has_record(TermId focus, const Type& type) const {
     for (const FieldType& field : type.fields)
       if (!values(focus, predicate_iri(field, names_base_)).empty()) return true;
-    for (const TermId type_of_it : values(focus, vocab::rdf::type.text))
+    for (const TermId type_of_it : values(focus, vocab::rdf_::type.text))
       if (graph_.term(type_of_it) == TermView(vocab::rdfs::Resource)) return true;
     return false;
   }
@@ -444,7 +444,7 @@ class Reader {
 }  // namespace
 
 void ValueWriter::number(TermId node, TermId literal, const Unit& u) {
-  add(node, vocab::rdf::type, graph_.intern(vocab::maths::Scalar));
+  add(node, vocab::rdf_::type, graph_.intern(vocab::maths::Scalar));
   add(node, vocab::vom::numericalValue, literal);
   unit(node, u);
 }
@@ -456,10 +456,10 @@ TermId ValueWriter::number(TermId literal, const Unit& u) {
   return node;
 }
 
-void ValueWriter::value(TermId focus, TermId object) { add(focus, vocab::rdf::value, object); }
+void ValueWriter::value(TermId focus, TermId object) { add(focus, vocab::rdf_::value, object); }
 
 void ValueWriter::classes(TermId node, const Type& record) {
-  for (const std::string& c : record.classes) add(node, vocab::rdf::type, graph_.intern(iri(c)));
+  for (const std::string& c : record.classes) add(node, vocab::rdf_::type, graph_.intern(iri(c)));
 }
 
 void ValueWriter::field(TermId node, const FieldType& field, TermId object) {
@@ -473,13 +473,13 @@ void ValueWriter::unit(TermId node, const Unit& u) {
 
 TermId ValueWriter::map_member(std::string_view name, TermId object) {
   const TermId node = graph_.fresh_blank();
-  add(node, vocab::rdf::type, graph_.intern(vocab::schema::PropertyValue));
+  add(node, vocab::rdf_::type, graph_.intern(vocab::schema::PropertyValue));
   add(node, vocab::schema::name, graph_.intern(literal(name)));
   add(node, vocab::schema::value, object);
   return node;
 }
 
-void ValueWriter::present(TermId focus) { add(focus, vocab::rdf::type, graph_.intern(vocab::rdfs::Resource)); }
+void ValueWriter::present(TermId focus) { add(focus, vocab::rdf_::type, graph_.intern(vocab::rdfs::Resource)); }
 
 std::string lexical_form(const Type& type, const Value& value) {
   switch (type.kind) {

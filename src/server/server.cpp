@@ -12,6 +12,7 @@
 #include "src/base/mailbox.hpp"
 #include "src/page/page.hpp"
 #include "src/server/guest_requests.hpp"
+#include "src/server/listen_addresses.hpp"
 #include "src/server/log_queue.hpp"
 #include "src/server/saved_file.hpp"
 #include "src/base/event_waker.hpp"
@@ -25,8 +26,6 @@ constexpr auto forever = std::chrono::milliseconds::max();
 constexpr std::chrono::milliseconds longest_guest_wait{50};
 /// Of one turn on a loop that the host has other work for, too.
 constexpr std::chrono::microseconds host_loop_budget{200};
-
-bool is_loopback(const std::string& address) { return address == "::1" || address.compare(0, 4, "127.") == 0; }
 
 }  // namespace
 
@@ -48,26 +47,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (options_.threads.dispatch == Dispatch::executor && !options_.threads.executor)
       return unexpected(Errc::invalid_option, "Dispatch::executor needs Threads::executor");
     if (Result<void> checked = engine_.check(); !checked) return checked;
-    transport::TransportOptions t;
-    t.address = options_.listen.address;
-    t.port = options_.listen.port;
-    t.limits = options_.limits;
-    t.tls = options_.security.tls;
-    t.clock = &clock_;
-    t.log = log_.sink();
-    t.turn = [this] { poll(host_loop_budget); };
-    transport_ = options_.listen.transport ? options_.listen.transport(std::move(t)) : transport::make_named({}, std::move(t));
-    if (!transport_) return unexpected(Errc::invalid_option, "there is no transport");
-    if (transport_->capabilities().on_host_loop && options_.threads.io != Io::in_poll)
-      return unexpected(Errc::invalid_option, "the transport lives on a loop of the host's: that needs Io::in_poll");
-    descriptor_is_used_ = transport_->capabilities().on_host_loop;
-    if (options_.security.tls && !transport_->capabilities().tls) return unexpected(Errc::invalid_option, "the transport has no TLS");
-    if (transport_->capabilities().network && !is_loopback(options_.listen.address) && !options_.security.tls && !options_.security.authorize &&
-        !options_.security.allow_unprotected_network)
-      return unexpected(Errc::insecure_address, "listening on " + options_.listen.address +
-                                                    " lets the network move the robot: set security.tls, security.authorize, or security.allow_unprotected_network");
-    if (Result<void> started = transport_->start(*this); !started) return started;
-    engine_.listens_on(options_.listen.address, transport_->port(), options_.security.tls.has_value());
+    if (Result<void> started = start_transport(); !started) return started;
     transport_waker_ = transport_->waker();
     engine_.set_waker(transport_waker_);
     if (!options_.callbacks.file.empty()) restore();
@@ -287,6 +267,49 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
  private:
+  /// Starts a transport on Listen::address; of a host name, on its first address that the machine has.
+  Result<void> start_transport() {
+    const std::string& given = options_.listen.address;
+    const Result<std::vector<std::string>> resolved = listen_addresses(given);
+    Result<void> started;
+    for (const std::string& address : resolved ? *resolved : std::vector<std::string>{given}) {
+      make_transport(address);
+      if (transport_ && transport_->capabilities().network && !resolved) return Unexpected{resolved.error()};
+      if (Result<void> checked = check_transport(address); !checked) return checked;
+      started = transport_->start(*this);
+      if (!started && started.error().code != Errc::address_in_use) continue;
+      if (started) engine_.listens_on(address, transport_->port(), options_.security.tls.has_value(), address == given ? std::string_view() : given);
+      break;
+    }
+    return started;
+  }
+
+  void make_transport(const std::string& address) {
+    transport::TransportOptions t;
+    t.address = address;
+    t.port = options_.listen.port;
+    t.limits = options_.limits;
+    t.tls = options_.security.tls;
+    t.clock = &clock_;
+    t.log = log_.sink();
+    t.turn = [this] { poll(host_loop_budget); };
+    transport_ = options_.listen.transport ? options_.listen.transport(std::move(t)) : transport::make_named({}, std::move(t));
+  }
+
+  Result<void> check_transport(const std::string& address) {
+    if (!transport_) return unexpected(Errc::invalid_option, "there is no transport");
+    const transport::Capabilities can = transport_->capabilities();
+    if (can.on_host_loop && options_.threads.io != Io::in_poll)
+      return unexpected(Errc::invalid_option, "the transport lives on a loop of the host's: that needs Io::in_poll");
+    descriptor_is_used_ = can.on_host_loop;
+    const Security& security = options_.security;
+    if (security.tls && !can.tls) return unexpected(Errc::invalid_option, "the transport has no TLS");
+    if (!can.network || is_loopback(address) || security.tls || security.authorize || security.allow_unprotected_network) return {};
+    const std::string& given = options_.listen.address;
+    return unexpected(Errc::insecure_address, "listening on " + given + (address == given ? "" : " (" + address + ")") +
+                                                  " lets the network move the robot: set security.tls, security.authorize, or security.allow_unprotected_network");
+  }
+
   /// The right to enter the transport. It is tried, never waited for.
   class Turn {
    public:

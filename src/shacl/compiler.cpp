@@ -98,7 +98,7 @@ void Compiler::fail(std::string message, Errc code) {
 
 /// SHACL 1.1: rdf:type/rdfs:subClassOf*, here in the shapes graph.
 bool Compiler::is_instance(rdf::TermId node, Iri class_iri) const {
-  const auto wanted = find(class_iri), type = find(vocab::rdf::type), sub_class_of = find(vocab::rdfs::subClassOf);
+  const auto wanted = find(class_iri), type = find(vocab::rdf_::type), sub_class_of = find(vocab::rdfs::subClassOf);
   if (!wanted || !type) return false;
   if (graph_.contains(node, *type, *wanted)) return true;
   if (!sub_class_of) return false;
@@ -124,7 +124,7 @@ void Compiler::refuse_unsupported() {
                 Errc::unsupported_syntax);
   }
   // Custom constraint components (SHACL 6) are refused if a shape uses one.
-  const auto type = find(vocab::rdf::type), component = find(sh::ConstraintComponent), parameter = find(sh::parameter),
+  const auto type = find(vocab::rdf_::type), component = find(sh::ConstraintComponent), parameter = find(sh::parameter),
              path = find(sh::path);
   if (!type || !component || !parameter || !path) return;
   for (const rdf::Triple& declared : graph_.match(std::nullopt, *type, *component)) {
@@ -159,7 +159,7 @@ void Compiler::add_shape_value(const rdf::Triple& t) {
 
 /// SHACL 2.1: finds the shapes.
 void Compiler::find_shapes() {
-  const auto type = find(vocab::rdf::type), sub_class_of = find(vocab::rdfs::subClassOf);
+  const auto type = find(vocab::rdf_::type), sub_class_of = find(vocab::rdfs::subClassOf);
   std::vector<rdf::TermId> shape_classes;
   for (const Iri c : {sh::NodeShape, sh::PropertyShape})
     if (const auto id = find(c)) shape_classes.push_back(*id);
@@ -292,7 +292,7 @@ PathIndex Compiler::compile_path(rdf::TermId owner, rdf::TermId node, std::size_
   if (++path_size_ > options_.max_path_size)
     return refuse("a path of at most " + std::to_string(options_.max_path_size) + " parts", Errc::limit_exceeded);
   const rdf::TermView view = term(node);
-  if (view.is_literal() || view == rdf::TermView(vocab::rdf::nil)) return refuse("a property path");
+  if (view.is_literal() || view == rdf::TermView(vocab::rdf_::nil)) return refuse("a property path");
   if (view.is_iri()) {
     const auto [at, is_new] = predicate_paths_.try_emplace(static_cast<std::uint32_t>(node), nothing);
     if (is_new) {
@@ -309,7 +309,7 @@ PathIndex Compiler::compile_path(rdf::TermId owner, rdf::TermId node, std::size_
     for (const rdf::TermId m : *members) path.parts.push_back(compile_path(owner, m, depth + 1));
     return true;
   };
-  if (!values(node, vocab::rdf::first).empty()) {
+  if (!values(node, vocab::rdf_::first).empty()) {
     path.kind = Path::Kind::sequence;
     if (!take_list(node)) return refuse("a list of at least two paths");
     return add_path(std::move(path));
@@ -361,7 +361,7 @@ void Compiler::mark_recursive() {
 }
 
 Result<void> Compiler::run() {
-  plan_.type = plan_.graph.intern(vocab::rdf::type);
+  plan_.type = plan_.graph.intern(vocab::rdf_::type);
   plan_.sub_class_of = plan_.graph.intern(vocab::rdfs::subClassOf);
   plan_.graph.intern(sh::Violation);
   refuse_unsupported();

@@ -52,7 +52,7 @@ class Deriver {
       case Kind::real:
         if (required || facets.unit().empty()) return number_node(shape, type, facets, required);
         return absent_or_number(shape, type, facets);
-      default: return value(property(shape, vocab::rdf::value), type, facets, required);
+      default: return value(property(shape, vocab::rdf_::value), type, facets, required);
     }
   }
 
@@ -204,11 +204,11 @@ class Deriver {
   /// An RDF list: every cell has one rdf:first and one rdf:rest, the last rest is rdf:nil, and the number of cells is in range.
   /// @return  the shape of its members
   TermId list(TermId shape, const Type& type) {
-    const auto rests = [&] { return blank_with(sh::zeroOrMorePath, graph_.intern(vocab::rdf::rest)); };
+    const auto rests = [&] { return blank_with(sh::zeroOrMorePath, graph_.intern(vocab::rdf_::rest)); };
     const TermId cells = property_at(shape, rests());
-    add(cells, sh::hasValue, TermId(graph_.intern(vocab::rdf::nil)));
-    const TermId end = blank_with(sh::hasValue, graph_.intern(vocab::rdf::nil)), cell = graph_.fresh_blank();
-    for (const Iri predicate : {vocab::rdf::first, vocab::rdf::rest}) {
+    add(cells, sh::hasValue, TermId(graph_.intern(vocab::rdf_::nil)));
+    const TermId end = blank_with(sh::hasValue, graph_.intern(vocab::rdf_::nil)), cell = graph_.fresh_blank();
+    for (const Iri predicate : {vocab::rdf_::first, vocab::rdf_::rest}) {
       const TermId p = property(cell, predicate);
       count(p, sh::minCount, 1);
       count(p, sh::maxCount, 1);
@@ -217,7 +217,7 @@ class Deriver {
     // rdf:nil is one of the nodes that rdf:rest* reaches.
     if (type.shortest > 0) count(cells, sh::minCount, type.shortest + 1);
     if (type.longest != std::numeric_limits<std::size_t>::max()) count(cells, sh::maxCount, type.longest + 1);
-    return property_at(shape, graph_.add_list({rests(), graph_.intern(vocab::rdf::first)}));
+    return property_at(shape, graph_.add_list({rests(), graph_.intern(vocab::rdf_::first)}));
   }
 
   // ---- numbers

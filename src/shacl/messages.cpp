@@ -72,7 +72,7 @@ std::string words_for_list(const rdf::Graph& graph, rdf::TermId cells) {
 
 bool has_cells_as_path(const rdf::Graph& graph, rdf::TermId shape) {
   const auto path = object(graph, shape, sh::path);
-  return path && is(graph, object(graph, *path, sh::zeroOrMorePath), vocab::rdf::rest);
+  return path && is(graph, object(graph, *path, sh::zeroOrMorePath), vocab::rdf_::rest);
 }
 
 /// Turtle's short forms.
@@ -158,7 +158,7 @@ std::string list_violation(const Run& run, const Scene& scene) {
   if (!has_cells_as_path(graph, scene.shape.id)) return {};
   std::size_t cells = scene.size();
   bool ends = false;
-  for (std::size_t i = scene.begin; i < scene.end; ++i) ends |= run.term(run.node(i)) == rdf::TermView(vocab::rdf::nil);
+  for (std::size_t i = scene.begin; i < scene.end; ++i) ends |= run.term(run.node(i)) == rdf::TermView(vocab::rdf_::nil);
   const std::string found = ends         ? counted(cells - 1, "value", "values")
                             : cells == 1 ? shown_value(run.term(run.node(scene.begin)))
                                          : "a list that does not end";

@@ -82,7 +82,7 @@ class Writer {
   void add(rdf::TermId owner, Iri predicate, const ValidationResult& r) {
     const rdf::TermId node = graph_.fresh_blank();
     graph_.add(owner, graph_.intern(predicate), node);
-    put(node, vocab::rdf::type, graph_.intern(sh::ValidationResult));
+    put(node, vocab::rdf_::type, graph_.intern(sh::ValidationResult));
     put(node, sh::focusNode, graph_.intern(r.focus.view()));
     if (!r.path.empty()) put(node, sh::resultPath, r.path.write(graph_));
     if (r.value) put(node, sh::value, graph_.intern(r.value->view()));
@@ -142,7 +142,7 @@ rdf::Graph Report::to_graph() const {
   Writer writer(graph);
   writer.reserve(results_);
   const rdf::TermId report = graph.fresh_blank();
-  writer.put(report, vocab::rdf::type, graph.intern(sh::ValidationReport));
+  writer.put(report, vocab::rdf_::type, graph.intern(sh::ValidationReport));
   writer.put(report, sh::conforms, graph.intern(rdf::literal(conforms() ? "true" : "false", vocab::xsd::boolean)));
   if (!complete_)
     writer.put(report, vocab::rdfs::comment,

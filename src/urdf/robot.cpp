@@ -353,9 +353,9 @@ class Robot::Impl {
 
   void describe_robot() {
     thing_->title(model_.name.empty() ? "robot" : model_.name).type(vocab::ros::Robot);
-    thing_->add(vocab::lrt::rootLink, Object::resource(link_paths_[model_.root]));
+    thing_->add(vocab::lrt_::rootLink, Object::resource(link_paths_[model_.root]));
     // The joints of the list, in its order: an RDF list relative to the Thing.
-    std::string order = "<> <" + std::string(vocab::lrt::positionsOf.text) + "> (";
+    std::string order = "<> <" + std::string(vocab::lrt_::positionsOf.text) + "> (";
     const std::size_t below = path_.rfind('/') == std::string::npos ? 0 : path_.rfind('/') + 1;
     int count = 0;
     for (std::size_t j = 0; j < model_.joints.size(); ++j) {
@@ -402,7 +402,7 @@ class Robot::Impl {
     if (joint.dynamics) constant(thing, "dynamics", DynamicsOf<angular>{*joint.dynamics});
     if (joint.safety) constant(thing, "safety", SafetyOf<angular>{*joint.safety});
     if (joint.mimic) {
-      thing.add(vocab::lrt::mimics, Object::resource(joint_paths_[joint.mimic->joint]));
+      thing.add(vocab::lrt_::mimics, Object::resource(joint_paths_[joint.mimic->joint]));
       constant(thing, "mimic", MimicOf<angular>{*joint.mimic});
     }
   }
@@ -449,7 +449,7 @@ class Robot::Impl {
     if (link.joint) thing.add(vocab::xhv::prev, Object::resource(joint_paths_[*link.joint]));
     for (const std::size_t j : after_[index]) thing.add(vocab::xhv::next, Object::resource(joint_paths_[j]));
     auto pose = thing.property<Isometry>("pose", unit::metre);
-    pose.predicate(vocab::lrt::pose).frame(Object::resource(link_paths_[model_.root]));
+    pose.predicate(vocab::lrt_::pose).frame(Object::resource(link_paths_[model_.root]));
     link_poses_.push_back(pose);
     if (const auto& i = link.inertial)
       constant(thing, "inertial",
@@ -475,8 +475,8 @@ class Robot::Impl {
     }
     PushedProperty<Appearance> property = constant(thing, path, appearance);
     property.frame(link);
-    if (shape.kind == Shape::Kind::mesh) property.add(vocab::lrt::mesh, file(shape.mesh));
-    if (shape.material && !shape.material->texture.empty()) property.add(vocab::lrt::texture, file(shape.material->texture));
+    if (shape.kind == Shape::Kind::mesh) property.add(vocab::lrt_::mesh, file(shape.mesh));
+    if (shape.material && !shape.material->texture.empty()) property.add(vocab::lrt_::texture, file(shape.material->texture));
   }
 
   std::vector<std::vector<std::size_t>> after_;  // joints whose parent is this link

@@ -68,7 +68,7 @@ Graph joints(std::size_t n) {
   for (std::size_t i = 0; i < n; ++i) {
     const std::string self = ex("j" + std::to_string(i)), after = ex("j" + std::to_string((i + 1) % n));
     const std::string label = "joint_" + std::to_string(i), value = std::to_string(static_cast<double>(i % 628) / 100 - 3.13);
-    graph.add(lrt::rdf::iri(self), lrt::vocab::rdf::type, lrt::rdf::iri(joint_class));
+    graph.add(lrt::rdf::iri(self), lrt::vocab::rdf_::type, lrt::rdf::iri(joint_class));
     graph.add(lrt::rdf::iri(self), lrt::rdf::iri(name), lrt::rdf::literal(label));
     graph.add(lrt::rdf::iri(self), lrt::rdf::iri(angle), lrt::rdf::literal(value, lrt::vocab::xsd::double_));
     graph.add(lrt::rdf::iri(self), lrt::rdf::iri(next), lrt::rdf::iri(after));

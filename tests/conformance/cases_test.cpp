@@ -241,6 +241,8 @@ class Run {
       robot.count = std::stoi(value);
     } else if (name == "locked") {
       robot.locked = value != "0";
+    } else if (name == "hot") {
+      robot.hot = value != "0";
     } else if (name == "clock") {
       target_.clock.advance(std::chrono::milliseconds(std::stol(value)));
     } else if (name == "grip") {

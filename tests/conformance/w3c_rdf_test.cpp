@@ -70,7 +70,7 @@ void run(const std::string& folder, const std::string& base, Syntax syntax) {
   REQUIRE(entries->size() > 50);
   for (const auto id : *entries) {
     const TermView entry = manifest->term(id);
-    const auto type = manifest->object(entry, lrt::vocab::rdf::type);
+    const auto type = manifest->object(entry, lrt::vocab::rdf_::type);
     const auto action = manifest->object(entry, mf_action);
     REQUIRE(type);
     REQUIRE(action);

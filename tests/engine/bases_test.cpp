@@ -47,6 +47,16 @@ TEST_CASE("the base is the host that the request names, if it is this server", "
   CHECK(base_of(bases, "") == bases[0]);
 }
 
+TEST_CASE("a host name that has given the address is the first base", "[engine][SPEC 3.7]") {
+  Bases bases({}, {});
+  bases.listens_on("192.0.2.1", 8080, false, "Robot.local");
+  CHECK(bases[0] == "http://robot.local:8080");
+  CHECK(base_of(bases, "robot.local:8080") == "http://robot.local:8080");
+  CHECK(base_of(bases, "192.0.2.1:8080") == "http://192.0.2.1:8080");
+  CHECK(base_of(bases, "localhost:8080") == "http://localhost:8080");
+  CHECK(is_refused(base_of(bases, "robot.local")));
+}
+
 TEST_CASE("the scheme's own port is not part of a base", "[engine][SPEC 3.7]") {
   Bases bases({}, {});
   bases.listens_on("127.0.0.1", 443, true);
@@ -56,11 +66,60 @@ TEST_CASE("the scheme's own port is not part of a base", "[engine][SPEC 3.7]") {
   CHECK(bases[0] == "https://127.0.0.1");
 }
 
-TEST_CASE("a public base is the base of every request", "[engine][SPEC 3.7]") {
-  Bases bases("https://robot.example/arm", {});
-  bases.listens_on("127.0.0.1", 8080, false);
-  CHECK(base_of(bases, "anything") == "https://robot.example/arm");
+TEST_CASE("a public base is the base of every request whose Host is the server's", "[engine][SPEC 3.7]") {
+  Bases bases("https://robot.example/arm", {"alias.example", "gate.example:8443", "other.example:443"});
+  bases.listens_on("192.0.2.1", 8080, false);
+  for (const char* host : {"robot.example", "Robot.Example", "robot.example:443", "alias.example", "alias.example:8080", "gate.example:8443",
+                           "other.example", "192.0.2.1:8080", "localhost:8080", "127.0.0.1:8080", "[::1]:8080", ""}) {
+    CAPTURE(host);
+    CHECK(base_of(bases, host) == "https://robot.example/arm");
+  }
+  for (const char* host : {"anything", "robot.example:8080", "robot.example.evil.example", "alias.example:81", "gate.example", "localhost",
+                           "192.0.2.1", "evil.example:8080"}) {
+    CAPTURE(host);
+    CHECK(is_refused(base_of(bases, host)));
+  }
+  CHECK(is_refused(base_of(bases, "robot.example", false, {}, 0, "http://evil.example/arm")));
+  CHECK(base_of(bases, "evil.example", false, {}, 0, "http://robot.example/arm") == "https://robot.example/arm");
   CHECK(bases.origin(0) == "https://robot.example");
+  CHECK(bases.public_path() == "/arm");
+  CHECK(Bases("http://robot.example:80", {}).public_path().empty());
+
+  Bases odd("http://robot.example:8000", {"alias.example"});
+  odd.listens_on("127.0.0.1", 8443, true);
+  CHECK(base_of(odd, "alias.example:8000", true) == "http://robot.example:8000");
+  CHECK(is_refused(base_of(odd, "alias.example", true)));
+  CHECK(base_of(odd, "localhost:9000", false, "/things", 9000) == "http://robot.example:8000");  // behind a host's own server
+  CHECK(is_refused(base_of(odd, "evil.example:9000", false, "/things", 9000)));
+}
+
+TEST_CASE("public base and allowed hosts are checked", "[engine][SPEC 3.7]") {
+  for (const char* base : {"", "https://robot.example", "http://[::1]:8080/a/b"}) CHECK(Bases(base, {"robot.local", "a:80", "[::1]:80"}).check());
+  for (const char* base : {"robot.example", "/arm", "ftp://robot.example", "https://robot.example?x", "https://robot.example/#x", "https://a b/"}) {
+    CAPTURE(base);
+    CHECK(Bases(base, {}).check().error().code == Errc::invalid_option);
+  }
+  for (const char* host : {"http://robot.local", "robot.local/", "", "a:b"}) {
+    CAPTURE(host);
+    CHECK(Bases({}, {host}).check().error().message.find("allowed_hosts: expected") == 0);
+  }
+}
+
+TEST_CASE("with a public base the page may be seen at each name of the server", "[engine][SPEC 3.7]") {
+  Bases bases("https://robot.example", {"alias.example"});
+  bases.listens_on("127.0.0.1", 8080, false);
+  const auto is_own = [&](const std::string& origin, const std::string& host) {
+    RequestText text("POST /arm\nHost: " + host);
+    return bases.is_own_origin(origin, 0, text.get());
+  };
+  CHECK(is_own("https://robot.example", "robot.example"));
+  CHECK(is_own("https://robot.example", "127.0.0.1:8080"));
+  CHECK(is_own("http://127.0.0.1:8080", "127.0.0.1:8080"));
+  CHECK(is_own("https://alias.example", "alias.example"));
+  CHECK_FALSE(is_own("http://robot.example", "robot.example"));  // not by TLS
+  CHECK_FALSE(is_own("https://evil.example", "robot.example"));
+  CHECK_FALSE(is_own("https://evil.example", "evil.example"));
+  CHECK_FALSE(is_own("http://127.0.0.1:8081", "127.0.0.1:8080"));
 }
 
 TEST_CASE("behind a host's own server the base has its port and the prefix", "[engine][SPEC 3.7]") {
@@ -93,6 +152,21 @@ TEST_CASE("an IRI below a base has a path, others have none", "[engine][SPEC 3.5
     CAPTURE(iri);
     CHECK_FALSE(bases.path_of(iri));
   }
+}
+
+TEST_CASE("below a public base with a path are its own resources only", "[engine][R0.13][SPEC 3.5]") {
+  Bases bases("https://robots.example/cell7", {"alias.example"});
+  bases.listens_on("127.0.0.1", 8080, false);
+  CHECK(bases.path_of("https://robots.example/cell7/arm") == "/arm");
+  CHECK(bases.path_of("https://alias.example/cell7/arm") == "/arm");
+  CHECK(bases.path_of("http://localhost:8080/arm") == "/arm");
+  CHECK_FALSE(bases.path_of("https://robots.example/cell8/arm"));
+  CHECK_FALSE(bases.path_of("https://robots.example/cell78/arm"));
+  const auto is_own = [&](const char* url) { return bases.is_this_server(subscription::parse_callback_url(url).value()); };
+  CHECK(is_own("https://robots.example/cell7/arm/x?y=/z"));
+  CHECK(is_own("https://robots.example:443/cell7/"));
+  CHECK_FALSE(is_own("https://robots.example/dashboard"));  // another server behind the proxy
+  CHECK_FALSE(is_own("http://robots.example/cell7/"));
 }
 
 TEST_CASE("a callback to this server is known by any of its names", "[engine][R0.13]") {

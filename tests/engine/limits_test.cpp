@@ -330,8 +330,10 @@ TEST_CASE("stop responds 503 to waiting requests and closes; later requests get 
   const auto read = c.bench.send("GET /arm/p");
   const auto write = c.bench.send(Bench::turtle_request("PUT", "/arm/p", number_body("1")));
   const auto command = c.bench.send("POST /arm/actions/sync");
+  const auto queued = c.bench.send("POST /arm/actions/sync");
+  const auto asynchronous = c.bench.send("POST /arm/actions/async");
   c.bench.engine.stop();
-  for (const auto& s : {read, write, command}) {
+  for (const auto& s : {read, write, command, queued, asynchronous}) {
     const auto answer = c.bench.answer(s);
     REQUIRE(answer);
     CHECK(answer->status == 503);
@@ -343,6 +345,7 @@ TEST_CASE("stop responds 503 to waiting requests and closes; later requests get 
   CHECK(std::get<http::Response>(outcome).close);
   c.bench.run();
   CHECK(c.writes == 0);
+  CHECK(c.commands == 0);
 }
 
 TEST_CASE("jobs carry where their thing's lambdas are to run", "[engine]") {
@@ -410,7 +413,7 @@ TEST_CASE("values published by another thread are read whole and in order", "[en
   for (int i = 0; i < 300; ++i) {
     const Answer a = bench.get("/arm/p");
     const rdf::Graph graph = a.graph();
-    const auto list = graph.list(*graph.object(*graph.find(rdf::iri("http://localhost/arm/p")), *graph.find(vocab::rdf::value)));
+    const auto list = graph.list(*graph.object(*graph.find(rdf::iri("http://localhost/arm/p")), *graph.find(vocab::rdf_::value)));
     REQUIRE(list);
     REQUIRE(list->size() == 4);
     for (const rdf::TermId id : *list) CHECK(id == list->front());

@@ -29,7 +29,7 @@ std::string linked(Bench& bench, const std::string& path, Iri predicate) {
 
 /// The resources of lrt that the thing `arm` links to.
 std::map<std::string, std::string> own_paths(Bench& bench) {
-  return {{"state", linked(bench, "/arm", vocab::lrt::state)},
+  return {{"state", linked(bench, "/arm", vocab::lrt_::state)},
           {"blueprint", linked(bench, "/arm", vocab::hybrit::blueprint)},
           {"subscriptions", linked(bench, "/arm", vocab::hybrit::subscriptions)},
           {"action", linked(bench, "/arm", vocab::hybrit::action)}};
@@ -122,7 +122,7 @@ TEST_CASE("every order of registration gives the same paths", "[engine][R0.3]") 
     CAPTURE(order);
     CHECK(own_paths(bench)["state"] == "/arm/state-lrt-lrt");
     CHECK(own_paths(bench)["action"] == "/arm/actions-lrt/turn");
-    CHECK(linked(bench, "/arm/state-lrt", vocab::lrt::state) == "/arm/state-lrt/state");
+    CHECK(linked(bench, "/arm/state-lrt", vocab::lrt_::state) == "/arm/state-lrt/state");
     REQUIRE(bench.engine.remove("arm/state"));
     CHECK(own_paths(bench)["state"] == "/arm/state");
     REQUIRE(bench.engine.remove("arm"));
@@ -143,7 +143,7 @@ TEST_CASE("the name of an action precedes the names of lrt", "[engine][R0.3]") {
     bench.add(Thing{"arm/actions"});
     if (!first) bench.add(make());
     CHECK(linked(bench, "/arm", vocab::hybrit::action) == "/arm/actions/state");
-    CHECK(linked(bench, "/arm/actions", vocab::lrt::state) == "/arm/actions/state-lrt");
+    CHECK(linked(bench, "/arm/actions", vocab::lrt_::state) == "/arm/actions/state-lrt");
     CHECK(bench.ask("POST /arm/actions/state").status == 204);
   }
 }

@@ -50,7 +50,7 @@ TEST_CASE("every RDF representation states at least one type of its resource", "
     const rdf::Graph graph = r.bench.get(path).graph();
     std::string self = "http://localhost" + path;
     if (path == "/arm/tool/state") self = "http://localhost/arm/tool";  // the thing as it is now
-    CHECK(graph.object(rdf::iri(self), vocab::rdf::type));
+    CHECK(graph.object(rdf::iri(self), vocab::rdf_::type));
   }
   const Answer thing = r.bench.get("/arm");
   CHECK(missing(thing, "<arm> a hybrit:RoboticThing , ros:RevoluteJoint .") == "");
@@ -246,7 +246,7 @@ TEST_CASE("no term of lrt's own stands in a representation that the term list la
         const rdf::TermView term = graph.term(id);
         if (!term.is_iri() || term.text.find("https://w3id.org/lrt/ns#") != 0) continue;
         CAPTURE(std::string(term.text));
-        CHECK(terms.object(term, vocab::rdf::type));
+        CHECK(terms.object(term, vocab::rdf_::type));
       }
   }
 }

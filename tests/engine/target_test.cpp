@@ -104,16 +104,39 @@ TEST_CASE("an integrator names further hosts", "[engine][R0.6]") {
   CHECK(bench.ask("GET /\nHost: gate.example:8080").status == 421);
 }
 
-TEST_CASE("a public base is used whatever the host", "[engine][R0.6]") {
+TEST_CASE("a public base is used whichever name of the server a request has", "[engine][R0.6]") {
   engine::EngineOptions options;
   options.public_base = "https://robots.example/cell7/";
   Bench bench(options);
   bench.add(Thing{"arm"});
-  const Answer a = bench.ask("GET /arm\nHost: anything.example");
+  const Answer a = bench.ask("GET /arm\nHost: robots.example");
   CHECK(a.status == 200);
   CHECK(missing(a, "<https://robots.example/cell7/arm> a hybrit:RoboticThing .") == "");
   CHECK(a.links_to("https://robots.example/cell7/arm/state", "related"));
-  CHECK(bench.ask("GET /arm\nHost: other").tag() == a.tag());
+  CHECK(bench.ask("GET /arm\nHost: localhost").tag() == a.tag());
+  CHECK(bench.ask("GET /arm\nHost: other").status == 421);  // a page of another name that resolves to this machine
+}
+
+TEST_CASE("a proxy may keep the path of the public base in targets", "[engine][R0.6]") {
+  engine::EngineOptions options;
+  options.public_base = "https://robots.example/cell7";
+  Bench bench(options);
+  bench.add(Thing{"arm"});
+  const std::string tag = bench.get("/arm").tag();
+  CHECK(bench.get("/cell7/arm").tag() == tag);
+  CHECK(bench.get("/cell7/%61rm").tag() == tag);
+  CHECK(bench.get("/cell7/arm?accept=application/json-seq").status == 406);
+  CHECK(bench.ask("GET http://robots.example/cell7/arm\nHost: robots.example").tag() == tag);
+  for (const char* root : {"/", "/cell7", "/cell7/"}) CHECK(missing(bench.get(root), "<https://robots.example/cell7/> ldp:contains <https://robots.example/cell7/arm> .") == "");
+  CHECK(bench.get("/cell7/ns/lrt").status == 200);
+  CHECK(bench.get("/cell78/arm").status == 404);
+  CHECK(bench.get("/cell7/cell7/arm").status == 404);
+  CHECK(bench.get("/cell7arm").status == 404);
+  // "/cell7/arm" can no longer be read in two ways.
+  bench.add(Thing{"cell7/arm"});
+  CHECK(missing(bench.get("/cell7/arm"), "<https://robots.example/cell7/cell7/arm> a hybrit:RoboticThing .") == "");
+  CHECK(bench.get("/cell7/cell7/arm").status == 404);
+  CHECK(bench.get("/arm").tag() == tag);
 }
 
 TEST_CASE("over TLS the base is https", "[engine][R0.6]") {

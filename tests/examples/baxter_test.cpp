@@ -27,6 +27,7 @@ class Robot {
     options.clock = &clock;
     options.ids = std::make_shared<FixedIds>();
     options.listen.public_base = "http://example.org";
+    options.security.allowed_hosts = {"localhost"};  // the Host of RequestText
     options.listen.transport = [this](lrt::transport::TransportOptions t) {
       auto made = std::make_unique<lrt::transport::Loopback>(std::move(t));
       loopback_ = made.get();
@@ -61,7 +62,7 @@ class Robot {
   }
   std::string status(const std::string& location) {
     const lrt::rdf::Graph graph = get(location.substr(18)).graph();
-    return std::string(graph.object(lrt::rdf::iri(location), lrt::vocab::lrt::status).value().text.substr(24));
+    return std::string(graph.object(lrt::rdf::iri(location), lrt::vocab::lrt_::status).value().text.substr(24));
   }
 
   FakeClock clock;
@@ -125,7 +126,7 @@ TEST_CASE("Figure 5b: 43.6 degrees move the joint", "[examples][R0.7][R0.8]") {
   CHECK(robot.status(location) == "running");
   for (int i = 0; i < 300; ++i) robot.step();
   const lrt::rdf::Graph graph = robot.get(location.substr(18)).graph();
-  const double progress = std::stod(std::string(graph.object(lrt::rdf::iri(location), lrt::vocab::lrt::progress).value().text));
+  const double progress = std::stod(std::string(graph.object(lrt::rdf::iri(location), lrt::vocab::lrt_::progress).value().text));
   CHECK(progress > 0);
   CHECK(progress < 1);
   for (int i = 0; i < 60'000 && robot.arm.moving(baxter::right_s1); ++i) robot.step();
@@ -177,7 +178,7 @@ TEST_CASE("a target that the joint's limits exclude is refused, and the error na
   const std::string location = *a.linked("related").begin();
   CHECK(robot.status(location) == "failed");
   const lrt::rdf::Graph graph = robot.get(location.substr(18)).graph();
-  const std::string error(graph.object(lrt::rdf::iri(location), lrt::vocab::lrt::error).value().text);
+  const std::string error(graph.object(lrt::rdf::iri(location), lrt::vocab::lrt_::error).value().text);
   CHECK(error.find("180 degrees") != std::string::npos);
   CHECK(error.find("right_s1") != std::string::npos);
   CHECK(error.find("-123.0") != std::string::npos);

@@ -75,7 +75,7 @@ struct lrt::rdf::traits<Motor> : Record<Motor> {
     r.field("name", &Motor::name, &Motor::set_name);
     r.field("current", &Motor::current, &Motor::set_current);
     r.field("torque", &Motor::torque, &Motor::set_torque);
-    r.field("first gain", [](const Motor& m) { return m.gains[0]; }, [](Motor& m, double v) { m.gains[0] = v; });
+    r.field("first_gain", [](const Motor& m) { return m.gains[0]; }, [](Motor& m, double v) { m.gains[0] = v; });
     r.field("label", &Motor::label);
     r.field("gains", &Motor::gains).at_least(0);
   }
@@ -151,7 +151,7 @@ TEST_CASE("fields are read and written by getters, setters, lambdas and inherite
 
 TEST_CASE("a setter may refuse a value", "[model]") {
   CHECK(traits<Motor>::decode(with(Motor(), 3, Value(3.0))));
-  CHECK(traits<Motor>::decode(with(Motor(), 3, Value(4.0))).error().code == Errc::out_of_range);
+  CHECK(traits<Motor>::decode(with(Motor(), 3, Value(4.0))).error().code == Errc::expected_value);
   CHECK(traits<Motor>::decode(with(Motor(), 4, Value(6.0))).error().message == "too strong");
 }
 

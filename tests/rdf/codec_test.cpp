@@ -58,7 +58,7 @@ TEST_CASE("a body is read with its effective URI as base", "[rdf]") {
 <> a maths:Scalar ; vom:numericalValue "43.6"^^xsd:float ; vom:unit maths:Degree ; vom:near <../x?y#z> .)");
   const TermView self = lrt::rdf::iri(base);
   CHECK(g.size() == 4);
-  CHECK(g.contains(self, vocab::rdf::type, vocab::maths::Scalar));
+  CHECK(g.contains(self, vocab::rdf_::type, vocab::maths::Scalar));
   CHECK(g.contains(self, vocab::vom::numericalValue, literal("43.6", vocab::xsd::float_)));
   CHECK(g.contains(self, lrt::rdf::iri("http://vocab.arvida.de/2015/06/vom/vocab#near"),
                    lrt::rdf::iri("http://h/baxter/right_s1/x?y#z")));
@@ -133,7 +133,7 @@ TEST_CASE("relative IRIs need a base", "[rdf]") {
   CHECK(read("<> a <http://e/T> .", Syntax::turtle, {}).error().code == Errc::expected_rdf);
   CHECK(read("<http://e/a> a <http://e/T> .", Syntax::turtle, {}));
   CHECK(read("@base <http://e/> . <> a <T> .", Syntax::turtle, {})
-            ->contains(lrt::rdf::iri("http://e/"), vocab::rdf::type, lrt::rdf::iri("http://e/T")));
+            ->contains(lrt::rdf::iri("http://e/"), vocab::rdf_::type, lrt::rdf::iri("http://e/T")));
   CHECK(read("<a> <b> <c> .", Syntax::turtle, {"no base"}).error().code == Errc::expected_iri);
 }
 

@@ -147,25 +147,25 @@ TEST_CASE("a new blank node has a unique label", "[rdf]") {
 
 TEST_CASE("a list is read only if it is well-formed and finite", "[rdf]") {
   Graph g;
-  const TermId nil = g.intern(vocab::rdf::nil);
+  const TermId nil = g.intern(vocab::rdf_::nil);
   REQUIRE(g.list(nil));
   CHECK(g.list(nil)->empty());
-  g.add(blank("1"), vocab::rdf::first, literal("a"));
-  g.add(blank("1"), vocab::rdf::rest, blank("2"));
-  g.add(blank("2"), vocab::rdf::first, literal("b"));
+  g.add(blank("1"), vocab::rdf_::first, literal("a"));
+  g.add(blank("1"), vocab::rdf_::rest, blank("2"));
+  g.add(blank("2"), vocab::rdf_::first, literal("b"));
   const TermId head = *g.find(blank("1"));
   CHECK_FALSE(g.list(head));
-  g.add(blank("2"), vocab::rdf::rest, vocab::rdf::nil);
+  g.add(blank("2"), vocab::rdf_::rest, vocab::rdf_::nil);
   REQUIRE(g.list(head));
   REQUIRE(g.list(head)->size() == 2);
   CHECK(g.term(g.list(head)->at(1)) == literal("b"));
-  SECTION("two members in a cell") { g.add(blank("2"), vocab::rdf::first, literal("c")); }
-  SECTION("two ways on") { g.add(blank("1"), vocab::rdf::rest, vocab::rdf::nil); }
+  SECTION("two members in a cell") { g.add(blank("2"), vocab::rdf_::first, literal("c")); }
+  SECTION("two ways on") { g.add(blank("1"), vocab::rdf_::rest, vocab::rdf_::nil); }
   SECTION("a cycle") {
     Graph cycle;
-    cycle.add(blank("1"), vocab::rdf::first, literal("a"));
-    cycle.add(blank("1"), vocab::rdf::rest, blank("1"));
-    cycle.intern(vocab::rdf::nil);
+    cycle.add(blank("1"), vocab::rdf_::first, literal("a"));
+    cycle.add(blank("1"), vocab::rdf_::rest, blank("1"));
+    cycle.intern(vocab::rdf_::nil);
     CHECK_FALSE(cycle.list(*cycle.find(blank("1"))));
     return;
   }

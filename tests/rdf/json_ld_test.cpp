@@ -182,13 +182,13 @@ TEST_CASE("a value that a typed term cannot express is written with its type", "
   CHECK(value(vocab::maths::Degree, vocab::vom::unit) == "\"http://vocab.arvida.de/2015/06/maths/vocab#Degree\"");
   CHECK(value(literal("deg"), vocab::vom::unit) == R"({"@value": "deg"})");
   CHECK(value(literal("5", vocab::xsd::integer), vocab::vom::unit) == "5");
-  CHECK(value(vocab::lrt::running, vocab::lrt::status) == "\"running\"");
-  CHECK(value(s, vocab::lrt::status) == "\"e:s\"");
-  CHECK(value(literal("running"), vocab::lrt::status) == R"({"@value": "running"})");
-  CHECK(value(vocab::lrt::running, vocab::vom::unit) == "\"https://w3id.org/lrt/ns#running\"");  // terms count for @vocab only
-  CHECK(value(literal("0.5", vocab::xsd::double_), vocab::lrt::progress) == "\"0.5\"");
-  CHECK(value(literal("0.5"), vocab::lrt::progress) == R"({"@value": "0.5"})");
-  CHECK(value(literal("1", vocab::xsd::integer), vocab::lrt::progress) == R"({"@type": "http://www.w3.org/2001/XMLSchema#integer", "@value": "1"})");
+  CHECK(value(vocab::lrt_::running, vocab::lrt_::status) == "\"running\"");
+  CHECK(value(s, vocab::lrt_::status) == "\"e:s\"");
+  CHECK(value(literal("running"), vocab::lrt_::status) == R"({"@value": "running"})");
+  CHECK(value(vocab::lrt_::running, vocab::vom::unit) == "\"https://w3id.org/lrt/ns#running\"");  // terms count for @vocab only
+  CHECK(value(literal("0.5", vocab::xsd::double_), vocab::lrt_::progress) == "\"0.5\"");
+  CHECK(value(literal("0.5"), vocab::lrt_::progress) == R"({"@value": "0.5"})");
+  CHECK(value(literal("1", vocab::xsd::integer), vocab::lrt_::progress) == R"({"@type": "http://www.w3.org/2001/XMLSchema#integer", "@value": "1"})");
   CHECK(value(s) == R"({"id": "e:s"})");
 }
 

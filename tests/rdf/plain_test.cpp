@@ -159,7 +159,7 @@ std::string literal_in(std::string_view body, Plain format = Plain::json, const 
 std::string findings(const Graph& data, const Type& type, const Facets& facets = {}) {
   Graph graph;
   const TermId shape = graph.intern(lrt::rdf::iri("http://example.org/shape"));
-  graph.add(shape, graph.intern(vocab::rdf::type), graph.intern(vocab::sh::NodeShape));
+  graph.add(shape, graph.intern(vocab::rdf_::type), graph.intern(vocab::sh::NodeShape));
   lrt::shacl::derive(graph, shape, type, facets, names, type.kind != Type::Kind::optional);
   const auto report = lrt::shacl::validate(lrt::shacl::Shapes::compile(graph).value(), data, lrt::rdf::iri(focus), lrt::rdf::iri("http://example.org/shape"));
   return report.value().to_text();
@@ -418,7 +418,7 @@ TEST_CASE("null adds no triple", "[rdf]") {
 }
 
 TEST_CASE("a value may have the declared unit and no other", "[rdf][R1.5]") {
-  const Facets degrees{unit::degree}, code_less{lrt::Unit{vocab::unit::DEG, {}, {}}}, only_vom{lrt::Unit{{}, vocab::maths::Degree, {}}};
+  const Facets degrees{unit::degree}, code_less{lrt::Unit{vocab::unit_::DEG, {}, {}}}, only_vom{lrt::Unit{{}, vocab::maths::Degree, {}}};
   const auto same_graph = [](const auto& a, const auto& b) { return a && b && isomorphic(*a, *b); };
   CHECK(same_graph(said<double>("{\"value\": 43.6, \"unit\": \"deg\"}", Plain::json, degrees), said<double>("43.6", Plain::json, degrees)));
   CHECK(same_graph(said<double>("{\"unit\": \"deg\", \"value\": 43.6}", Plain::json, degrees), said<double>("43.6", Plain::json, degrees)));

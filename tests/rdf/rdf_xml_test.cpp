@@ -186,10 +186,10 @@ TEST_CASE("RDF/XML that XML cannot carry is refused when writing", "[rdf][rdf_xm
 TEST_CASE("RDF/XML that was written reads back as the same graph", "[rdf][rdf_xml]") {
   Graph g;
   const TermView s = lrt::rdf::iri("http://e/s");
-  g.add(s, vocab::rdf::type, vocab::maths::Scalar);
+  g.add(s, vocab::rdf_::type, vocab::maths::Scalar);
   g.add(s, vocab::vom::numericalValue, literal("43.6", vocab::xsd::float_));
   g.add(s, vocab::vom::unit, blank("u"));
-  g.add(blank("u"), vocab::rdf::type, vocab::maths::Degree);
+  g.add(blank("u"), vocab::rdf_::type, vocab::maths::Degree);
   g.add(blank("v"), lrt::rdf::iri("http://e/p"), blank("v"));
   const auto text = write(g, Syntax::rdf_xml);
   REQUIRE(text);

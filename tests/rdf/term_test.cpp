@@ -9,7 +9,7 @@ namespace vocab = lrt::vocab;
 
 TEST_CASE("a plain literal has the datatype xsd:string and a tagged one rdf:langString", "[rdf]") {
   CHECK(literal("a").datatype == vocab::xsd::string.text);
-  CHECK(tagged_literal("a", "en").datatype == vocab::rdf::langString.text);
+  CHECK(tagged_literal("a", "en").datatype == vocab::rdf_::langString.text);
   CHECK(literal("a") != tagged_literal("a", "en"));
   CHECK(literal("a") == literal("a", vocab::xsd::string));
   CHECK(literal("1", vocab::xsd::integer) != literal("1", vocab::xsd::decimal));

@@ -41,11 +41,11 @@ TEST_CASE("Turtle has the form of the paper's figures", "[rdf][R1.2]") {
   Graph g;
   const TermView rotation = lrt::rdf::iri("http://localhost/baxter/right_s1/rotation");
   g.add(rotation, vocab::spatial::rotationAngle, blank("angle"));
-  g.add(rotation, vocab::rdf::type, vocab::spatial::Rotation3D);
-  g.add(blank("angle"), vocab::rdf::type, vocab::maths::Scalar);
+  g.add(rotation, vocab::rdf_::type, vocab::spatial::Rotation3D);
+  g.add(blank("angle"), vocab::rdf_::type, vocab::maths::Scalar);
   g.add(blank("angle"), vocab::vom::numericalValue, literal("43.6", vocab::xsd::float_));
   g.add(blank("angle"), vocab::vom::unit, vocab::maths::Degree);
-  g.add(rotation, vocab::rdf::type, vocab::hybrit::Property);
+  g.add(rotation, vocab::rdf_::type, vocab::hybrit::Property);
   CHECK(turtle(g, default_prefixes()) == R"(@prefix hybrit: <https://hybr-it-projekt.de/ns/hybr-it#> .
 @prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> .
 @prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> .
@@ -115,7 +115,7 @@ TEST_CASE("a local name that readers of Turtle interpret differently is written 
   for (const std::string local : {"a/b", "a#b", "a.", "-a", ".a", "a:b", "a%20b", "a~b", "ä", "a,b"}) {
     CHECK(object(lrt::rdf::iri("http://e/" + local)) == "<http://e/" + local + ">");
   }
-  CHECK(object(vocab::rdf::type) == "<http://www.w3.org/1999/02/22-rdf-syntax-ns#type>");
+  CHECK(object(vocab::rdf_::type) == "<http://www.w3.org/1999/02/22-rdf-syntax-ns#type>");
 }
 
 TEST_CASE("the longest namespace is used, and unusable prefixes are ignored", "[rdf]") {
@@ -174,17 +174,17 @@ TEST_CASE("labels that Turtle lacks are renamed without a clash", "[rdf]") {
 TEST_CASE("well-formed lists are written with parentheses", "[rdf]") {
   Graph g;
   g.add(s, p, blank("1"));
-  g.add(blank("1"), vocab::rdf::first, literal("1", vocab::xsd::integer));
-  g.add(blank("1"), vocab::rdf::rest, blank("2"));
-  g.add(blank("2"), vocab::rdf::first, blank("inner"));
-  g.add(blank("2"), vocab::rdf::rest, vocab::rdf::nil);
+  g.add(blank("1"), vocab::rdf_::first, literal("1", vocab::xsd::integer));
+  g.add(blank("1"), vocab::rdf_::rest, blank("2"));
+  g.add(blank("2"), vocab::rdf_::first, blank("inner"));
+  g.add(blank("2"), vocab::rdf_::rest, vocab::rdf_::nil);
   SECTION("alone") {
-    g.add(s, q, vocab::rdf::nil);
+    g.add(s, q, vocab::rdf_::nil);
     CHECK(turtle(g) == "@prefix e: <http://e/> .\n\ne:s e:p ( 1 [] ) ;\n    e:q () .\n");
   }
   SECTION("a list in a list") {
-    g.add(blank("inner"), vocab::rdf::first, literal("a"));
-    g.add(blank("inner"), vocab::rdf::rest, vocab::rdf::nil);
+    g.add(blank("inner"), vocab::rdf_::first, literal("a"));
+    g.add(blank("inner"), vocab::rdf_::rest, vocab::rdf_::nil);
     CHECK(turtle(g) == "@prefix e: <http://e/> .\n\ne:s e:p ( 1 ( \"a\" ) ) .\n");
   }
   SECTION("not if a cell is a subject of more, which Raptor's writer gets wrong") {
@@ -196,7 +196,7 @@ TEST_CASE("well-formed lists are written with parentheses", "[rdf]") {
     CHECK(turtle(g).find("( ") == std::string::npos);
   }
   SECTION("not if a cell has two members") {
-    g.add(blank("2"), vocab::rdf::first, literal("b"));
+    g.add(blank("2"), vocab::rdf_::first, literal("b"));
     CHECK(turtle(g).find("( ") == std::string::npos);
   }
 }
@@ -207,8 +207,8 @@ TEST_CASE("a nest a hundred thousand deep is written without recursion", "[rdf]"
   turtle(g);
   Graph lists;  // ( ( ( ... ) ) )
   for (int i = 0; i < 100'000; ++i) {
-    lists.add(blank("n" + std::to_string(i)), vocab::rdf::first, blank("n" + std::to_string(i + 1)));
-    lists.add(blank("n" + std::to_string(i)), vocab::rdf::rest, vocab::rdf::nil);
+    lists.add(blank("n" + std::to_string(i)), vocab::rdf_::first, blank("n" + std::to_string(i + 1)));
+    lists.add(blank("n" + std::to_string(i)), vocab::rdf_::rest, vocab::rdf_::nil);
   }
   const auto text = write(lists, Syntax::turtle);
   REQUIRE(text);

@@ -15,6 +15,7 @@
 #include <lrt/transport/loopback.hpp>
 #include <lrt/transport/named.hpp>
 
+#include "src/server/listen_addresses.hpp"
 #include "tests/support/allocations.hpp"
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
@@ -118,6 +119,48 @@ TEST_CASE("any loopback address will do", "[server][R0.2]") {
   six.listen.address = "::1";
   if (const Result<Server> server = Server::create(std::move(six))) CHECK(server->url() == "http://[::1]:" + std::to_string(server->port()) + "/");
   else CHECK(server.error().code == Errc::io_error);  // a machine without IPv6
+}
+
+TEST_CASE("the address may be a host name, which requests may name", "[server][R0.2]") {
+  for (const std::string_view transport : transport::names()) {
+    CAPTURE(transport);
+    Options options = any_port();
+    options.listen.address = "LocalHost";
+    options.listen.transport = [&](transport::TransportOptions t) {
+      CHECK(t.address == "127.0.0.1");
+      return transport::make_named(transport, std::move(t));
+    };
+    Server server = make(std::move(options));
+    const std::string port = std::to_string(server.port());
+    CHECK(server.url() == "http://LocalHost:" + port + "/");
+    for (const std::string host : {"localhost:", "LOCALHOST:", "127.0.0.1:"}) {
+      const Answer root = Socket(server.port()).ask("GET /\nHost: " + host + port);
+      CHECK(root.status == 200);
+    }
+    CHECK(Socket(server.port()).ask("GET /\nHost: robot.local:" + port).status == 421);
+  }
+}
+
+TEST_CASE("a host name is resolved once: IPv4 first, and what does not resolve is one error", "[server][R0.2]") {
+  CHECK(listen_addresses("::1").value() == std::vector<std::string>{"::1"});
+  CHECK(listen_addresses("192.0.2.1").value() == std::vector<std::string>{"192.0.2.1"});
+  CHECK(listen_addresses("localhost").value().front() == "127.0.0.1");
+  Options options = any_port();
+  options.listen.address = "robot.invalid";  // RFC 6761 6.4: it never resolves
+  const Result<Server> server = Server::create(options);
+  REQUIRE_FALSE(server);
+  CHECK(server.error().code == Errc::invalid_option);
+  CHECK(server.error().message.find("listen.address: expected a numeric address or a host name that resolves, found \"robot.invalid\"") == 0);
+  options.listen.address = "127.0.0.1.robot.invalid";  // not a loopback address
+  CHECK(Server::create(options).error().code == Errc::invalid_option);
+}
+
+TEST_CASE("a port that another server has is not taken on another address of the name", "[server][R0.2]") {
+  Server first = make();
+  Options options = any_port();
+  options.listen.address = "localhost";
+  options.listen.port = first.port();
+  CHECK(Server::create(std::move(options)).error().code == Errc::address_in_use);
 }
 
 TEST_CASE("with its own thread pushed and static resources are served though the host never polls", "[server][R0.4]") {
@@ -383,6 +426,89 @@ TEST_CASE("a waiting request gets its response as soon as a Responder is used, f
     CHECK(client.await([&] { server.poll(); }).status == 204);
     other.join();
   }
+}
+
+TEST_CASE("an emergency stop works while the host is busy and a long action runs", "[server][R0.5]") {
+  const std::string transport(GENERATE(from_range(transport::names())));
+  CAPTURE(transport);
+  Options options = any_port();
+  options.listen.transport = [&](transport::TransportOptions t) { return transport::make_named(transport, std::move(t)); };
+  Server server = make(std::move(options));
+  std::atomic<bool> stopped{false}, enabled{true}, reported{false}, plan_has_ended{false};
+  std::optional<Responder> drive;
+  Flag planning, plan_may_end;
+  Thing thing{"base"};
+  thing.action("drive", [&](Responder done) { drive = std::move(done); });
+  thing.action("plan", [&] {
+    planning.set();
+    plan_has_ended = plan_may_end.wait();
+  });
+  thing.action("stop", [&] { stopped = true; }).dispatch(Dispatch::io_thread);
+  thing.action("stopAndReport", [&](const Responder& done) {
+         reported = true;
+         done.succeed();
+       })
+      .dispatch(Dispatch::io_thread);
+  thing.property("enabled", [&] { return enabled.load(); }).on_write([&](bool on) { enabled = on; }).dispatch(Dispatch::io_thread);
+  server.add(std::move(thing)).value();
+  const std::string host = "\nHost: 127.0.0.1:" + std::to_string(server.port());
+
+  const auto ask = [&](const std::string& request) { return Socket(server.port()).ask(request); };
+  std::atomic<bool> over{false};
+  std::thread host_thread([&] {
+    while (!over) server.poll(), std::this_thread::yield();
+  });
+  CHECK(ask("POST /base/actions/drive" + host).status == 204);
+  CHECK(ask("POST /base/actions/plan\nPrefer: respond-async" + host).status == 202);
+  CHECK(planning.wait());
+
+  CHECK(ask("POST /base/actions/stop" + host).status == 204);
+  CHECK(stopped);
+  CHECK(ask("POST /base/actions/stopAndReport" + host).status == 204);
+  CHECK(reported);
+  CHECK(ask("PUT /base/enabled\nContent-Type: application/json" + host + "\n\nfalse").status == 204);
+  CHECK_FALSE(enabled);
+  CHECK(ask("GET /base/enabled\nAccept: application/json" + host).body == "false");
+  CHECK_FALSE(plan_has_ended);
+  plan_may_end.set();
+  over = true;
+  host_thread.join();
+  REQUIRE(drive);
+  CHECK(*drive);
+}
+
+TEST_CASE("a command that the robot refuses at once is not 204, and a host that does not poll gives 503", "[server][R0.6]") {
+  const std::string transport(GENERATE(from_range(transport::names())));
+  CAPTURE(transport);
+  Options options = any_port();
+  options.limits.host_timeout = milliseconds(50);
+  options.listen.transport = [&](transport::TransportOptions t) { return transport::make_named(transport, std::move(t)); };
+  Server server = make(std::move(options));
+  int starts = 0;
+  Thing thing{"arm"};
+  thing.action("go", [&](const Responder& done) {
+    ++starts;
+    done.fail({Errc::refused, "the brake is on"});
+  });
+  server.add(std::move(thing)).value();
+  const std::string request = "POST /arm/actions/go\nHost: 127.0.0.1:" + std::to_string(server.port());
+  const Answer late = Socket(server.port()).ask(request);  // nobody polls
+  CHECK(late.status == 503);
+  CHECK(late.has("Retry-After"));
+  server.poll();
+  CHECK(starts == 0);
+  // A loaded machine may take longer than the timeout: a command that gets 503 has not begun then, either.
+  int refused = 0;
+  eventually([&] {
+    Socket client(server.port());
+    client.send(request);
+    const Answer answer = client.await([&] { server.poll(); });
+    if (answer.status == 503) return false;
+    CHECK(answer.status == 409);
+    CHECK(answer.says("the brake is on"));
+    return ++refused, true;
+  });
+  CHECK(starts == refused);
 }
 
 TEST_CASE("an executor runs the lambdas of Things with Dispatch::executor", "[server][R0.5]") {

@@ -89,7 +89,7 @@ TEST_CASE("literals are well-formed exactly within the lexical space of their da
     CHECK_FALSE(is_well_formed(nul, datatype_of(std::string("http://www.w3.org/2001/XMLSchema#") + name)));
   }
   CHECK(is_well_formed(nul, Datatype::unknown));
-  CHECK(datatype_of(lrt::vocab::rdf::langString.text) == Datatype::lang_string);
+  CHECK(datatype_of(lrt::vocab::rdf_::langString.text) == Datatype::lang_string);
 }
 
 TEST_CASE("decimals of any length compare exactly", "[rdf][shacl]") {

@@ -171,7 +171,7 @@ std::vector<Table> tables() {
 lrt::shacl::Shapes shape_of(const Type& type, const Facets& facets, bool required = true) {
   Graph graph;
   const auto shape = graph.intern(lrt::rdf::iri(shape_iri));
-  graph.add(shape, graph.intern(lrt::vocab::rdf::type), graph.intern(lrt::vocab::sh::NodeShape));
+  graph.add(shape, graph.intern(lrt::vocab::rdf_::type), graph.intern(lrt::vocab::sh::NodeShape));
   lrt::shacl::derive(graph, shape, type, facets, names, required);
   auto shapes = lrt::shacl::Shapes::compile(graph);
   if (!shapes) FAIL(shapes.error().message);

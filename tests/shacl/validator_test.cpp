@@ -234,7 +234,7 @@ TEST_CASE("sh:node and sh:and report the nested results as details", "[shacl]") 
   const Graph graph = report.to_graph();
   std::size_t n = 0;
   for (const auto& t : graph.match(nullptr, &detail, nullptr))
-    n += graph.contains(graph.term(t.object), lrt::vocab::rdf::type, sh::ValidationResult);
+    n += graph.contains(graph.term(t.object), lrt::vocab::rdf_::type, sh::ValidationResult);
   CHECK(n == 3);
   CHECK(report.to_text().find("\n  <http://example.org/ns#p> <http://example.org/ns#x>: expected at least 1 value, found none "
                               "[sh:MinCountConstraintComponent]\n") != std::string::npos);

@@ -29,7 +29,8 @@ class SampleRobot {
   Mode mode = Mode::idle;       ///< pulled, writable
   Pose pose;                    ///< pulled, writable
   std::vector<double> gains{1, 2.5};  ///< pulled, writable
-  bool locked = false;          ///< writes are refused
+  bool locked = false;          ///< writes and grips are refused
+  bool hot = false;             ///< action grip throws
   double turned_to = -1;        ///< by action turn
   int homed = 0;                ///< calls of action home
   std::vector<Responder> grips; ///< of action grip, for the test to use
@@ -92,6 +93,8 @@ inline lrt::Thing lrt::test::SampleRobot::arm() {
   thing.action("refuse", []() -> Result<void> { return unexpected(Errc::refused, "the brake is on"); });
   thing.action("fail", [] { throw std::runtime_error("the motor is hot"); });
   thing.action("grip", [this](Responder done) {
+    if (locked) return done.fail({Errc::refused, "the robot is locked"});
+    if (hot) throw std::runtime_error("the motor is hot");
     done.on_cancel([this, n = grips.size()] { stops.push_back("grip " + std::to_string(n)); });
     grips.push_back(std::move(done));
   }).policy(ActionPolicy::parallel(3));

@@ -37,10 +37,11 @@ using Authorizer = std::function<Access(const http::Request&)>;
 
 /// Bounds of what clients can make grow in the engine: time and memory.
 struct Limits {
-  std::chrono::milliseconds host_timeout{2'000};       ///< a request waits so long for the host to run a lambda; then 503
-  std::chrono::seconds retry_after{1};                 ///< of that 503
+  std::chrono::milliseconds host_timeout{2'000};       ///< a request waits so long for the host to run a lambda; then 503, or 202 if it runs
+  std::chrono::seconds retry_after{1};                 ///< of a 503
   std::chrono::seconds max_wait{60};                   ///< of `Prefer: wait`; more is taken as this
-  std::size_t max_waiting_requests = 1'000;            ///< more at once, or twice as many calls that the host has not run yet: 503
+  std::size_t max_waiting_requests = 1'000;            ///< more at once, or twice as many calls that the host has not run yet: 503. Those for
+                                                       ///< lambdas on the I/O thread are counted separately
   std::size_t max_finished_invocations = 32;           ///< kept per action, the newest
   std::size_t max_page_members = 500;                  ///< members of a container in one page
   std::size_t max_cache_bytes = 32 * 1024 * 1024;      ///< of representations that are kept; least recently used ones go first
@@ -99,7 +100,8 @@ class Engine final : public Handler {
   Result<void> remove(std::string_view path);
 
   /// Where the server listens, for the base of representations and the hosts that are accepted.
-  void listens_on(std::string_view address, std::uint16_t port, bool secure = false);
+  /// @param name  the host name that has given the numeric address; empty: none
+  void listens_on(std::string_view address, std::uint16_t port, bool secure = false, std::string_view name = {});
   /// Called when a job or Responder has left something for next_reply().
   void set_waker(std::shared_ptr<Waker> waker);
 

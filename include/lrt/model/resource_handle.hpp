@@ -40,16 +40,32 @@ class ResourceHandle {
   explicit operator bool() const noexcept { return spec_ != nullptr; }
 
   /// The unit of the numbers. Values are never converted.
-  Self& unit(const Unit& u) { return edit_facets("unit", [&](auto& f) { f.unit(u); }); }
-  Self& at_least(double v) { return edit_facets("at_least", [&](auto& f) { f.at_least(v); }); }
-  Self& above(double v) { return edit_facets("above", [&](auto& f) { f.above(v); }); }
-  Self& at_most(double v) { return edit_facets("at_most", [&](auto& f) { f.at_most(v); }); }
-  Self& below(double v) { return edit_facets("below", [&](auto& f) { f.below(v); }); }
-  Self& between(double low, double high) { return edit_facets("between", [&](auto& f) { f.between(low, high); }); }
+  Self& unit(const Unit& u) {
+    return edit_facets("unit", [&](auto& f) { f.unit(u); });
+  }
+  Self& at_least(double v) {
+    return edit_facets("at_least", [&](auto& f) { f.at_least(v); });
+  }
+  Self& above(double v) {
+    return edit_facets("above", [&](auto& f) { f.above(v); });
+  }
+  Self& at_most(double v) {
+    return edit_facets("at_most", [&](auto& f) { f.at_most(v); });
+  }
+  Self& below(double v) {
+    return edit_facets("below", [&](auto& f) { f.below(v); });
+  }
+  Self& between(double low, double high) {
+    return edit_facets("between", [&](auto& f) { f.between(low, high); });
+  }
   /// Accepts NaN and infinities from clients.
-  Self& allow_non_finite() { return edit_facets("allow_non_finite", [](auto& f) { f.allow_non_finite(); }); }
+  Self& allow_non_finite() {
+    return edit_facets("allow_non_finite", [](auto& f) { f.allow_non_finite(); });
+  }
   /// Bounds the length of a text, in code points.
-  Self& length(std::size_t min, std::size_t max) { return edit_facets("length", [&](auto& f) { f.length(min, max); }); }
+  Self& length(std::size_t min, std::size_t max) {
+    return edit_facets("length", [&](auto& f) { f.length(min, max); });
+  }
 
   /// Where the resource's lambdas run, and an action's on_cancel hook. Default: as the thing's lambdas. With Dispatch::io_thread a command
   /// does not wait for Server::poll: an emergency stop that sets an atomic flag works while the host is busy.
@@ -67,7 +83,9 @@ class ResourceHandle {
   }
   /// Adds dcterms:title, for people.
   Self& title(std::string text) {
-    return edit("title", [&](auto& s) { s.statements.push_back({std::string(vocab::dcterms::title.text), Object(std::move(text))}); });
+    return edit("title", [&](auto& s) {
+      s.statements.push_back({std::string(vocab::dcterms::title.text), Object(std::move(text))});
+    });
   }
   /// Adds a triple about the resource (R1.12).
   Self& add(Iri predicate, Object object) {

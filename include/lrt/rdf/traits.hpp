@@ -598,7 +598,7 @@ class Record {
     Result<void> decode(const Value& v, S& s) const override {
       const std::string* found = v.text();
       if (!found) return detail::not_a_value_of("a text");
-      if (found->size() >= N || found->find('\0') != std::string::npos) return detail::does_not_fit("a text");
+      if (found->size() >= N || found->find('\0') != std::string::npos) return detail::not_a_value_of("a text that fits into its array, without U+0000");
       std::memset(s.*pointer, 0, N);
       std::memcpy(s.*pointer, found->data(), found->size());
       return {};
@@ -658,7 +658,7 @@ class Record {
         Result<M> r = traits<M>::decode(v);
         if (!r) return Unexpected{std::move(r).error()};
         if constexpr (std::is_same_v<R, bool>) {
-          if (!std::invoke(set, s, *std::move(r))) return detail::does_not_fit("a value");
+          if (!std::invoke(set, s, *std::move(r))) return detail::not_a_value_of("a value that the setter accepts");
         } else if constexpr (detail::is_result<R>) {
           if (R done = std::invoke(set, s, *std::move(r)); !done) return Unexpected{std::move(done).error()};
         } else {

@@ -18,21 +18,21 @@ struct Unit {
 
 namespace unit {
 inline constexpr Unit none{};
-inline constexpr Unit radian{vocab::unit::RAD, vocab::maths::Radian, "rad"};
-inline constexpr Unit degree{vocab::unit::DEG, vocab::maths::Degree, "deg"};
-inline constexpr Unit radian_per_second{vocab::unit::RAD_PER_SEC, {}, "rad/s"};
-inline constexpr Unit degree_per_second{vocab::unit::DEG_PER_SEC, {}, "deg/s"};
-inline constexpr Unit metre{vocab::unit::M, {}, "m"};
-inline constexpr Unit millimetre{vocab::unit::MilliM, {}, "mm"};
-inline constexpr Unit metre_per_second{vocab::unit::M_PER_SEC, {}, "m/s"};
-inline constexpr Unit second{vocab::unit::SEC, {}, "s"};
-inline constexpr Unit newton{vocab::unit::N, {}, "N"};
-inline constexpr Unit newton_metre{vocab::unit::N_M, {}, "N.m"};
-inline constexpr Unit kilogram{vocab::unit::KiloGM, {}, "kg"};
-inline constexpr Unit degree_celsius{vocab::unit::DEG_C, {}, "Cel"};
-inline constexpr Unit volt{vocab::unit::V, {}, "V"};
-inline constexpr Unit ampere{vocab::unit::A, {}, "A"};
-inline constexpr Unit percent{vocab::unit::PERCENT, {}, "%"};
-inline constexpr Unit one{vocab::unit::UNITLESS, {}, "1"};
+inline constexpr Unit radian{vocab::unit_::RAD, vocab::maths::Radian, "rad"};
+inline constexpr Unit degree{vocab::unit_::DEG, vocab::maths::Degree, "deg"};
+inline constexpr Unit radian_per_second{vocab::unit_::RAD_PER_SEC, {}, "rad/s"};
+inline constexpr Unit degree_per_second{vocab::unit_::DEG_PER_SEC, {}, "deg/s"};
+inline constexpr Unit metre{vocab::unit_::M, {}, "m"};
+inline constexpr Unit millimetre{vocab::unit_::MilliM, {}, "mm"};
+inline constexpr Unit metre_per_second{vocab::unit_::M_PER_SEC, {}, "m/s"};
+inline constexpr Unit second{vocab::unit_::SEC, {}, "s"};
+inline constexpr Unit newton{vocab::unit_::N, {}, "N"};
+inline constexpr Unit newton_metre{vocab::unit_::N_M, {}, "N.m"};
+inline constexpr Unit kilogram{vocab::unit_::KiloGM, {}, "kg"};
+inline constexpr Unit degree_celsius{vocab::unit_::DEG_C, {}, "Cel"};
+inline constexpr Unit volt{vocab::unit_::V, {}, "V"};
+inline constexpr Unit ampere{vocab::unit_::A, {}, "A"};
+inline constexpr Unit percent{vocab::unit_::PERCENT, {}, "%"};
+inline constexpr Unit one{vocab::unit_::UNITLESS, {}, "1"};
 }  // namespace unit
 }  // namespace lrt

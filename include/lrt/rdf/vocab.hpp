@@ -2,14 +2,15 @@
 
 #include <lrt/base/iri.hpp>
 
-/// The vocabulary terms that lrt uses, spelled as in their vocabularies (R1.5, SPEC section 4).
+/// The vocabulary terms that lrt uses, spelled as in their vocabularies (R1.5, SPEC section 4). Each vocabulary is a namespace with the name of
+/// its usual prefix. The prefixes rdf, unit and lrt are namespaces of lrt already; these vocabularies are rdf_, unit_ and lrt_.
 namespace lrt::vocab {
 
 #define LRT_TERM(prefix, name) inline constexpr Iri name{LRT_VOCAB_##prefix #name}
 #define LRT_TERM_AS(prefix, cpp, name) inline constexpr Iri cpp{LRT_VOCAB_##prefix name}
 
 #define LRT_VOCAB_rdf "http://www.w3.org/1999/02/22-rdf-syntax-ns#"
-namespace rdf {
+namespace rdf_ {
 LRT_TERM(rdf, type);
 LRT_TERM(rdf, value);
 LRT_TERM(rdf, first);
@@ -18,7 +19,7 @@ LRT_TERM(rdf, nil);
 LRT_TERM(rdf, List);
 LRT_TERM(rdf, Property);
 LRT_TERM(rdf, langString);
-}  // namespace rdf
+}  // namespace rdf_
 
 #define LRT_VOCAB_rdfs "http://www.w3.org/2000/01/rdf-schema#"
 namespace rdfs {
@@ -220,7 +221,7 @@ LRT_TERM(qudt, unit);
 }
 
 #define LRT_VOCAB_unit "http://qudt.org/vocab/unit/"
-namespace unit {
+namespace unit_ {
 LRT_TERM(unit, RAD);
 LRT_TERM(unit, DEG);
 LRT_TERM(unit, M);
@@ -237,7 +238,7 @@ LRT_TERM_AS(unit, V, "V");
 LRT_TERM_AS(unit, A, "A");
 LRT_TERM_AS(unit, PERCENT, "PERCENT");
 LRT_TERM_AS(unit, UNITLESS, "UNITLESS");
-}  // namespace unit
+}  // namespace unit_
 
 #define LRT_VOCAB_hybrit "https://hybr-it-projekt.de/ns/hybr-it#"
 namespace hybrit {
@@ -341,7 +342,7 @@ LRT_TERM(http_methods, DELETE);
 }  // namespace http_methods
 
 #define LRT_VOCAB_lrt "https://w3id.org/lrt/ns#"
-namespace lrt {
+namespace lrt_ {
 LRT_TERM(lrt, state);
 LRT_TERM(lrt, Invocation);
 LRT_TERM(lrt, invocation);
@@ -381,7 +382,7 @@ LRT_TERM(lrt, shape);
 LRT_TERM(lrt, byteOrder);
 LRT_TERM(lrt, littleEndian);
 LRT_TERM(lrt, bigEndian);
-}  // namespace lrt
+}  // namespace lrt_
 
 #undef LRT_TERM
 #undef LRT_TERM_AS

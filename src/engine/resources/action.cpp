@@ -17,11 +17,11 @@ namespace {
 
 Iri status_iri(Status status) {
   switch (status) {
-    case Status::pending: return vocab::lrt::pending;
-    case Status::running: return vocab::lrt::running;
-    case Status::succeeded: return vocab::lrt::succeeded;
-    case Status::failed: return vocab::lrt::failed;
-    case Status::cancelled: return vocab::lrt::cancelled;
+    case Status::pending: return vocab::lrt_::pending;
+    case Status::running: return vocab::lrt_::running;
+    case Status::succeeded: return vocab::lrt_::succeeded;
+    case Status::failed: return vocab::lrt_::failed;
+    case Status::cancelled: return vocab::lrt_::cancelled;
   }
   return {};
 }
@@ -74,8 +74,8 @@ void InvocationResource::describe(const Description& d) const {
   const std::string names = thing->names_base(d.base);
   describe_types(about);
   about.link(vocab::rdfs::seeAlso, d.base + action.path);
-  about.add(vocab::lrt::status, rdf::TermView(status_iri(status)));
-  about.add(vocab::lrt::progress, rdf::literal(rdf::lexical::format(progress), vocab::xsd::double_));
+  about.add(vocab::lrt_::status, rdf::TermView(status_iri(status)));
+  about.add(vocab::lrt_::progress, rdf::literal(rdf::lexical::format(progress), vocab::xsd::double_));
   about.when(vocab::dcterms::created, created);
   about.when(vocab::prov::startedAtTime, started);
   about.when(vocab::prov::endedAtTime, ended);
@@ -85,13 +85,13 @@ void InvocationResource::describe(const Description& d) const {
     rdf::write_value(d.graph, node, type, facets, value, names);
   };
   const model::ActionSpec& spec = *action.spec;
-  if (spec.input && !input.is_null()) part(vocab::lrt::input, "#input", *spec.input, spec.facets, input);
-  if (status == Status::failed) about.add(vocab::lrt::error, rdf::literal(result.error().message));
+  if (spec.input && !input.is_null()) part(vocab::lrt_::input, "#input", *spec.input, spec.facets, input);
+  if (status == Status::failed) about.add(vocab::lrt_::error, rdf::literal(result.error().message));
   if (status == Status::succeeded && spec.output && !result->is_null())
-    part(vocab::lrt::result, "#result", *spec.output, spec.output_facets, *result);
+    part(vocab::lrt_::result, "#result", *spec.output, spec.output_facets, *result);
 }
 
-void InvocationResource::describe_types(About& about) const { about.a(vocab::lrt::Invocation).a(vocab::prov::Activity); }
+void InvocationResource::describe_types(About& about) const { about.a(vocab::lrt_::Invocation).a(vocab::prov::Activity); }
 
 std::optional<PlainValue> InvocationResource::plain_value() const {
   static const rdf::Facets no_facets;
@@ -152,9 +152,9 @@ void ActionResource::describe(const Description& d) const {
     request.add(vocab::http_core::body, body);
     About(d.graph, body).link(vocab::dcterms::conformsTo, shapes + input_shape());
   }
-  about.add(vocab::lrt::policy, rdf::literal(policy_name(*spec)));
+  about.add(vocab::lrt_::policy, rdf::literal(policy_name(*spec)));
   about.statements(spec->statements, d.base);
-  for (const auto& i : invocations) about.link(vocab::lrt::invocation, d.base + i->path);
+  for (const auto& i : invocations) about.link(vocab::lrt_::invocation, d.base + i->path);
   const auto shape = [&](const std::string& name, const rdf::Type* type, const rdf::Facets& facets) {
     if (type) describe_shape(d.graph, *thing, d.base, name, *type, facets);
   };

@@ -61,8 +61,8 @@ void describe_structure(const ThingNode& thing, const Description& d) {
       .a(vocab::sh::NodeShape)
       .add(vocab::sh::name, rdf::literal(thing.spec->title))
       .link(vocab::sh::targetNode, d.base + thing.self.path);
-  must_have(graph, shape, vocab::rdf::type, std::string(vocab::hybrit::RoboticThing.text));
-  for (const std::string& c : thing.spec->classes) must_have(graph, shape, vocab::rdf::type, c);
+  must_have(graph, shape, vocab::rdf_::type, std::string(vocab::hybrit::RoboticThing.text));
+  for (const std::string& c : thing.spec->classes) must_have(graph, shape, vocab::rdf_::type, c);
   must_have(graph, shape, vocab::hybrit::subscriptions, d.base + thing.subscriptions.path);
   const auto links = [&](const auto& resources, Iri predicate, Iri type) {
     for (const auto& r : resources) {
@@ -72,7 +72,7 @@ void describe_structure(const ThingNode& thing, const Description& d) {
   };
   links(thing.actions, vocab::hybrit::action, vocab::hybrit::Action);
   links(thing.properties, vocab::hybrit::property, vocab::hybrit::Property);
-  links(thing.collections, vocab::lrt::collection, vocab::ldp::BasicContainer);
+  links(thing.collections, vocab::lrt_::collection, vocab::ldp::BasicContainer);
   for (const ThingNode* child : thing.children)
     must_have(graph, shape, vocab::dcterms::hasPart, d.base + child->self.path, vocab::hybrit::RoboticThing);
 }

@@ -39,7 +39,7 @@ std::vector<Resource*> RootResource::members() const {
 
 void TermsResource::describe(const Description& d) const {
   rdf::ReadOptions options;
-  options.base = vocab::lrt::state.text.substr(0, vocab::lrt::state.text.find('#'));
+  options.base = vocab::lrt_::state.text.substr(0, vocab::lrt_::state.text.find('#'));
   if (const Result<rdf::Graph> terms = rdf::read(term_list(), rdf::Syntax::turtle, options)) d.graph.merge(*terms);
 }
 

@@ -70,17 +70,17 @@ void SubscriptionResource::describe(const Description& d) const {
   about.add(vocab::hybrit::mediaType, rdf::literal(observed.variants().type_of(its_variant)));
   about.add(vocab::dcterms::identifier, rdf::literal(subscription_id));
   about.when(vocab::dcterms::created, created);
-  about.add(vocab::lrt::delivery, rdf::TermView(policy.queues() ? vocab::lrt::queue : vocab::lrt::latest));
+  about.add(vocab::lrt_::delivery, rdf::TermView(policy.queues() ? vocab::lrt_::queue : vocab::lrt_::latest));
   const auto count = [&](Iri predicate, std::uint64_t n) { about.add(predicate, rdf::literal(std::to_string(n), vocab::xsd::integer)); };
-  if (policy.queues()) count(vocab::lrt::queueLength, policy.queue_length);
+  if (policy.queues()) count(vocab::lrt_::queueLength, policy.queue_length);
   if (policy.minimum_interval.count() > 0) {
     const double seconds = std::chrono::duration<double>(policy.minimum_interval).count();
-    about.add(vocab::lrt::minimumInterval, rdf::literal(rdf::lexical::format(seconds), vocab::xsd::double_));
+    about.add(vocab::lrt_::minimumInterval, rdf::literal(rdf::lexical::format(seconds), vocab::xsd::double_));
   }
-  count(vocab::lrt::delivered, delivered);
-  count(vocab::lrt::dropped, backlog.dropped());
-  if (!last_error.empty()) about.add(vocab::lrt::lastError, rdf::literal(last_error));
-  if (retry.suspended()) about.add(vocab::lrt::suspended, rdf::literal("true", vocab::xsd::boolean));
+  count(vocab::lrt_::delivered, delivered);
+  count(vocab::lrt_::dropped, backlog.dropped());
+  if (!last_error.empty()) about.add(vocab::lrt_::lastError, rdf::literal(last_error));
+  if (retry.suspended()) about.add(vocab::lrt_::suspended, rdf::literal("true", vocab::xsd::boolean));
 }
 
 void SubscriptionResource::describe_types(About& about) const {
@@ -88,7 +88,7 @@ void SubscriptionResource::describe_types(About& about) const {
   switch (protocol) {
     case Protocol::websocket: about.a(vocab::hybrit::WebSocket); break;
     case Protocol::callback: about.a(vocab::hybrit::WebCallback); break;
-    case Protocol::event_stream: about.a(vocab::lrt::EventStream); break;
+    case Protocol::event_stream: about.a(vocab::lrt_::EventStream); break;
   }
 }
 
@@ -159,14 +159,14 @@ void describe_subscription_shape(rdf::Graph& graph, const std::string& iri, cons
   property(vocab::hybrit::onResource, true).add(vocab::sh::nodeKind, rdf::TermView(vocab::sh::IRI));
   property(vocab::hybrit::callbackURL, true);
   property(vocab::hybrit::mediaType, false).add(vocab::sh::datatype, rdf::TermView(vocab::xsd::string));
-  property(vocab::lrt::minimumInterval, false)
+  property(vocab::lrt_::minimumInterval, false)
       .add(vocab::sh::minInclusive, rdf::literal("0", vocab::xsd::integer))
       .add(vocab::sh::maxInclusive, rdf::literal(integer(max_interval.count()), vocab::xsd::integer));
-  property(vocab::lrt::queueLength, false)
+  property(vocab::lrt_::queueLength, false)
       .add(vocab::sh::datatype, rdf::TermView(vocab::xsd::integer))
       .add(vocab::sh::minInclusive, rdf::literal("0", vocab::xsd::integer))
       .add(vocab::sh::maxInclusive, rdf::literal(integer(options.max_queue_length), vocab::xsd::integer));
-  property(vocab::lrt::secret, false)
+  property(vocab::lrt_::secret, false)
       .add(vocab::sh::datatype, rdf::TermView(vocab::xsd::string))
       .add(vocab::sh::maxLength, rdf::literal(integer(max_secret), vocab::xsd::integer));
 }

@@ -23,11 +23,11 @@ void ThingResource::describe(const Description& d) const {
   about.add(vocab::dcterms::title, rdf::literal(spec.title));
   about.link(vocab::hybrit::blueprint, node.blueprint_iri(d.base));
   about.link(vocab::hybrit::subscriptions, d.base + node.subscriptions.path);  // R1.8
-  about.link(vocab::lrt::state, d.base + node.state.path);
+  about.link(vocab::lrt_::state, d.base + node.state.path);
   if (node.parent) about.link(vocab::dcterms::isPartOf, d.base + node.parent->self.path);
   for (const auto& a : node.actions) about.link(vocab::hybrit::action, d.base + a->path);        // R1.10
   for (const auto& p : node.properties) about.link(vocab::hybrit::property, d.base + p->path);  // R1.9
-  for (const auto& c : node.collections) about.link(vocab::lrt::collection, d.base + c->path);
+  for (const auto& c : node.collections) about.link(vocab::lrt_::collection, d.base + c->path);
   for (const ThingNode* child : node.children) about.link(vocab::dcterms::hasPart, d.base + child->self.path);
   const auto domain_links = [&](const auto& resources) {
     for (const auto& r : resources)

@@ -48,7 +48,7 @@ class StateResource final : public Resource {
   std::optional<PlainValue> plain_value() const override;
   bool fits_rdf(std::size_t max_values) const override;
   std::uint64_t state(std::uint64_t structure) const noexcept override;
-  Iri saved_type() const noexcept override { return vocab::lrt::state; }
+  Iri saved_type() const noexcept override { return vocab::lrt_::state; }
   void link_related(http::LinkWriter& links, const std::string& base) const override;
   Reads reads() const noexcept override { return Reads::values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;

@@ -50,7 +50,7 @@ std::string_view xml_fault_of(const TermView& term, bool predicate) noexcept {
 
 /// The namespaces that occur, so that Raptor declares no others.
 Prefixes used_prefixes(const Graph& graph, const Prefixes& prefixes) {
-  const auto type = graph.find(vocab::rdf::type);
+  const auto type = graph.find(vocab::rdf_::type);
   Prefixes used;
   for (const auto& [name, iri] : prefixes) {
     const auto begins = [&iri = iri](std::string_view text) { return text.substr(0, iri.size()) == iri; };

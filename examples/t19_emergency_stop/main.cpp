@@ -1,0 +1,119 @@
+// An emergency stop that works while everything else is busy: a long action runs, and the host computes and does not poll. The lambda of the
+// stop runs on the thread of lrt (Dispatch::io_thread) and only sets an atomic flag, which the control loop obeys in its next period.
+#include <atomic>
+#include <chrono>
+#include <optional>
+#include <thread>
+
+#include <lrt/lrt.hpp>
+
+#include "examples/lesson.hpp"
+
+void sleep_one_period() { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
+
+int main() {
+  std::atomic<bool> on{true}, stopped{false}, planning{true};
+  std::atomic<double> target{0}, speed{0};  // [m/s]
+  std::thread motors([&] {
+    for (; on; sleep_one_period()) speed = stopped ? 0.0 : target.load();
+  });
+
+  std::optional<lrt::Responder> drive;
+  lrt::Thing base{"base"};
+  base.action("drive",
+              [&](double to, lrt::Responder done) {
+                if (stopped) return done.fail({lrt::Errc::refused, "the base is stopped: invoke release first"});
+                target = to;
+                drive = done;
+              })
+      .consumes(lrt::rdf::Facets{}.unit(lrt::unit::metre_per_second));
+  base.action("plan", [&] {  // takes long, in the host's thread
+    for (int i = 0; i < 10'000 && planning; ++i) sleep_one_period();
+  });
+  base.action("release", [&] {
+    target = 0;
+    stopped = false;
+  });
+  base.action("stop", [&] { stopped = true; }).dispatch(lrt::Dispatch::io_thread);
+  base.property(
+          "speed", [&] { return speed.load(); }, lrt::unit::metre_per_second)
+      .dispatch(lrt::Dispatch::io_thread);
+  base.property("battery", [] { return 87; });
+
+  lrt::Server server = lrt::Server::create(lesson::options()).value();
+  server.add(std::move(base)).value();
+
+  lesson::Visitor visitor(server, [&](lesson::Client& client) {
+    client.only({"vom:numericalValue", "lrt:status", "lrt:error"});
+    const std::string fast = "<> vom:numericalValue 0.5 ; qudt:unit unit:M-PER-SEC .";
+    const std::string driving = client.post("/base/actions/drive", fast).field("Location");
+    client.get_until("/base/speed", "0.5");
+    const std::string plan = client.post("/base/actions/plan", {}, "Prefer: respond-async\r\n").field("Location");
+    client.get_until(plan, "running");
+    client.get("/base/battery");  // waits for the host, in vain
+    client.post("/base/actions/stop");
+    client.get_until("/base/speed", "\"0\"");
+    planning = false;
+    client.get_until(driving, "failed");
+    client.post("/base/actions/drive", fast);
+  });
+
+  while (visitor.is_here()) {
+    server.poll();
+    if (stopped && drive) {
+      drive->fail("the emergency stop was invoked");
+      drive.reset();
+    }
+    sleep_one_period();
+  }
+  on = false;
+  motors.join();
+}
+
+// Output:
+// POST /base/actions/drive
+//   <> vom:numericalValue 0.5 ; qudt:unit unit:M-PER-SEC .
+// 204 No Content
+// Location: http://127.0.0.1:8080/base/actions/drive/id-1
+//
+// GET /base/speed
+// 200 OK
+// Content-Type: text/turtle
+//     vom:numericalValue "0.5"^^xsd:double ;
+//
+// POST /base/actions/plan
+// Prefer: respond-async
+// 202 Accepted
+// Location: http://127.0.0.1:8080/base/actions/plan/id-2
+//
+// GET /base/actions/plan/id-2
+// 200 OK
+// Content-Type: text/turtle
+//     lrt:status lrt:running ;
+//
+// GET /base/battery
+// 503 Service Unavailable
+// Content-Type: application/problem+json
+// {"type":"about:blank","title":"Service Unavailable","status":503,"detail":"the robot's program did not take the request in time"}
+//
+// POST /base/actions/stop
+// 204 No Content
+// Location: http://127.0.0.1:8080/base/actions/stop/id-3
+//
+// GET /base/speed
+// 200 OK
+// Content-Type: text/turtle
+//     vom:numericalValue "0"^^xsd:double ;
+//
+// GET /base/actions/drive/id-1
+// 200 OK
+// Content-Type: text/turtle
+//     lrt:status lrt:failed ;
+//     lrt:error "the emergency stop was invoked" .
+//     vom:numericalValue "0.5"^^xsd:double ;
+//
+// POST /base/actions/drive
+//   <> vom:numericalValue 0.5 ; qudt:unit unit:M-PER-SEC .
+// 409 Conflict
+// Content-Type: application/problem+json
+// {"type":"about:blank","title":"Conflict","status":409,"detail":"action \"/base/actions/drive\" failed: the base is stopped: invoke release first"}
