@@ -146,7 +146,7 @@ auto erase_action(F f) {
   using Shape = ActionShape<F>;
   return [f = std::move(f)](const rdf::Value& input, const std::shared_ptr<InvocationLink>& link) mutable {
     Result<typename Shape::Input> value = decode_input<typename Shape::Input>(input);
-    if (!value) return link->finish(unexpected(Errc::refused, "the input is not accepted: " + value.error().message));
+    if (!value) throw BadResult(std::move(value).error());
     const auto call = [&](auto&&... more) -> typename Shape::Return {
       if constexpr (std::is_void_v<typename Shape::Input>) return f(std::forward<decltype(more)>(more)...);
       else if constexpr (std::is_same_v<typename Shape::Parameter, const char*>) return f(value->c_str(), std::forward<decltype(more)>(more)...);

@@ -209,7 +209,7 @@ TEST_CASE("a saved callback goes on with the resource it was made for, whatever 
       engine::EngineOptions options;
       options.clock = &clock;
       options.ids = std::make_shared<FixedIds>();
-      options.subscriptions.callbacks.allow = {"receiver.example"};
+      options.callbacks.allow = {"receiver.example"};
       parts = std::make_unique<engine::Parts>(std::move(options));
     }
     void add(Thing thing) {
