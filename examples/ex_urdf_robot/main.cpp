@@ -1,10 +1,12 @@
 // Any robot with a URDF as Linked Robotic Things, moved by a recording of its joints or by clients.
 //
 //   ex_urdf_robot [URDF] [CSV] [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]... [--argument NAME=VALUE]...
+//                 [--package NAME=DIR]...
 //
 // URDF                    the robot; default: the picker beside this file
 // CSV                     a recording of its joints (trajectory.hpp); without it positions can be written, and joints have an action `move`
 // --argument NAME=VALUE   the value of ${NAME} in a URDF that still contains xacro
+// --package NAME=DIR      the folder of the ROS package NAME: the meshes that the URDF names as package://NAME/... are served
 
 #include <charconv>
 #include <chrono>
@@ -27,6 +29,7 @@ int failed(const lrt::Error& error) { return std::fprintf(stderr, "ex_urdf_robot
 int main(int argc, char** argv) {
   lrt::Options options;
   lrt::urdf::ParseOptions urdf_options;
+  lrt::urdf::PackageOptions packages;
   std::string files[2] = {EX_URDF_ROBOT_DEFAULT, ""};
   std::size_t count = 0;
   for (int i = 1; i < argc; ++i) {
@@ -39,11 +42,11 @@ int main(int argc, char** argv) {
       options.listen.public_base = argv[++i];
     } else if (arg == "--allowed-host" && i + 1 < argc) {
       options.security.allowed_hosts.emplace_back(argv[++i]);
-    } else if (arg == "--argument" && i + 1 < argc) {
+    } else if ((arg == "--argument" || arg == "--package") && i + 1 < argc) {
       const std::string given = argv[++i];
       const std::size_t equals = given.find('=');
-      if (equals == std::string::npos) return std::fprintf(stderr, "ex_urdf_robot: --argument wants NAME=VALUE\n"), 2;
-      urdf_options.arguments[given.substr(0, equals)] = given.substr(equals + 1);
+      if (equals == std::string::npos) return std::fprintf(stderr, "ex_urdf_robot: %s needs NAME=VALUE\n", arg.c_str()), 2;
+      (arg == "--package" ? packages.folders : urdf_options.arguments)[given.substr(0, equals)] = given.substr(equals + 1);
     } else if (arg == "--port" && i + 1 < argc) {
       const std::string text = argv[++i];
       const char* const end = text.data() + text.size();
@@ -51,7 +54,7 @@ int main(int argc, char** argv) {
       if (error != std::errc() || read_to != end) return std::fprintf(stderr, "ex_urdf_robot: --port wants 0 to 65535\n"), 2;
     } else {
       std::fprintf(stderr, "usage: ex_urdf_robot [URDF] [CSV] [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]...\n"
-                           "                     [--argument NAME=VALUE]...\n");
+                           "                     [--argument NAME=VALUE]... [--package NAME=DIR]...\n");
       return arg == "--help" ? 0 : 2;
     }
   }
@@ -59,6 +62,9 @@ int main(int argc, char** argv) {
   auto robot = lrt::urdf::load(files[0], urdf_options);
   if (!robot) return failed(robot.error());
   for (const std::string& warning : robot->model().warnings) std::fprintf(stderr, "ex_urdf_robot: %s\n", warning.c_str());
+  if (!packages.folders.empty())
+    for (const std::string& warning : robot->serve_meshes(packages))
+      std::fprintf(stderr, "ex_urdf_robot: %s\n", warning.c_str());
   std::optional<ex_urdf_robot::Trajectory> trajectory;
   if (!files[1].empty()) {
     auto loaded = ex_urdf_robot::Trajectory::load(files[1], robot->model());

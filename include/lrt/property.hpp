@@ -110,6 +110,12 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
     return this->edit("octets", [](auto& s) { s.octets = true; });
   }
 
+  /// Serves the property as a file, for example a mesh or a map: a client that accepts anything gets the first representation() instead of
+  /// Turtle, and the thing's state does not contain the property. So its bytes are made only for clients that request this resource.
+  Self& as_file() {
+    return this->edit("as_file", [](auto& s) { s.file = true; });
+  }
+
  protected:
   PropertyHandle() noexcept = default;
   explicit PropertyHandle(std::shared_ptr<PropertySpec> spec) noexcept : Base(std::move(spec)) {}
@@ -139,12 +145,11 @@ class PushedProperty : public model::PropertyHandle<PushedProperty<T>, T> {
     if (slot_) slot_->publish(value);
   }
 
-  /// Keeps up to `samples` published values between two scans of the engine, so that subscribers with a queue get each value instead of only
-  /// the newest. A value that does not fit counts as dropped.
+  /// Sets how many published values are kept between two scans of the engine while a subscriber has a queue, which gets each of them. A value
+  /// that a queue does not get counts as dropped (lrt:dropped). The default suffices for the longest queue that a subscriber may request, within
+  /// subscription::SubscriptionOptions::max_kept_bytes. That limit does not apply to `samples`; 0: only the newest value is kept.
   PushedProperty& keep(std::size_t samples) {
-    return this->edit("keep", [&](auto& s) {
-      if (samples > 0) s.slot->keep(samples);
-    });
+    return this->edit("keep", [&](auto& s) { s.slot->keep(samples); });
   }
   /// Counts a repeated value as a change.
   PushedProperty& every_sample() {

@@ -134,7 +134,8 @@ struct ParseOptions {
 ///
 /// Joints, links and masses must be valid: names, references, numbers; the mass, ixx, iyy and izz must not be negative. Irregular limits,
 /// mimics of unknown joints, products of inertia, shapes and materials are common in real files: they are left out with a warning in
-/// Model::warnings. If an element is repeated where one is allowed, the first one is used, with a warning.
+/// Model::warnings. Noise of rounding is corrected with a warning: a mass above -1e-9 kg, a moment of inertia above -1e-9 of the link's largest
+/// moment or above -1e-12 m2 times its mass, and limits, a velocity or an effort that are wrong by at most 1e-9 of their size (or of 1). If an element is repeated where one is allowed, the first one is used, with a warning.
 ///
 /// @par Errors   The first error, with the element and its line. expected_value: invalid XML; no tree; an invalid number; a missing element
 ///               or attribute; a duplicate name; an unknown type; xacro that was not expanded. limit_exceeded.
@@ -165,6 +166,13 @@ class Numbers {
  private:
   const double* data_ = nullptr;
   std::size_t size_ = 0;
+};
+
+/// Which files of ROS packages may be served.
+struct PackageOptions {
+  /// The folder of each package: {"pr2_description", "/opt/ros/noetic/share/pr2_description"}. Files of other packages are not served.
+  std::map<std::string, std::string> folders;
+  std::size_t max_bytes = 64 * 1024 * 1024;  ///< of a file; larger ones are not served
 };
 
 /// The Things of a robot, and its kinematics.
@@ -209,6 +217,18 @@ class Robot {
   /// The property `position`. It is bounded by the joint's limits, unless the joint mimics another. on_write() makes it writable.
   /// @pre model().joints[joint].has_position()
   PushedProperty<double>& position(std::size_t joint) noexcept;
+
+  /// Serves the meshes that the description names by `package://` IRIs, so that a web client can draw them. They are files
+  /// (model::PropertyHandle::as_file) below `<robot>/meshes/<package>/`, one for each mesh, with the media type that IANA has registered for
+  /// the ending of the name (model/stl, model/vnd.collada+xml, model/obj, model/gltf-binary, ...; else application/octet-stream). Shapes link to
+  /// them by dcat:downloadURL, beside lrt:mesh, which keeps the IRI of the document.
+  ///
+  /// Only files that the description names are served, and only regular files below the folder of their package, after symbolic links are
+  /// followed; this is judged again whenever a file is read. It is read when a client requests it, on the I/O thread; the bytes of the version that
+  /// was read last remain in memory.
+  /// @pre     add_to() was not called, and neither was this
+  /// @return  warnings: the meshes that are not served, and why. Their shapes have no link
+  std::vector<std::string> serve_meshes(const PackageOptions& options);
 
   /// Registers all Things with a server or an engine: all of them, or none.
   /// @pre         it was not called before

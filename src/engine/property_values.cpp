@@ -11,8 +11,17 @@ namespace lrt::engine {
 
 namespace {
 
-/// A writer without end must not hold up the others.
-constexpr int max_samples_at_once = 1024;
+/// An estimate of the memory that a value owns.
+std::size_t bytes_of(const rdf::Value& value) {
+  if (const std::string* text = value.text()) return text->size() + sizeof(std::string);
+  std::size_t sum = sizeof(double);
+  if (const rdf::Value::Sequence* members = value.sequence())
+    for (const rdf::Value& member : *members) sum += bytes_of(member);
+  return sum;
+}
+
+/// What has representations may be much larger than its RDF: an image.
+constexpr std::size_t min_bytes_with_representations = 64 * 1024;
 
 Encoding encoded(model::RepresentationSpec& spec, const void* whole) {
   Encoding made{true, guarded<Bytes>([&]() -> Result<Bytes> {
@@ -138,11 +147,33 @@ void PropertyValues::take_published(PropertyResource& property) {
   if (!slot || property.refresh_state.running || !slot->has_change() || needs_user_code(property)) return;
   Sample sample;
   // Of values that are kept each one is a change.
-  for (int left = slot->keeps() ? max_samples_at_once : 1; left > 0 && slot->take(sample.value, sample.since); --left) {
+  for (std::size_t left = slot->available(); left > 0 && slot->take(sample.value, sample.since); --left) {
     if (!slot->every_sample() && rdf::same(sample.value, property.value)) continue;  // SPEC 3.8
     sample.whole = slot->whole();
     set(property, std::exchange(sample, {}));
   }
+  property.report_lost();
+}
+
+void PropertyValues::keep(PropertyResource& property, bool queued) {
+  model::SlotBase* slot = property.spec->slot.get();
+  if (!slot) return;
+  if (queued && ++property.queues == 1) {
+    take_published(property);
+    slot->start_keeping(options_.subscriptions.max_queue_length, options_.subscriptions.max_kept_bytes);
+    set_value_bytes(property);
+  } else if (!queued && --property.queues == 0) {
+    slot->stop_keeping();
+  }
+}
+
+void PropertyValues::set_value_bytes(PropertyResource& property) {
+  model::SlotBase* slot = property.spec->slot.get();
+  if (!slot || !slot->keeps() || !slot->owns_memory() || property.value.is_null()) return;
+  std::size_t encoded_bytes = property.spec->representations.empty() ? 0 : min_bytes_with_representations;
+  for (const Encoding& e : property.encodings)
+    if (e.made && e.bytes) encoded_bytes = std::max(encoded_bytes, (*e.bytes)->size());
+  slot->set_value_bytes(bytes_of(property.value) + encoded_bytes);
 }
 
 void PropertyValues::start(PropertyResource& property) {
@@ -183,7 +214,7 @@ void PropertyValues::take(PropertyResource& property, std::vector<std::size_t> e
         Samples samples;
         model::SlotBase& slot = *spec->slot;
         Sample sample;
-        for (int left = slot.keeps() ? max_samples_at_once : 1; left > 0 && slot.take(sample.value, sample.since); --left) {
+        for (std::size_t left = slot.available(); left > 0 && slot.take(sample.value, sample.since); --left) {
           sample.whole = slot.whole();
           run_encoders(*spec, encoders, sample.whole.get(), sample.encodings);
           samples.push_back(std::exchange(sample, {}));
@@ -201,6 +232,7 @@ void PropertyValues::take(PropertyResource& property, std::vector<std::size_t> e
         }
         for (Sample& sample : *samples)
           if (p->spec->slot->every_sample() || !rdf::same(sample.value, p->value)) set(*p, std::move(sample));
+        p->report_lost();
         encode(*p, std::nullopt, wanted_encoders(*p));
       });
 }
@@ -253,11 +285,13 @@ void PropertyValues::end(PropertyResource& property, const Result<void>& result,
 }
 
 void PropertyValues::set(PropertyResource& property, Sample sample) {
+  property.mark_changing();
   const bool promised = property.promises_triples();
   property.value = std::move(sample.value);
   property.whole = std::move(sample.whole);
   property.modified = sample.since;
   property.encodings = std::move(sample.encodings);
+  set_value_bytes(property);
   const model::PropertySpec& spec = *property.spec;
   std::size_t left = options_.max_value_members;
   property.only_octets = spec.octets && !fits(property.value, left) && rdf::octets_of(*spec.type, property.value);

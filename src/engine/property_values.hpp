@@ -79,12 +79,15 @@ class PropertyValues {
   void refresh_observed(PropertyResource& property);
   /// Takes over a published value if that needs no user code.
   void take_published(PropertyResource& property);
+  /// An observer with a queue comes or goes. While there is one, published values are kept between two scans.
+  void keep(PropertyResource& property, bool queued);
   /// Gives the property a value, of the robot or written by a client, and notifies its observers.
   void set(PropertyResource& property, Sample sample);
   /// The property is removed: all waiters get Errc::closed.
   void cancel(PropertyResource& property, TimePoint now);
 
  private:
+  static void set_value_bytes(PropertyResource& property);
   bool needs_user_code(const PropertyResource& property) const;
   static bool has_encodings(const PropertyResource& property, Encodings wanted);
   static std::vector<std::size_t> wanted_encoders(const PropertyResource& property);

@@ -65,6 +65,8 @@ class Observer {
   virtual Variant variant() const noexcept = 0;
   /// The representations of the resource have changed.
   virtual void resource_changed() = 0;
+  /// The representations are about to change: the last time to make the present ones.
+  virtual void resource_changes() = 0;
   /// The robot published values that were overwritten before the engine saw them.
   virtual void values_missed(std::uint64_t count) = 0;
   /// The resource is about to go. The observer leaves the list of observers.
@@ -178,8 +180,6 @@ class Resource {
   virtual bool observable() const noexcept { return false; }
   /// Its changes overtake those of others: commands before telemetry.
   virtual bool is_urgent() const noexcept { return false; }
-  /// Subscribers with a queue get each of its values, not only the newest at each scan (PushedProperty::keep).
-  virtual bool keeps_values() const noexcept { return false; }
   /// Called with the first observer, and when the last one has left.
   virtual void set_observed(bool observed, ChangeScanner& scanner) { (void)observed, (void)scanner; }
   /// Observers get its last representation even when it is gone.

@@ -334,6 +334,7 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
   thing.subscriptions.subscriptions.push_back(std::move(made));
   registry_.add(s);
   thing.subscriptions.mark_changed();
+  if (s.queues()) s.observed.for_each_property([this](PropertyResource& p) { values_.keep(p, true); });
   s.observed.add_observer(s, scanner_);
   if (s.protocol == Protocol::callback) {
     ++callbacks_;
@@ -353,7 +354,7 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
 }
 
 void Subscriptions::first_notification(SubscriptionResource& s) {
-  if (s.queues()) enqueue(s);
+  if (s.queues()) enqueue(s, false);
   else changed(s);
 }
 
@@ -373,6 +374,7 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
   }
   next_notifications_.clear(s.next_notification);
   by_channel_.erase(static_cast<std::uint64_t>(s.channel));
+  if (s.queues()) s.observed.for_each_property([this](PropertyResource& p) { values_.keep(p, false); });
   s.observed.remove_observer(s, scanner_);
   SubscriptionsResource& container = s.thing->subscriptions;
   container.mark_changed();
@@ -391,27 +393,38 @@ void Subscriptions::resource_removed(SubscriptionResource& s) {
 // --------------------------------------------------------------------------------------------------------------- changes
 
 /// Queues are filled in scans, whose share of time is bounded: a request that brings about a change must not pay for all queues that want
-/// to have it in four syntaxes. They are filled at once for commands, and for values that are kept, because the next one replaces them.
+/// to have it in four syntaxes. They are filled at once for commands, and when the next value replaces one that is not in them yet.
 void Subscriptions::changed(SubscriptionResource& s) {
   if (!s.queues() || s.retry.suspended()) {
     s.backlog.mark_changed();
     return announce(s);
   }
-  if (fills_queues_ || s.observed.is_urgent() || s.observed.keeps_values()) return enqueue(s);
-  if (!std::exchange(s.marked, true)) marked_.push_back(s.channel);
+  if (fills_queues_ || s.observed.is_urgent()) return enqueue(s);
+  if (std::exchange(s.marked, true)) s.backlog.count_dropped(1);
+  else marked_.push_back(s.channel);
   if (!scanner_.is_scanning()) scanner_.start();
 }
 
-void Subscriptions::enqueue(SubscriptionResource& s) {
+void Subscriptions::fill(SubscriptionResource& s) {
+  if (std::exchange(s.marked, false)) enqueue(s);
+}
+
+/// @param is_change  counts as dropped if there is no representation of it
+void Subscriptions::enqueue(SubscriptionResource& s, bool is_change) {
   if (!representations_.ready(s.observed, s.its_variant, true)) {
-    values_.refresh(s.observed, Encodings::of(s.its_variant), [this, channel = s.channel](const Result<void>& result, TimePoint) {
-      SubscriptionResource* waiting = find(channel);
-      if (waiting && result) enqueue(*waiting);
-    });
+    values_.refresh(s.observed, Encodings::of(s.its_variant),
+                    [this, channel = s.channel, is_change](const Result<void>& result, TimePoint) {
+                      SubscriptionResource* waiting = find(channel);
+                      if (waiting && result) enqueue(*waiting, is_change);
+                      else if (waiting && is_change) waiting->backlog.count_dropped(1);
+                    });
     return;
   }
   Representation* representation = represent(s);
-  if (!representation) return;
+  if (!representation) {
+    if (is_change) s.backlog.count_dropped(1);
+    return;
+  }
   const std::string& last = s.backlog.newest() ? s.backlog.newest()->tag : s.last_tag;
   if (representation->tag == last) return;
   s.backlog.push(item_of(s, *representation));
@@ -500,9 +513,7 @@ std::optional<Channel> Subscriptions::next_ready(TimePoint now) {
       const std::vector<Channel> marked = std::exchange(marked_, {});
       for (const Channel channel : marked) {
         SubscriptionResource* s = find(channel);
-        if (!s) continue;
-        s->marked = false;
-        enqueue(*s);
+        if (s) fill(*s);
       }
       scanner_.scan(now, !marked.empty());
       fills_queues_ = false;

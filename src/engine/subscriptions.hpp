@@ -65,6 +65,8 @@ class Subscriptions {
 
   // Observers.
   void changed(SubscriptionResource& s);
+  /// Puts the present representation into the queue, if a change is not in it yet.
+  void fill(SubscriptionResource& s);
   void resource_removed(SubscriptionResource& s);
 
   // Transports.
@@ -97,7 +99,7 @@ class Subscriptions {
   http::Response description_response(const Context& context, SubscriptionResource& made) const;
 
   void first_notification(SubscriptionResource& s);
-  void enqueue(SubscriptionResource& s);
+  void enqueue(SubscriptionResource& s, bool is_change = true);
   Representation* represent(SubscriptionResource& s);
   subscription::Item item_of(const SubscriptionResource& s, Representation& representation);
   void announce(SubscriptionResource& s);

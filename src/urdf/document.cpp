@@ -27,6 +27,10 @@ constexpr std::size_t max_attributes = 256;  // of one element; XML readers comp
 constexpr std::size_t max_mimics = 100;      // length of a chain of mimic joints
 constexpr std::size_t max_name = 1000;       // bytes; an IRI contains two encoded names
 
+// A number that is wrong by at most this is noise of rounding (lrt::urdf::parse).
+constexpr double relative_noise = 1e-9;        // of the numbers that it belongs to
+constexpr double noise_of_moments_m2 = 1e-12;  // of the mass: a radius of gyration of 1 um
+
 /// Thrown to end the reading of a document; check() converts it into a Result.
 struct Refusal {
   Error error;
@@ -335,8 +339,14 @@ class Checker {
     put(name, joined(values).c_str());
     return values;
   }
-  double not_negative(const XMLElement& e, const char* name) {
+  /// @param noise  a negative number above -noise is 0, with a warning
+  double not_negative(const XMLElement& e, const char* name, double noise = 0) {
     const double value = *number(e, name, true);
+    if (value < 0 && value >= -noise) {
+      warn(e, std::string(name) + " is " + rdf::lexical::format(value) + ", which is noise of rounding; taken as 0");
+      put(name, "0");
+      return 0;
+    }
     if (value < 0) refuse(e, "expected " + std::string(name) + " of at least 0, found " + rdf::lexical::format(value));
     return value;
   }
@@ -356,7 +366,7 @@ class Checker {
       std::array<double, 4> values{};
       vector<4>(*e, "quat_xyzw", *text, values);
       q.coeffs() << values[0], values[1], values[2], values[3];
-      if (turned || !(q.norm() > 0) || !std::isfinite(q.norm()))
+      if (turned || !(q.norm() > relative_noise) || !std::isfinite(q.norm()))
         refuse(*e, "expected either rpy or quat_xyzw with a length above 0, found " + quoted(*text));
       const Eigen::Vector3d ypr = q.normalized().toRotationMatrix().eulerAngles(2, 1, 0);
       put("rpy", joined(std::array<double, 3>{ypr[2], ypr[1], ypr[0]}).c_str());
@@ -486,10 +496,13 @@ class Checker {
     open("inertial");
     origin(e);
     open("mass");
-    not_negative(*mass, "value");
+    double noise = noise_of_moments_m2 * not_negative(*mass, "value", relative_noise);
     close();
     open("inertia");
-    for (const char* moment : {"ixx", "iyy", "izz"}) not_negative(*inertia, moment);
+    constexpr std::array<const char*, 3> moments = {"ixx", "iyy", "izz"};
+    for (const char* moment : moments)
+      noise = std::max(noise, relative_noise * parsed(*inertia, moment, trimmed(required(*inertia, moment))));
+    for (const char* moment : moments) not_negative(*inertia, moment, noise);
     for (const char* product : {"ixy", "ixz", "iyz"}) {
       if (number(*inertia, product, false)) continue;
       put(product, "0");
@@ -557,7 +570,8 @@ class Checker {
     open("axis");
     const auto xyz = *vector3(*e, "xyz");
     const double length = std::hypot(xyz[0], xyz[1], xyz[2]);
-    if (!(length > 0) || !std::isfinite(length)) refuse(*e, "expected an axis with a direction, found " + quoted(e->Attribute("xyz")));
+    if (!(length > relative_noise) || !std::isfinite(length))
+      refuse(*e, "expected an axis with a direction, found " + quoted(e->Attribute("xyz")));
     close();
   }
   /// Reads a limit; nullopt: the attribute is missing or infinite.
@@ -593,6 +607,9 @@ class Checker {
     } else {
       if (!has_lower) limits.lower = 0;  // the default of URDF
       if (!has_upper) limits.upper = 0;
+      if (limits.lower && limits.upper && *limits.lower > *limits.upper &&
+          *limits.lower - *limits.upper <= relative_noise * std::max(1.0, std::abs(*limits.lower)))
+        limits.lower = limits.upper;  // by rounding
       if (limits.lower && limits.lower == limits.upper)
         warn(*e, "lower and upper are both " + rdf::lexical::format(*limits.lower) + ": the joint cannot move");
       if (limits.lower && limits.upper && *limits.lower > *limits.upper) {
@@ -604,6 +621,11 @@ class Checker {
     for (const auto& [name, value] : {std::pair<const char*, std::optional<double>*>{"effort", &limits.effort}, {"velocity", &limits.velocity}}) {
       if (type != "fixed" && !e->Attribute(name)) warn(*e, "has no " + std::string(name) + "; taken as unlimited");
       if (value->value_or(0) >= 0) continue;
+      if (**value >= -relative_noise) {
+        warn(*e, std::string(name) + " is " + rdf::lexical::format(**value) + ", which is noise of rounding; taken as 0");
+        *value = 0;
+        continue;
+      }
       warn(*e, "expected " + std::string(name) + " of at least 0, found " + rdf::lexical::format(**value) + "; taken as unlimited");
       value->reset();
     }

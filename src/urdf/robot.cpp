@@ -14,6 +14,17 @@
 #include <lrt/rdf/unit.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/urdf/packages.hpp"
+
+template <>
+struct lrt::rdf::traits<lrt::urdf::FileState> : lrt::rdf::Record<lrt::urdf::FileState> {
+  static void describe(Record<lrt::urdf::FileState>& r) {
+    using lrt::urdf::FileState;
+    r.field("bytes", &FileState::bytes);
+    r.field("modified", &FileState::modified);
+  }
+};
+
 namespace lrt::urdf {
 namespace {
 
@@ -255,8 +266,29 @@ class Robot::Impl {
     return {{at.x(), at.y(), at.z()}, {turned.x(), turned.y(), turned.z(), turned.w()}};
   }
 
+  // --- meshes
+
+  std::vector<std::string> serve_meshes(const PackageOptions& options) {
+    std::vector<std::string> warnings;
+    std::unordered_map<std::string, std::string> served;  // path by name; empty: not served
+    Thing all(path_ + "/meshes");
+    all.title("Meshes").add(vocab::rdfs::seeAlso, Object::resource(path_));
+    for (NamedMesh& mesh : meshes_) {
+      const auto [known, is_new] = served.emplace(mesh.name, std::string());
+      if (is_new) {
+        if (Result<PackageFile> found = find_file(mesh.name, options))
+          known->second = serve(all, *std::move(found), options.max_bytes);
+        else warnings.push_back("mesh \"" + mesh.name + "\" is not served: " + found.error().message);
+      }
+      if (!known->second.empty()) mesh.shape.add(vocab::dcat::downloadURL, Object::resource(known->second));
+    }
+    if (!served_.empty()) meshes_thing_.emplace(std::move(all));
+    return warnings;
+  }
+
   Model model_;
   std::string path_;
+  std::optional<Thing> meshes_thing_;  // until things()
   std::vector<std::string> joint_paths_, link_paths_;
   std::optional<Thing> thing_;
   std::vector<Thing> joint_things_, link_things_;
@@ -303,6 +335,22 @@ class Robot::Impl {
     }
   }
 
+  // --- meshes
+
+  /// @return  its path below the server's root
+  std::string serve(Thing& all, PackageFile found, std::size_t max_bytes) {
+    const std::string name = found.package + '/' + found.name;
+    const std::string path = path_ + "/meshes/" + name;
+    if (!served_.insert(name).second) return path;  // named in two ways
+    const auto media_type = found.media_type;
+    all.property(name, [file = std::move(found), max_bytes] { return state_of(file, max_bytes).value(); })
+        .sample(std::chrono::milliseconds(0))
+        .representation(media_type, [max_bytes](const FileState& file) { return read_file(file, max_bytes); })
+        .as_file()
+        .dispatch(Dispatch::io_thread);
+    return path;
+  }
+
   // --- names
 
   static std::string segment(std::string name) {
@@ -310,7 +358,7 @@ class Robot::Impl {
     return name == "." || name == ".." ? name + '_' : name;
   }
   void name_all() {
-    std::unordered_set<std::string> taken = {"positions"};  // the robot's own property
+    std::unordered_set<std::string> taken = {"meshes", "positions"};  // of the robot itself
     std::unordered_map<std::string, std::size_t> counts;  // of duplicate paths
     const auto take = [&](const std::string& name, const char* suffix) {
       const std::string wanted = segment(name);
@@ -459,7 +507,7 @@ class Robot::Impl {
     for (std::size_t i = 0; i < link.collisions.size(); ++i)
       describe_shape(thing, "collision/" + std::to_string(i + 1), link.collisions[i], itself);
   }
-  static void describe_shape(Thing& thing, const std::string& path, const Shape& shape, const Object& link) {
+  void describe_shape(Thing& thing, const std::string& path, const Shape& shape, const Object& link) {
     Appearance appearance;
     if (!shape.name.empty()) appearance.name = shape.name;
     appearance.origin = isometry(shape.origin);
@@ -475,10 +523,19 @@ class Robot::Impl {
     }
     PushedProperty<Appearance> property = constant(thing, path, appearance);
     property.frame(link);
-    if (shape.kind == Shape::Kind::mesh) property.add(vocab::lrt_::mesh, file(shape.mesh));
+    if (shape.kind == Shape::Kind::mesh) {
+      property.add(vocab::lrt_::mesh, file(shape.mesh));
+      meshes_.push_back({shape.mesh, property});
+    }
     if (shape.material && !shape.material->texture.empty()) property.add(vocab::lrt_::texture, file(shape.material->texture));
   }
 
+  struct NamedMesh {
+    std::string name;  // in the document
+    PushedProperty<Appearance> shape;
+  };
+  std::vector<NamedMesh> meshes_;
+  std::unordered_set<std::string> served_;       // meshes, by package and name
   std::vector<std::vector<std::size_t>> after_;  // joints whose parent is this link
   std::vector<Step> steps_;                      // parents first
   std::vector<double> values_;                   // of each joint
@@ -506,6 +563,7 @@ Thing& Robot::thing() noexcept { return *impl_->thing_; }
 Thing& Robot::joint(std::size_t joint) noexcept { return impl_->joint_things_[joint]; }
 Thing& Robot::link(std::size_t link) noexcept { return impl_->link_things_[link]; }
 PushedProperty<double>& Robot::position(std::size_t joint) noexcept { return impl_->position(joint); }
+std::vector<std::string> Robot::serve_meshes(const PackageOptions& options) { return impl_->serve_meshes(options); }
 void Robot::publish(Numbers positions, Numbers velocities, Numbers efforts) noexcept { impl_->publish(positions, velocities, efforts); }
 void Robot::move(std::size_t joint, const Pose& to) noexcept { impl_->move(joint, to); }
 Pose Robot::pose(std::size_t link) const noexcept { return impl_->pose(link); }
@@ -517,6 +575,7 @@ std::vector<Thing> Robot::things() {
   impl_->thing_.reset();
   for (Thing& joint : impl_->joint_things_) all.push_back(std::move(joint));
   for (Thing& link : impl_->link_things_) all.push_back(std::move(link));
+  if (impl_->meshes_thing_) all.push_back(*std::move(impl_->meshes_thing_));
   return all;
 }
 

@@ -46,6 +46,7 @@ bool publishes_without_allocation(const T& one, const T& other) {
   const auto slot = std::make_shared<model::Slot<T>>();
   CHECK(reinterpret_cast<std::uintptr_t>(slot.get()) % alignof(T) == 0);
   slot->keep(8);
+  slot->start_keeping(0, 0);
   const std::size_t before = allocations;
   for (int i = 0; i < 1000; ++i) slot->publish(i % 2 ? one : other);
   const bool none = allocations == before;

@@ -443,3 +443,31 @@ TEST_CASE("text says its charset wherever it goes, and the pages of a container 
   CHECK(bench.get("/?page=2").links_to("http://localhost/?page=2&accept=application/ld+json", "alternate"));
   CHECK(bench.get("/?page=2&accept=application/ld+json").says("/c"));
 }
+
+TEST_CASE("a property as a file gives its bytes to a client that accepts anything, and is not in the state",
+          "[engine][R0.17][R1.2]") {
+  int made = 0;
+  Bench bench;
+  Thing thing{"arm"};
+  thing.property("map", [] { return 7; })
+      .representation("model/stl", [&](int n) { return ++made, std::string(static_cast<std::size_t>(n), 'x'); })
+      .as_file();
+  thing.property<int>("n").publish(1);
+  bench.add(std::move(thing));
+  CHECK(bench.ask("GET /arm/state\nAccept: application/json").body == "{\"n\":1}");
+  CHECK(missing(bench.get("/arm"), "<arm> hybrit:property <arm/map> .") == "");
+  const auto shapes = shacl::Shapes::compile(bench.get("/arm/blueprint").graph());
+  REQUIRE(shapes);
+  CHECK(shacl::validate(*shapes, bench.get("/arm/state").graph())->conforms());
+  CHECK(made == 0);
+  const Answer bytes = bench.get("/arm/map");
+  CHECK(bytes.field("Content-Type") == "model/stl");
+  CHECK(bytes.body == "xxxxxxx");
+  CHECK(bench.ask("GET /arm/map\nIf-None-Match: " + bytes.field("ETag")).status == 304);
+  CHECK(bench.ask("GET /arm/map\nRange: bytes=2-3").body == "xx");
+  const Answer described = bench.ask("GET /arm/map\nAccept: text/turtle");
+  CHECK(missing(described,
+                "<arm/map> dcterms:hasFormat <arm/map?accept=model/stl> . <arm/map?accept=model/stl> dcat:byteSize "
+                "\"7\"^^xsd:nonNegativeInteger .") == "");
+  CHECK(made == 1);
+}

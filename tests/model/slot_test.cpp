@@ -160,3 +160,137 @@ TEST_CASE("the last published value is taken last", "[model]") {
     CHECK(*t.text() == "50");
   }
 }
+
+namespace {
+
+/// Takes all values that there are; the last number.
+template <class S>
+std::vector<int> taken_from(S& slot) {
+  std::vector<int> all;
+  rdf::Value value;
+  Utc since;
+  while (slot.take(value, since)) all.push_back(value.text() ? std::stoi(*value.text()) : static_cast<int>(*value.real()));
+  return all;
+}
+void publish(Slot<double>& slot, int i) { slot.publish(i); }
+void publish(Slot<std::string>& slot, int i) { slot.publish(std::to_string(i)); }
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("values are kept between start_keeping and stop_keeping only", "[model][delivery]", double, std::string) {
+  Slot<TestType> slot;
+  const auto publish_all = [&](int first, int last) {
+    for (int i = first; i <= last; ++i) publish(slot, i);
+  };
+  publish_all(1, 10);
+  CHECK(taken_from(slot) == std::vector<int>{10});
+  publish_all(11, 20);
+  slot.start_keeping(5, 1000);
+  slot.set_value_bytes(8);
+  publish_all(21, 23);
+  CHECK(taken_from(slot) == std::vector<int>{21, 22, 23});
+  CHECK(slot.lost() == 0);  // those before were not promised
+  publish_all(24, 30);      // five fit, and the last is the newest
+  CHECK(taken_from(slot) == std::vector<int>{24, 25, 26, 27, 28, 30});
+  CHECK(slot.lost() == 1);
+  publish_all(31, 33);
+  slot.stop_keeping();
+  publish_all(34, 99);
+  CHECK(taken_from(slot) == std::vector<int>{99});
+  publish_all(100, 110);
+  slot.start_keeping(5, 1000);
+  CHECK(taken_from(slot) == std::vector<int>{110});  // no news of before
+  publish_all(111, 112);
+  CHECK(taken_from(slot) == std::vector<int>{111, 112});
+  CHECK(slot.lost() == 1);
+}
+
+TEST_CASE("the memory of kept values is bounded", "[model][delivery]") {
+  Slot<Vector> vector;  // 64 bytes and 16 of its sample
+  vector.start_keeping(1000, 800);
+  CHECK(vector.available() == 11);
+  Slot<Vector> large;
+  large.start_keeping(1000, 10);
+  for (int i = 1; i <= 5; ++i) {
+    Vector v{};
+    v[0] = i;
+    large.publish(v);
+  }
+  rdf::Value value;
+  Utc since;
+  CHECK(large.take(value, since));
+  CHECK_FALSE(large.take(value, since));
+  Vector v{};
+  for (int i = 6; i <= 9; ++i) {
+    v[0] = i;
+    large.publish(v);
+  }
+  CHECK(large.take(value, since));
+  CHECK(large.lost() == 7);
+
+  Slot<std::string> text;
+  text.start_keeping(1000, 10'000);
+  for (int i = 1; i <= 5; ++i) publish(text, i);
+  CHECK(taken_from(text) == std::vector<int>{1, 5});  // of unknown size: one
+  text.set_value_bytes(2000);
+  for (int i = 6; i <= 20; ++i) publish(text, i);
+  CHECK(taken_from(text) == std::vector<int>{6, 7, 8, 9, 20});
+  Slot<std::string> set;
+  set.keep(3);  // the limit is not for what the user has set
+  set.start_keeping(1000, 0);
+  set.set_value_bytes(1'000'000);
+  for (int i = 1; i <= 3; ++i) publish(set, i);
+  CHECK(taken_from(set) == std::vector<int>{1, 2, 3});
+}
+
+TEMPLATE_TEST_CASE("each value of another thread is taken or counted, in order", "[model][delivery]", double, std::string) {
+  constexpr int count = 30'000;
+  Slot<TestType> slot;
+  slot.keep(64);
+  slot.start_keeping(0, 0);
+  std::atomic<bool> done{false};
+  std::thread writer([&] {
+    for (int i = 1; i <= count; ++i) publish(slot, i);
+    done = true;
+  });
+  std::uint64_t taken = 0;
+  int last = 0;
+  while (true) {
+    const bool was_done = done;
+    for (const int i : taken_from(slot)) {
+      ++taken;
+      if (i <= last) FAIL("out of order");
+      last = i;
+    }
+    if (was_done) break;
+  }
+  writer.join();
+  CHECK(last == count);
+  CHECK(taken + slot.lost() == count);
+}
+
+TEMPLATE_TEST_CASE("keeping may begin and end while another thread publishes", "[model][delivery]", double, std::string) {
+  Slot<TestType> slot;
+  std::atomic<bool> stop{false};
+  int published = 0;
+  std::thread writer([&] {
+    while (!stop) publish(slot, ++published);
+  });
+  int last = 0;
+  for (int round = 0; round < 2'000; ++round) {
+    slot.start_keeping(16, 10'000);
+    slot.set_value_bytes(100);
+    rdf::Value value;
+    Utc since;
+    for (int i = 0; i < 20 && slot.take(value, since); ++i) {
+      const int now = value.text() ? std::stoi(*value.text()) : static_cast<int>(*value.real());
+      if (now <= last) FAIL("out of order");
+      last = now;
+    }
+    slot.stop_keeping();
+  }
+  stop = true;
+  writer.join();
+  const std::vector<int> rest = taken_from(slot);
+  CHECK((rest.empty() ? last : rest.back()) == published);
+}

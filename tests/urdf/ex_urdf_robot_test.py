@@ -5,13 +5,16 @@
 """
 
 import os
+import subprocess
 import sys
+import tempfile
 import xml.etree.ElementTree as ElementTree
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "conformance"))
 from robot_process import RDF_TYPE, LRT, Robot, http_request, objects, plain, triples, until  # noqa: E402
 
 ROS = "http://ros.org/#"
+DCAT = "http://www.w3.org/ns/dcat#"
 DCTERMS = "http://purl.org/dc/terms/"
 VOM = "http://vocab.arvida.de/2015/06/vom/vocab#"
 
@@ -94,11 +97,46 @@ def others(shared):
             assert (len(links), len(joints)) == counts(urdf), name
 
 
+def meshes():
+    """A web client finds the bytes of a mesh by its link, with curl."""
+    with tempfile.TemporaryDirectory() as folder:
+        package = os.path.join(folder, "arm")
+        os.mkdir(package)
+        data = bytes(range(256)) * 4
+        with open(os.path.join(package, "hand.stl"), "wb") as out:
+            out.write(data)
+        with open(os.path.join(folder, "secret.stl"), "w") as out:
+            out.write("secret")
+        os.symlink(os.path.join(folder, "secret.stl"), os.path.join(package, "leak.stl"))
+        urdf = os.path.join(folder, "r.urdf")
+        with open(urdf, "w") as out:
+            shapes = "".join(f'<visual><geometry><mesh filename="package://arm/{f}"/></geometry></visual>' for f in ("hand.stl", "leak.stl", "../secret.stl"))
+            out.write(f'<robot name="r"><link name="root">{shapes}</link></robot>')
+        with Robot(urdf, "--package", "arm=" + package) as robot:
+            def curl(*arguments):
+                return subprocess.run(["curl", "-sS", "--path-as-is", *arguments], check=True, capture_output=True, timeout=60).stdout
+            shape = robot.n_triples("r/root/visual/1")
+            assert objects(shape, LRT + "mesh") == ["<package://arm/hand.stl>"]
+            url = plain(objects(shape, DCAT + "downloadURL")[0])
+            assert curl(url) == data
+            fields = curl("-I", url).decode().lower()
+            assert "content-type: model/stl" in fields, fields
+            tag = next(line.split(" ", 1)[1].strip() for line in curl("-I", url).decode().splitlines() if line.lower().startswith("etag:"))
+            assert curl("-o", os.devnull, "-w", "%{http_code}", "-H", "If-None-Match: " + tag, url) == b"304"
+            assert curl("-r", "1020-", url) == data[1020:]
+            for out in ("2", "3"):
+                assert not objects(robot.n_triples("r/root/visual/" + out), DCAT + "downloadURL"), out
+            for path in ("leak.stl", "../secret.stl", "%2e%2e/secret.stl", "..%2fsecret.stl", "/etc/passwd", "%2fetc%2fpasswd"):
+                code = curl("-o", os.devnull, "-w", "%{http_code}", robot.at("r/meshes/arm/" + path))
+                assert code in (b"404", b"400"), (path, code)
+
+
 def main():
     Robot.program, source, shared = sys.argv[1:]
     by_default(source)
     recorded(shared)
     others(shared)
+    meshes()
     print("ex_urdf_robot: all as expected")
 
 

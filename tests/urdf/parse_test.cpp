@@ -217,6 +217,41 @@ TEST_CASE("an invalid description gives one error with the element and its line"
   CHECK(refusal("<robot name='r'><link name='&#xD800;'/></robot>") != "");
 }
 
+TEST_CASE("noise of rounding is corrected with a warning, a wrong number is refused", "[urdf]") {
+  const auto inertial = [](const std::string& mass, const std::string& ixx, const std::string& others) {
+    return of_link("<inertial><mass value='" + mass + "'/><inertia ixx='" + ixx + "' ixy='0' ixz='0' iyy='" + others +
+                   "' iyz='0' izz='" + others + "'/></inertial>");
+  };
+  const auto moment = [&](const std::string& mass, const std::string& ixx, const std::string& others) {
+    const Result<urdf::Model> model = urdf::parse(inertial(mass, ixx, others));
+    if (!model) return model.error().message;
+    CHECK(model->links[0].inertial->inertia[0] == 0);
+    return model->warnings.empty() ? std::string() : model->warnings.at(0);
+  };
+  const std::string where = "inertia of link \"a\" (line 3): ", noise = ", which is noise of rounding; taken as 0";
+  CHECK(moment("0.5", "-5e-20", "3e-4") == where + "ixx is -5e-20" + noise);  // iCub
+  CHECK(moment("0", "-5e-20", "3e-4") == where + "ixx is -5e-20" + noise);
+  CHECK(moment("0.5", "-5e-20", "0") == where + "ixx is -5e-20" + noise);  // by the mass
+  CHECK(moment("0.5", "-3e-13", "3e-4") == where + "ixx is -3e-13" + noise);
+  CHECK(moment("0.5", "-3e-12", "3e-4") == where + "expected ixx of at least 0, found -3e-12");
+  CHECK(moment("0", "-5e-20", "0") == where + "expected ixx of at least 0, found -5e-20");
+  CHECK(moment("-1e-12", "0", "1") == "mass of link \"a\" (line 3): value is -1e-12" + noise);
+  CHECK(moment("-1e-3", "0", "1") == "mass of link \"a\" (line 3): expected value of at least 0, found -0.001");
+
+  const auto limits = [](const std::string& attributes) {
+    const urdf::Model model = urdf::parse(two_links("revolute", "<limit " + attributes + "/>")).value();
+    return std::pair(*model.joints[0].limits, model.warnings);
+  };
+  CHECK(limits("lower='1e-17' upper='0' velocity='1' effort='1'").first.lower == 0);
+  CHECK(limits("lower='1e-17' upper='0' velocity='1' effort='1'").second.at(0).find("cannot move") != std::string::npos);
+  CHECK_FALSE(limits("lower='1e-3' upper='0' velocity='1' effort='1'").first.lower);
+  CHECK(limits("lower='0' upper='1' velocity='-1e-15' effort='1'").first.velocity == 0);
+  CHECK_FALSE(limits("lower='0' upper='1' velocity='-1' effort='1'").first.velocity);
+  CHECK(urdf::parse(two_links("continuous", "<axis xyz='6e-17 0 2'/>"))->joints[0].axis[2] == 1);
+  for (const char* axis : {"0 0 0", "1e-20 0 0"})
+    CHECK_FALSE(urdf::parse(two_links("continuous", std::string("<axis xyz='") + axis + "'/>")));
+}
+
 TEST_CASE("an invalid visual, collision or inertial is left out with a warning", "[urdf]") {
   const std::string inertia = "<inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/>";
   CHECK(warnings_of_link("<inertial>" + inertia + "</inertial>") ==

@@ -74,6 +74,7 @@ LRT_TERM(dcterms, hasFormat);
 namespace dcat {
 LRT_TERM(dcat, Distribution);
 LRT_TERM(dcat, byteSize);
+LRT_TERM(dcat, downloadURL);
 LRT_TERM(dcat, mediaType);
 }  // namespace dcat
 

@@ -38,6 +38,11 @@ struct SubscriptionOptions {
   std::size_t default_queue_length = 64;  ///< for actions and invocations, if the client requests no length
   std::size_t max_queue_bytes = 256 * 1024;               ///< queued for one subscriber; beyond: the oldest are dropped
   std::size_t max_total_queue_bytes = 32 * 1024 * 1024;   ///< queued for all subscribers; beyond: each queue keeps one notification
+  /// Memory for the published values that one property keeps between two scans while a subscriber has a queue: at most max_queue_length
+  /// values, fewer if they are large (PushedProperty::keep). Made for the first such subscriber and freed with the property. The size of
+  /// values that own memory is taken from their RDF and representations, of the last value that was scanned; if a property has
+  /// representations, at least 64 KiB.
+  std::size_t max_kept_bytes = 1024 * 1024;
   /// Default of PulledProperty::sample: the period at which observed pulled properties are read. 0: only after PulledProperty::changed().
   std::chrono::milliseconds sample_period{100};
   /// While observed properties are being published, the engine scans them for changes at this period, and publish() makes no system call. If

@@ -101,11 +101,19 @@ void PropertyResource::set_watched(bool watched, ChangeScanner& scanner) {
 
 void PropertyResource::mark_changed() {
   Resource::mark_changed();
-  thing->state.notify_observers();
-  if (!spec->slot) return;
+  if (!spec->file) thing->state.notify_observers();
+}
+
+void PropertyResource::mark_changing() {
+  for (const auto* all : {&observers, &thing->state.observers})
+    for (std::size_t i = 0; i < all->size(); ++i) (*all)[i]->resource_changes();
+}
+
+void PropertyResource::report_lost() {
   const std::uint64_t lost = spec->slot->lost();
   if (lost == seen_lost) return;
-  for (Observer* observer : observers) observer->values_missed(lost - seen_lost);
+  for (const auto* all : {&observers, &thing->state.observers})
+    for (Observer* observer : *all) observer->values_missed(lost - seen_lost);
   seen_lost = lost;
 }
 

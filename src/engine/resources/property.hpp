@@ -42,14 +42,18 @@ class PropertyResource final : public Resource {
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
 
   bool observable() const noexcept override { return true; }
-  bool keeps_values() const noexcept override { return spec->slot && spec->slot->keeps(); }
   void set_observed(bool observed, ChangeScanner& scanner) override { set_watched(observed, scanner); }
   /// Called by its own observers and those of its Thing's state, which need new values.
   void set_watched(bool watched, ChangeScanner& scanner);
   void mark_changed() override;
+  /// Its value is about to be replaced: notifies its observers and those of its Thing's state.
+  void mark_changing();
+  /// Reports published values that were never taken to its observers and to those of its Thing's state.
+  /// @pre it is a pushed property
+  void report_lost();
 
-  /// It has a value, or is read for one. A pushed property promises none before the first publish.
-  bool promises_triples() const noexcept { return (spec->read || !value.is_null()) && !only_octets; }
+  /// Its value is in the state, or is read for it. A pushed property promises none before the first publish.
+  bool promises_triples() const noexcept { return (spec->read || !value.is_null()) && !only_octets && !spec->file; }
   /// The registration is final: the resource goes. Requests that wait for a write get 404.
   void removed(Parts& parts);
 
@@ -62,6 +66,7 @@ class PropertyResource final : public Resource {
   std::vector<Encoding> encodings;    ///< of the present value, by the user's encoders; of the same index
   PropertyRefresh refresh_state;      ///< PropertyValues'
   std::size_t watchers = 0;
+  std::size_t queues = 0;                        ///< observers with a queue, for which the slot keeps values; PropertyValues'
   DeadlineQueue<ResourceId>::Place next_sample;  ///< ChangeScanner's, of a pulled property
   std::uint64_t seen_lost = 0;        ///< of the slot's lost values, those that observers know of
 

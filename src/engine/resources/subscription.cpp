@@ -56,6 +56,7 @@ Outcome SubscriptionResource::remove(Context& context, Parts& parts) {
 }
 
 void SubscriptionResource::resource_changed() { owner_.changed(*this); }
+void SubscriptionResource::resource_changes() { owner_.fill(*this); }
 void SubscriptionResource::values_missed(std::uint64_t count) {
   if (queues()) backlog.count_dropped(count);
 }

@@ -51,6 +51,7 @@ class SubscriptionResource final : public Resource, public Observer {
   // Observer
   Variant variant() const noexcept override { return its_variant; }
   void resource_changed() override;
+  void resource_changes() override;
   void values_missed(std::uint64_t count) override;
   void resource_removed() override;
 

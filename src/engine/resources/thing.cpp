@@ -89,41 +89,37 @@ std::string ThingResource::up() const { return thing->parent ? thing->parent->se
 
 void StateResource::describe(const Description& d) const {
   thing->self.describe(d);
-  for (const auto& p : thing->properties) p->describe(d);
+  for (const auto& p : thing->in_state) p->describe(d);
 }
 
 std::optional<PlainValue> StateResource::plain_value() const {
   static const rdf::Facets no_facets;
   rdf::Value::Sequence values;
-  for (const auto& p : thing->properties) values.push_back(p->value);
+  for (const auto& p : thing->in_state) values.push_back(p->value);
   return PlainValue{&thing->state_type, &no_facets, nullptr, rdf::Value(std::move(values))};
 }
 
 bool StateResource::fits_rdf(std::size_t max_values) const {
-  return std::all_of(thing->properties.begin(), thing->properties.end(),
+  return std::all_of(thing->in_state.begin(), thing->in_state.end(),
                      [&](const auto& p) { return p->only_octets || fits(p->value, max_values); });
 }
 
 std::uint64_t StateResource::state(std::uint64_t structure) const noexcept {
   std::uint64_t sum = structure;
-  for (const auto& p : thing->properties) sum += p->revision;
+  for (const auto& p : thing->in_state) sum += p->revision;
   return sum;
 }
 
 void StateResource::link_related(http::LinkWriter& links, const std::string& base) const {
-  for (const auto& p : thing->properties) links.add(base + p->path, "related");
+  for (const auto& p : thing->in_state) links.add(base + p->path, "related");
 }
 
 void StateResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const {
-  for (const auto& p : thing->properties) visit(*p);
-}
-
-bool StateResource::keeps_values() const noexcept {
-  return std::any_of(thing->properties.begin(), thing->properties.end(), [](const auto& p) { return p->keeps_values(); });
+  for (const auto& p : thing->in_state) visit(*p);
 }
 
 void StateResource::set_observed(bool observed, ChangeScanner& scanner) {
-  for (const auto& p : thing->properties) p->set_watched(observed, scanner);
+  for (const auto& p : thing->in_state) p->set_watched(observed, scanner);
 }
 
 // ------------------------------------------------------------------------------------------------------------- both
@@ -133,7 +129,8 @@ namespace {
 rdf::Type record_of(const std::vector<std::shared_ptr<model::PropertySpec>>& properties) {
   rdf::Type record;
   record.kind = rdf::Type::Kind::record;
-  for (const auto& p : properties) record.fields.push_back({p->path, "#" + p->path, p->type, p->facets});
+  for (const auto& p : properties)
+    if (!p->file) record.fields.push_back({p->path, "#" + p->path, p->type, p->facets});
   return record;
 }
 
@@ -147,6 +144,8 @@ ThingNode::ThingNode(std::unique_ptr<model::ThingSpec> s)
       blueprint(self.path + "/blueprint", this, (self.path + "/blueprint").size()),
       subscriptions(self.path + "/subscriptions", this, (self.path + "/subscriptions").size()) {
   for (const auto& p : spec->properties) properties.push_back(std::make_unique<PropertyResource>(self.path + "/" + p->path, this, p));
+  for (const auto& p : properties)
+    if (!p->spec->file) in_state.push_back(p.get());
   for (const auto& a : spec->actions) actions.push_back(std::make_unique<ActionResource>(self.path + "/actions/" + a->path, this, a));
   for (const auto& c : spec->collections) collections.push_back(std::make_unique<CollectionResource>(self.path + "/" + c->path, this, c));
 }

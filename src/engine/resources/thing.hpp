@@ -53,7 +53,6 @@ class StateResource final : public Resource {
   Reads reads() const noexcept override { return Reads::values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
   bool observable() const noexcept override { return true; }
-  bool keeps_values() const noexcept override;
   void set_observed(bool observed, ChangeScanner& scanner) override;
 };
 
@@ -83,6 +82,7 @@ struct ThingNode {
   BlueprintResource blueprint;
   SubscriptionsResource subscriptions;
   std::vector<std::unique_ptr<PropertyResource>> properties;
+  std::vector<PropertyResource*> in_state;  ///< those of them that its state contains
   std::vector<std::unique_ptr<ActionResource>> actions;
   std::vector<std::unique_ptr<CollectionResource>> collections;
   ThingNode* parent = nullptr;                          ///< nullptr: below the root

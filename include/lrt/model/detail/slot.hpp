@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -23,18 +25,32 @@ class SlotBase : public ChangeSource {
 
   /// True if take() would return a value. Any thread.
   bool has_change() const noexcept { return (middle_.load(std::memory_order_seq_cst) & fresh) != 0; }
-  /// Takes the next value and the time of its publish(): the oldest of those that keep() keeps, else the newest. For the reader.
+  /// Takes the next value and the time of its publish(): the oldest of those that are kept, else the newest. For the reader.
   /// @return  false: every value has been taken
   virtual bool take(rdf::Value& value, Utc& since) = 0;
-  /// How many values were dropped because the ring of keep() was full. For the reader.
-  virtual std::uint64_t lost() const noexcept = 0;
-  /// Keeps up to `samples` values, so that the reader can take each. Call before the first publish().
+  /// The number of values that take() may give at once. For the reader.
+  virtual std::size_t available() const noexcept = 0;
+  /// Sets the number of values that are kept, instead of the one that start_keeping() finds. Call before the first publish().
   virtual void keep(std::size_t samples) = 0;
-  virtual bool keeps() const noexcept = 0;
+
+  // Keeping: between start and stop the writer puts each value into a ring, so that the reader can take each. publish() stays wait-free.
+  /// Begins to keep values. Values that were published before are not given as kept ones. The ring is made at the first call and remains.
+  /// @param samples  that are enough
+  /// @param bytes    limit of the ring, see set_value_bytes()
+  /// @par Threads  The engine's; the reader may be in take().
+  virtual void start_keeping(std::size_t samples, std::size_t bytes) = 0;
+  virtual void stop_keeping() noexcept = 0;
+  bool keeps() const noexcept { return keeps_.load(std::memory_order_acquire); }
+  /// The memory that one value owns besides sizeof(T), if owns_memory(). Until it is known, one value is kept.
+  virtual void set_value_bytes(std::size_t bytes) noexcept = 0;
+  /// How many values were never taken: overwritten by newer ones, or the ring was full. Only values between start_keeping() and
+  /// stop_keeping() are counted. A value is counted when a later one is taken.
+  std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
   /// Enables whole(). Call before the first publish().
   virtual void hold() = 0;
   /// The T that was taken last; null without hold(). For the reader.
   virtual std::shared_ptr<const void> whole() const noexcept = 0;
+  virtual bool owns_memory() const noexcept = 0;
   /// take() calls traits that the user wrote.
   virtual bool runs_user_code() const noexcept = 0;
 
@@ -53,6 +69,8 @@ class SlotBase : public ChangeSource {
   }
   Utc now() const noexcept { return clock_.load(std::memory_order_acquire)->utc(); }
 
+  std::atomic<bool> keeps_{false};
+  std::atomic<std::uint64_t> lost_{0};
   /// Bit `fresh`: a value can be taken. The other bits, with three cells: the index of the cell that neither side owns.
   std::atomic<std::uint8_t> middle_{2};
 
@@ -69,78 +87,113 @@ struct Sample {
   std::uint64_t number = 0;
 };
 
-/// A ring of values in the order of publication. A value that does not fit is dropped. Wait-free: one writer, one reader.
+/// A ring of values in the order of publication. A value that does not fit is left out. Wait-free: one writer, one reader.
 template <class T>
 class SampleRing {
  public:
-  explicit SampleRing(std::size_t size) : cells_(size + 1) {}
+  explicit SampleRing(std::size_t size) : cells_(size + 1), limit_(size) {}
 
   void put(const Sample<T>& sample) {
-    const std::size_t at = end_.load(std::memory_order_relaxed), next = at + 1 == cells_.size() ? 0 : at + 1;
-    if (next == begin_.load(std::memory_order_acquire)) {
-      lost_.store(lost_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-      return;
-    }
+    const std::size_t begin = begin_.load(std::memory_order_acquire), at = end_.load(std::memory_order_relaxed);
+    if ((at >= begin ? at - begin : at + cells_.size() - begin) >= limit_.load(std::memory_order_relaxed)) return;
     cells_[at] = sample;
-    end_.store(next, std::memory_order_release);
+    end_.store(after(at), std::memory_order_release);
   }
   bool take(Sample<T>& sample) {
-    const std::size_t at = begin_.load(std::memory_order_relaxed);
-    if (at == end_.load(std::memory_order_acquire)) return false;
+    std::size_t at = begin_.load(std::memory_order_relaxed), end = end_.load(std::memory_order_acquire);
+    if (const std::size_t skipped_to = skip_to_.load(std::memory_order_relaxed); skipped_to != nowhere) {
+      at = skipped_to;
+      skip_to_.store(nowhere, std::memory_order_relaxed);
+      begin_.store(at, std::memory_order_release);
+      end = end_.load(std::memory_order_acquire);
+    }
+    if (at == end) return false;
     sample = std::move(cells_[at]);
-    begin_.store(at + 1 == cells_.size() ? 0 : at + 1, std::memory_order_release);
+    begin_.store(after(at), std::memory_order_release);
     return true;
   }
-  std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
+  /// The reader is to skip what is in the ring now. While the writer does not use the ring; a value that it is just putting may remain.
+  void skip() noexcept { skip_to_.store(end_.load(std::memory_order_acquire), std::memory_order_relaxed); }
+
+  std::size_t size() const noexcept { return cells_.size() - 1; }
+  void set_limit(std::size_t values) noexcept { limit_.store(std::min(values, size()), std::memory_order_relaxed); }
 
  private:
+  static constexpr std::size_t nowhere = static_cast<std::size_t>(-1);
+  std::size_t after(std::size_t at) const noexcept { return at + 1 == cells_.size() ? 0 : at + 1; }
+
   std::vector<Sample<T>> cells_;
-  std::atomic<std::size_t> begin_{0}, end_{0};
-  std::atomic<std::uint64_t> lost_{0};
+  std::atomic<std::size_t> begin_{0}, end_{0}, limit_, skip_to_{nowhere};
 };
 
-/// The common part of both slots: sequence numbers and the ring of keep().
+/// The common part of both slots: sequence numbers and the ring of kept values.
 template <class T>
 class KeepingSlot : public SlotBase {
+  static constexpr bool owning = !std::is_trivially_destructible_v<T>;
+
  public:
-  std::uint64_t lost() const noexcept final { return ring_ ? ring_->lost() : 0; }
-  void keep(std::size_t samples) final { ring_ = std::make_unique<SampleRing<T>>(samples); }
-  bool keeps() const noexcept final { return ring_ != nullptr; }
+  bool owns_memory() const noexcept final { return owning; }
+  std::size_t available() const noexcept final { return this->keeps() ? ring_.load(std::memory_order_acquire)->size() + 1 : 1; }
+  void keep(std::size_t samples) final { wanted_ = samples; }
+  void start_keeping(std::size_t samples, std::size_t bytes) final {
+    SampleRing<T>* ring = ring_.load(std::memory_order_relaxed);
+    if (!ring) {
+      own_ring_ = std::make_unique<SampleRing<T>>(wanted_.value_or(std::min(samples, bytes / sizeof(Sample<T>))));
+      ring = own_ring_.get();
+      max_bytes_ = bytes;
+      if (owning && !wanted_) ring->set_limit(1);
+    }
+    ring->skip();
+    first_ = this->has_change();
+    ring_.store(ring, std::memory_order_release);
+    this->keeps_.store(true, std::memory_order_release);
+  }
+  void stop_keeping() noexcept final { this->keeps_.store(false, std::memory_order_release); }
+  void set_value_bytes(std::size_t bytes) noexcept final {
+    if (owning && own_ring_ && !wanted_) own_ring_->set_limit(max_bytes_ / (sizeof(Sample<T>) + bytes));
+  }
   void hold() final { holds_ = true; }
   std::shared_ptr<const void> whole() const noexcept final { return whole_; }
   bool runs_user_code() const noexcept final { return rdf::detail::runs_user_code<T>(); }
 
  protected:
+  /// For the writer.
+  void put(const Sample<T>& sample) {
+    if (this->keeps_.load(std::memory_order_acquire)) ring_.load(std::memory_order_relaxed)->put(sample);
+  }
   bool take_kept(rdf::Value& value, Utc& since) {
-    if (!ring_) return false;
+    if (!this->keeps()) return false;
+    SampleRing<T>& ring = *ring_.load(std::memory_order_relaxed);
     Sample<T> sample;
-    while (ring_->take(sample)) {
+    while (ring.take(sample)) {
       if (sample.number <= taken_) continue;  // has been taken as the newest
       give(sample, value, since);
       return true;
     }
     return false;
   }
-  /// Takes the newest value, unless it was taken from the ring.
-  bool take_newest(const Sample<T>& sample, rdf::Value& value, Utc& since) {
-    if (sample.number <= taken_) return false;
-    give(sample, value, since);
-    return true;
-  }
-
-  std::unique_ptr<SampleRing<T>> ring_;
-  std::uint64_t number_ = 0;  // used by the writer
-
- private:
+  bool is_untaken(const Sample<T>& sample) const noexcept { return sample.number > taken_; }
   void give(const Sample<T>& sample, rdf::Value& value, Utc& since) {
     value = rdf::traits<T>::encode(sample.value);
     if (holds_) whole_ = std::make_shared<const T>(sample.value);
     since = sample.since;
+    // What was published before start_keeping() is not lost. If something was, the first value after it is in the ring.
+    if (const bool first = first_.exchange(false, std::memory_order_relaxed); this->keeps() && !first)
+      this->lost_.fetch_add(sample.number - taken_ - 1, std::memory_order_relaxed);
     taken_ = sample.number;
   }
+
+  std::uint64_t number_ = 0;  // used by the writer
+
+ private:
   std::uint64_t taken_ = 0;  // used by the reader
   std::shared_ptr<const T> whole_;
   bool holds_ = false;
+  std::optional<std::size_t> wanted_;          // by keep()
+  std::unique_ptr<SampleRing<T>> own_ring_;    // used by the engine
+  std::size_t max_bytes_ = 0;                  // used by the engine
+  std::atomic<SampleRing<T>*> ring_{nullptr};  // used by writer and reader
+  std::atomic<bool> first_{false};             // the next value is the first since start_keeping()
 };
 
 /// For types that own no memory: numbers, structs and arrays of such types, fixed sizes of Eigen. The criterion is a trivial destructor,
@@ -161,16 +214,26 @@ class Slot final : public KeepingSlot<T> {
     cell.value = value;
     cell.since = this->now();
     cell.number = ++number_;
-    if (this->ring_) this->ring_->put(cell);
+    this->put(cell);
     back_ = middle_.exchange(back_ | fresh, std::memory_order_seq_cst) & index;
     this->signal();
   }
 
   bool take(rdf::Value& value, Utc& since) override {
     if (this->take_kept(value, since)) return true;
-    if (!this->has_change()) return false;
-    front_ = middle_.exchange(front_, std::memory_order_seq_cst) & index;
-    return this->take_newest(cells_[front_], value, since);
+    if (!this->is_untaken(cells_[front_])) {
+      if (!this->has_change()) return false;
+      front_ = middle_.exchange(front_, std::memory_order_seq_cst) & index;
+      if (!this->is_untaken(cells_[front_])) return false;
+      // Kept values that were published before this one are in the ring by now. This one then follows them.
+      if (this->take_kept(value, since)) {
+        middle_.fetch_or(fresh, std::memory_order_seq_cst);
+        return true;
+      }
+      if (!this->is_untaken(cells_[front_])) return false;
+    }
+    this->give(cells_[front_], value, since);
+    return true;
   }
 
  private:
@@ -197,7 +260,7 @@ class Slot<T, false> final : public KeepingSlot<T> {
       auto cell = std::make_unique<Sample<T>>(Sample<T>{value, this->now(), this->number_ + 1});
       last_ = std::make_unique<T>(value);
       ++this->number_;
-      if (this->ring_) this->ring_->put(*cell);
+      this->put(*cell);
       delete newest_.exchange(cell.release(), std::memory_order_acq_rel);
       this->middle_.store(SlotBase::fresh, std::memory_order_seq_cst);
       this->signal();
@@ -207,13 +270,24 @@ class Slot<T, false> final : public KeepingSlot<T> {
 
   bool take(rdf::Value& value, Utc& since) override {
     if (this->take_kept(value, since)) return true;
-    this->middle_.store(0, std::memory_order_seq_cst);
-    const std::unique_ptr<Sample<T>> cell(newest_.exchange(nullptr, std::memory_order_acq_rel));
-    return cell && this->take_newest(*cell, value, since);
+    if (!front_ || !this->is_untaken(*front_)) {
+      this->middle_.store(0, std::memory_order_seq_cst);
+      front_.reset(newest_.exchange(nullptr, std::memory_order_acq_rel));
+      if (!front_ || !this->is_untaken(*front_)) return false;
+      if (this->take_kept(value, since)) {  // as in the other slot
+        this->middle_.store(SlotBase::fresh, std::memory_order_seq_cst);
+        return true;
+      }
+      if (!this->is_untaken(*front_)) return false;
+    }
+    this->give(*front_, value, since);
+    front_.reset();
+    return true;
   }
 
  private:
-  std::unique_ptr<T> last_;  // used by the writer
+  std::unique_ptr<T> last_;           // used by the writer
+  std::unique_ptr<Sample<T>> front_;  // used by the reader
   std::atomic<Sample<T>*> newest_{nullptr};
 };
 

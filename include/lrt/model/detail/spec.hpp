@@ -99,6 +99,7 @@ struct PropertySpec : ResourceSpec {
   std::vector<RepresentationSpec> representations;
   UniqueFunction<std::shared_ptr<const void>(const rdf::Value&)> whole;  ///< makes the T of a written value; returns null if it cannot
   bool octets = false;                                         ///< rdf::Plain::octets is offered
+  bool file = false;                                           ///< not in the state; the first representation is the default
   std::optional<Object> frame;
 };
 
