@@ -63,7 +63,7 @@ int main() {
 //         sh:sourceConstraintComponent sh:MaxInclusiveConstraintComponent ;
 //         sh:sourceShape [] ;
 //         sh:resultSeverity sh:Violation ;
-//         sh:resultMessage "expected a value of at most 1.5, found 2"
+//         sh:resultMessage "expected at most 1.5, found 2"
 //     ] .
 //
 // PUT /arm/speed
@@ -97,7 +97,7 @@ int main() {
 //         sh:sourceConstraintComponent sh:MinInclusiveConstraintComponent ;
 //         sh:sourceShape _:b2 ;
 //         sh:resultSeverity sh:Violation ;
-//         sh:resultMessage "expected a value of at least 0, found \"fast\", which cannot be compared with it"
+//         sh:resultMessage "expected a number, found \"fast\""
 //     ],
 //         [
 //         a sh:ValidationResult ;
@@ -107,7 +107,7 @@ int main() {
 //         sh:sourceConstraintComponent sh:MaxInclusiveConstraintComponent ;
 //         sh:sourceShape _:b2 ;
 //         sh:resultSeverity sh:Violation ;
-//         sh:resultMessage "expected a value of at most 1.5, found \"fast\", which cannot be compared with it"
+//         sh:resultMessage "expected a number, found \"fast\""
 //     ],
 //         [
 //         a sh:ValidationResult ;
@@ -117,7 +117,7 @@ int main() {
 //         sh:sourceConstraintComponent sh:OrConstraintComponent ;
 //         sh:sourceShape _:b2 ;
 //         sh:resultSeverity sh:Violation ;
-//         sh:resultMessage "expected one of xsd:float, xsd:double, xsd:decimal, xsd:integer, ..., found \"fast\""
+//         sh:resultMessage "expected a number, found \"fast\""
 //     ],
 //         [
 //         a sh:ValidationResult ;
@@ -134,7 +134,7 @@ int main() {
 // 405 Method Not Allowed
 // Content-Type: application/problem+json
 // Allow: GET, HEAD, OPTIONS
-// {"type":"about:blank","title":"Method Not Allowed","status":405,"detail":"PUT is not allowed here, GET, HEAD, OPTIONS are"}
+// {"type":"about:blank","title":"Method Not Allowed","status":405,"detail":"PUT is not allowed for this resource, only GET, HEAD, OPTIONS"}
 //
 // POST /arm/actions/stop
 // 204 No Content

@@ -123,7 +123,7 @@ int main() {
 //         sh:sourceConstraintComponent sh:MinCountConstraintComponent ;
 //         sh:sourceShape [] ;
 //         sh:resultSeverity sh:Violation ;
-//         sh:resultMessage "expected at least 1 value, found none"
+//         sh:resultMessage "expected a number for \"width\", found none"
 //     ] .
 //
 // GET /gripper/grip

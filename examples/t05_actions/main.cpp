@@ -69,7 +69,7 @@ int main() {
 //         sh:sourceConstraintComponent sh:MaxInclusiveConstraintComponent ;
 //         sh:sourceShape [] ;
 //         sh:resultSeverity sh:Violation ;
-//         sh:resultMessage "expected a value of at most 1.25, found 5"
+//         sh:resultMessage "expected at most 1.25, found 5"
 //     ] .
 //
 // POST /lift/actions/moveTo

@@ -54,6 +54,7 @@ int main() {
 //     <http://127.0.0.1:8080/rover?accept=application/n-triples>; rel="alternate"; type="application/n-triples"
 //     <http://127.0.0.1:8080/rover?accept=application/rdf+xml>; rel="alternate"; type="application/rdf+xml"
 //     <http://127.0.0.1:8080/rover?accept=application/ld+json>; rel="alternate"; type="application/ld+json"
+//     <http://127.0.0.1:8080/rover?accept=application/json>; rel="alternate"; type="application/json"
 // <http://127.0.0.1:8080/rover> a hybrit:RoboticThing, <http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#PhysicalAgent> ;
 //     dcterms:title "The rover in the lab" ;
 //     hybrit:blueprint <http://127.0.0.1:8080/rover/blueprint> ;

@@ -29,6 +29,6 @@ int main() {
 // conforms
 //
 // does not conform:
-// <http://example.org/#j1> <http://example.org/#limit>: expected a value above 0, found -2.5 [sh:MinExclusiveConstraintComponent]
+// <http://example.org/#j1> <http://example.org/#limit>: expected more than 0, found -2.5 [sh:MinExclusiveConstraintComponent]
 // <http://example.org/#j1> <http://example.org/#next>: expected an instance of <http://example.org/#Joint>, found <http://example.org/#table> [sh:ClassConstraintComponent]
 // <http://example.org/#j2> <http://example.org/#limit>: expected at least 1 value, found none [sh:MinCountConstraintComponent]

@@ -100,7 +100,7 @@ int main() {
 //   [0.5, {"value": 0, "unit": "deg"}]
 // 422 Unprocessable Content
 // Content-Type: application/problem+json
-// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"body: at \"/1/unit\": expected \"rad\", found \"deg\""}
+// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"body: at \"/1/unit\": expected \"rad\", found \"deg\"","errors":[{"detail":"expected \"rad\", found \"deg\"","pointer":"#/1/unit"}]}
 //
 // GET /head/state
 // Accept: application/json

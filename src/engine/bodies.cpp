@@ -10,6 +10,7 @@
 
 #include "src/base/charset.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/rdf/plain_schema.hpp"
 
 namespace lrt::engine {
 
@@ -84,7 +85,10 @@ std::variant<Bodies::Body, http::Response> Bodies::read(const Context& context, 
   const auto syntax = rdf::syntax_of(type->essence());
   std::optional<rdf::Plain> format;
   if (value && !syntax) format = rdf::plain_of(*type);
-  if (!syntax && (!format || (*format == rdf::Plain::octets && !octets))) return unsupported(type->essence());
+  if (!syntax && (!format || (*format == rdf::Plain::octets && !octets))) {
+    const bool is_form = value && type->essence() == "application/x-www-form-urlencoded";
+    return unsupported(type->essence() + (is_form ? ", which curl -d sends; add -H 'Content-Type: application/json'" : ""));
+  }
   std::string_view text = request.body;
   std::string transcoded;
   if (const std::string_view charset = type->parameter("charset"); !charset.empty() && is_text(format)) {
@@ -103,6 +107,8 @@ std::variant<Bodies::Body, http::Response> Bodies::read(const Context& context, 
   if (format) {
     Body body;
     body.empty = request.body.empty();
+    if (text.empty() && format == rdf::Plain::json)
+      return responses_.problem(context, 400, "body: expected JSON of the schema " + rdf::write_schema(*value, facets) + ", found an empty body");
     rdf::Mismatch mismatch;
     const Result<void> read =
         rdf::read_plain(text, *format, *value, facets, context.resource->thing->names_base(view_.bases[context.base]),

@@ -96,25 +96,25 @@ Outcome Engine::Impl::dispatch(Context& context) {
   if (method == "PUT" && allowed.put) return resource.put(context, parts);
   if (method == "POST" && allowed.post) return resource.post(context, parts);
   if (method == "DELETE" && allowed.remove) return resource.remove(context, parts);
-  return parts.responses.problem(context, 405, std::string(method) + " is not allowed here, " + allowed.text() + " are");
+  return parts.responses.problem(context, 405, std::string(method) + " is not allowed for this resource, only " + allowed.text());
 }
 
 std::optional<http::Response> Engine::Impl::denied(const Context& context, const Result<Access>& access) const {
   const http::Request& request = context.request();
   if (is_from_foreign_page(context))
-    return parts.responses.problem(context, 403, "pages of " + std::string(*request.find("Origin")) + " may not send this");
+    return parts.responses.problem(context, 403, "web pages of " + std::string(*request.find("Origin")) + " may not send this: the origin is not in allowed_origins of this server");
   if (!is_safe(request.method) && parts.subscriptions.is_own_notification(request))
-    return parts.responses.problem(context, 403, "this is a notification of this server: it does not obey itself");
+    return parts.responses.problem(context, 403, "this is a notification of this server itself, which it does not carry out");
   if (!access) {
     parts.responses.log(LogLevel::error, "the authorizer: " + access.error().message);
     return parts.responses.problem(context, 500, "the authorizer failed");
   }
   if (*access == Access::unauthenticated) {
-    http::Response response = parts.responses.problem(context, 401, "credentials are needed");
+    http::Response response = parts.responses.problem(context, 401, "this server needs credentials; the field WWW-Authenticate says which");
     response.fields.set("WWW-Authenticate", parts.options.challenge);
     return response;
   }
-  if (*access == Access::forbidden) return parts.responses.problem(context, 403, "not allowed for these credentials");
+  if (*access == Access::forbidden) return parts.responses.problem(context, 403, "these credentials do not allow " + std::string(request.method) + " here");
   return std::nullopt;
 }
 
@@ -150,7 +150,7 @@ std::optional<http::Response> Engine::Impl::find_resource(Context& context, cons
     if (!path) return parts.responses.problem(context, 400, "target: " + path.error().message);
     context.resource = parts.registry.find(*path);
   }
-  if (!context.resource) return parts.responses.problem(context, 404, "nothing lives at this path");
+  if (!context.resource) return parts.responses.problem(context, 404, "there is no resource at \"" + std::string(target.path) + "\"; GET / lists the Things");
   context.resource_id = context.resource->id;
   if (!target.query.empty() && context.resource->is_container()) return read_page(context, target.query);
   return std::nullopt;
@@ -168,7 +168,7 @@ std::optional<http::Response> Engine::Impl::read_page(Context& context, std::str
       page = page * 10 + static_cast<std::size_t>(c - '0');
     }
     const std::size_t pages = page_count(context.resource->members().size(), parts.options.max_page_members);
-    if (page == 0 || page > pages) return parts.responses.problem(context, 404, "there are " + std::to_string(pages) + " pages");
+    if (page == 0 || page > pages) return parts.responses.problem(context, 404, "page: expected a number from 1 to " + std::to_string(pages));
     context.page = page;
   }
   return std::nullopt;

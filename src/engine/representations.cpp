@@ -116,7 +116,7 @@ Representations::Selected Representations::select(Context& context, std::optiona
     const auto choice = http::negotiate(context.accept(), *offers);
     if (!choice) {
       const std::string list = all.list() + (offers_page ? ", " + std::string(page_type) : "");
-      return responses_.problem(context, 406, !why.empty() ? why : "none of the accepted media types is available; there are " + list);
+      return responses_.problem(context, 406, !why.empty() ? why : "none of the media types in Accept is available here; there are " + list);
     }
     const std::string_view type = (*offers)[*choice];
     if (type == page_type && offers_page) return &page->emplace(html_page(resource, context.base, context.page));
@@ -145,7 +145,7 @@ http::Response Representations::respond_with(const Representation& representatio
   if (!context.ignores_conditions && request.find("If-Match")) {
     const http::Match match = http::matches(request.joined("If-Match"), representation.tag, false);
     if (match == http::Match::malformed) return responses_.problem(context, 400, "If-Match: expected a list of entity tags or *");
-    if (match == http::Match::no) return responses_.problem(context, 412, "If-Match: the entity tag is " + representation.tag);
+    if (match == http::Match::no) return responses_.problem(context, 412, "If-Match: expected the present entity tag " + representation.tag + ", found " + std::string(request.joined("If-Match")));
   }
   if (!context.ignores_conditions && request.find("If-None-Match")) {
     const http::Match match = http::matches(request.joined("If-None-Match"), representation.tag, true);
@@ -311,8 +311,8 @@ std::optional<http::Response> Representations::failed_precondition(const Context
   }
   if (if_match && !matched)
     return responses_.problem(context, 412, wanted.empty() ? "If-Match: expected an entity tag, found none"
-                                                           : "If-Match: the resource has changed, no entity tag of it is " + wanted);
-  if (excluded) return responses_.problem(context, 412, "If-None-Match: the resource has an entity tag that was named");
+                                                           : "If-Match: the resource has changed since it had the entity tag " + wanted + "; GET it again");
+  if (excluded) return responses_.problem(context, 412, "If-None-Match: expected that the resource has no entity tag of those named, found one");
   return std::nullopt;
 }
 

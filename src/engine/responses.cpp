@@ -82,13 +82,13 @@ http::Response Responses::gone(const Context& context) const {
 }
 
 http::Response Responses::timed_out(const Context& context) const {
-  http::Response response = problem(context, 503, "the robot's program did not take the request in time");
+  http::Response response = problem(context, 503, "the robot's program did not take the request in time; it is called off, try again later");
   add_retry_after(response);
   return response;
 }
 
 http::Response Responses::overloaded(const Context& context) const {
-  http::Response response = problem(context, 503, "too many requests wait for the robot");
+  http::Response response = problem(context, 503, "too many requests wait for the robot; try again later");
   add_retry_after(response);
   return response;
 }

@@ -82,8 +82,7 @@ const written = (o) => o.id ? (isBlank(o.id) ? o.id : `<${o.id}>`)
   : quoted(o.value) + (o.lang ? "@" + o.lang : o.type && o.type !== xsd("string") ? `^^<${o.type}>` : "");
 
 function toNumber(text) {
-  const special = { INF: Infinity, "+INF": Infinity, "-INF": -Infinity };
-  return text in special ? special[text] : text.trim() === "" ? NaN : Number(text);
+  return text.trim() ? Number(text.replace(/INF$/, "Infinity")) : NaN;
 }
 const isNumeric = (o) => NUMBER_TYPES.includes(o.type) || INTEGER_TYPES.includes(o.type);
 
@@ -563,11 +562,11 @@ function valueModel(g, parts, depth) {
 }
 
 function hint(field) {
-  const { min, max, types = [], least, kind } = field, bound = (n) => String(Number(n.toPrecision(6)));
+  const { min, max, least, kind } = field, bound = (n) => String(Number(n.toPrecision(6)));
   const above = field.minExclusive ? "above " : "", below = field.maxExclusive ? "below " : "";
   return [kind === "integer" && "whole number",
     min !== undefined && max !== undefined ? `${above}${bound(min)} to ${below}${bound(max)}` : min !== undefined ? `${above || "at least "}${bound(min)}` : max !== undefined && `${below || "at most "}${bound(max)}`,
-    least === 0 && "may be left empty", types.includes(xsd("dayTimeDuration")) && "such as PT1.5S", types.includes(xsd("dateTime")) && "such as 2030-01-31T12:00:00Z",
+    least === 0 && "optional",
     kind === "iri" && "an IRI", field.description].filter(Boolean).join(", ");
 }
 const fieldName = (field) => field.name || (UNNAMED.has(field.path) ? "" : humanised(localName(field.path)));
@@ -576,7 +575,6 @@ const fieldName = (field) => field.name || (UNNAMED.has(field.path) ? "" : human
 function literalOf(text, { types = [], kind }) {
   if (types.length === 1 || !["number", "integer"].includes(kind)) return { value: text, type: types[0] };
   if (/^[+-]?\d+$/.test(text)) return { value: text, type: xsd("integer") };
-  if (/^[+-]?\d*\.\d+$/.test(text)) return { value: text, type: xsd("decimal") };
   return { value: text, type: Number.isFinite(Number(text)) ? xsd("double") : undefined };
 }
 function niceStep(range) {
@@ -713,7 +711,7 @@ class Form {
       const found = near.find((c) => c.path === path) ?? near.find((c) => !c.path) ?? controls.find((c) => path && (c.outer === path || c.path === path)) ?? controls.find((c) => c.isList && path && isBlank(path))
         ?? (controls.length === 1 ? controls[0] : undefined);
       if (!found) { rest.push(words); continue; }
-      say(found.error, [found.error.textContent, words].filter(Boolean).join("; "));
+      if (!found.error.textContent.includes(words)) found.error.append(`${words}. `);
       found.input?.setAttribute("aria-invalid", "true");
       first ??= found.input;
     }
@@ -722,6 +720,14 @@ class Form {
   }
 }
 
+/// A node or literal of a body as JSON.
+function plain(g, o) {
+  const { id, value } = o;
+  if (!id) return isNumeric(o) || o.type === xsd("boolean") ? value : JSON.stringify(value);
+  if (id === rdf("nil") || g.id(id, rdf("rest"))) return `[${g.list(id).map((m) => plain(g, m))}]`;
+  const parts = [...g.of(id)].filter(([p]) => ![rdf("type"), ...UNIT_PREDICATES].includes(p));
+  return UNNAMED.has(parts[0]?.[0]) ? plain(g, parts[0][1]) : `{${parts.map(([p, v]) => `"${localName(p)}":${plain(g, v)}`)}}`;
+}
 const shellQuoted = (text) => `'${text.replaceAll("'", "'\\''")}'`;
 
 /// A form with its button, and what the robot answers in place. done(answer) may say something.
@@ -731,7 +737,7 @@ function formElement({ target, model, method, title, name, done }) {
   const bodyOf = () => model.fields.length || model.fixed.length ? form.body() : undefined;
   const showCurl = () => {
     const body = bodyOf();
-    if (curl.open) curl.lastChild.replaceChildren(copyable(`curl -X ${method} ${body ? `-H 'Content-Type: ${N_TRIPLES}' --data-binary ${shellQuoted(body)} ` : ""}${shellQuoted(local(target))}`));
+    if (curl.open) curl.lastChild.replaceChildren(copyable(`curl -X ${method} ${body ? `-H 'Content-Type: ${JSON_TYPE}' -d ${shellQuoted(plain(parse(body), { id: form.target }))} ` : ""}${shellQuoted(local(target))}`));
   };
   const curl = h("details.curl", { ontoggle: showCurl }, h("summary", "as curl"), h("div"));
   const element = h("form", { novalidate: true, "aria-label": name, oninput: () => { form.dirty = true; showCurl(); }, onsubmit: async (event) => {
@@ -835,11 +841,11 @@ function source(answer, iri) {
   };
   const details = h("details.source", { ontoggle: () => {
     if (!details.open || buttons.firstChild) return;
-    const named = [...answer.field("Link").matchAll(/<([^>]*)>;\s*rel="alternate";\s*type="([^"]*)"/g)].map(([, href, type]) => [type, href]);
-    for (const [type, href] of named.length ? named : ["text/turtle", N_TRIPLES, "application/rdf+xml", "application/ld+json"].map((type) => [type]))
+    const named = [...answer.field("Link").matchAll(/<([^>]*)>;\s*rel="alternate";\s*type="([^"]*)"/g)];
+    for (const [, href, type] of named.sort((a, b) => (b[2] === JSON_TYPE) - (a[2] === JSON_TYPE)))
       buttons.append(/^text|json|[+]xml|n-triples/.test(type) ? button(type, () => choose(type), { value: type }) : h("a", { href: local(href), rel: "alternate" }, type));
-    choose("text/turtle");
-  } }, h("summary", "Formats and curl"), buttons, curl, h("pre", { tabindex: "0", "aria-label": "The resource as text" }, code));
+    choose(buttons.firstChild?.value ?? "text/turtle");
+  } }, h("summary", "Formats and curl"), buttons, curl, h("pre", { tabindex: "0", "aria-label": "as text" }, code));
   return details;
 }
 

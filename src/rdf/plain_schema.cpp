@@ -35,7 +35,7 @@ class SchemaWriter {
       case Kind::map: name("object"), values(type, facets); break;
       case Kind::optional: break;
     }
-    if (says_unit && carries_unit(type, facets)) {
+    if (says_unit && type.kind != Kind::map && carries_unit(type, facets)) {
       key("unit");
       append_quoted(out_, unit_code(facets.unit()));
     }

@@ -133,7 +133,7 @@ def every_address_shows_its_resource(browser):
             browser.find("main " + element)
             check_clean(browser, robot)
         browser.open(robot.at("nowhere"))
-        assert "404 Not Found" in browser.text() and "nothing lives at this path" in browser.text()
+        assert "404 Not Found" in browser.text() and "there is no resource at" in browser.text()
         browser.click("main a")
         browser.until("return document.querySelector('h1')?.textContent === 'Robotic Things'", "from an error to the list of things")
         browser.messages()
@@ -143,10 +143,19 @@ def data_can_be_read_and_copied(browser):
     with Robot() as robot:
         browser.open(robot.at("baxter/right_s1/rotation"))
         browser.click(".source summary")
+        browser.until("return document.querySelector('.source pre').innerText.includes('rotationAngle')", "JSON")
+        assert f"curl -H 'Accept: application/json' '{robot.at('baxter/right_s1/rotation')}'" in browser.text(".source")
+        browser.run("[...document.querySelectorAll('.source button')].find(b => b.value === 'text/turtle').click()")
         browser.until("return document.querySelector('.source pre').innerText.includes('@prefix')", "Turtle")
-        assert f"curl -H 'Accept: text/turtle' '{robot.at('baxter/right_s1/rotation')}'" in browser.text(".source")
         browser.run("[...document.querySelectorAll('.source button')].find(b => b.value === 'application/n-triples').click()")
         browser.until("return document.querySelector('.source pre').innerText.includes('^^<http')", "N-Triples")
+        check_clean(browser, robot)
+        browser.open(robot.at("baxter/right_s1/friction"))
+        live(browser)
+        browser.until("return document.querySelector('input[type=text]')?.value === '0.7'", "the form has the present value")
+        browser.click("details.curl summary")
+        browser.until("return document.querySelector('details.curl').innerText.includes(arguments[0])", "the command as a line for curl",
+                      f"curl -X PUT -H 'Content-Type: application/json' -d '0.7' '{robot.at('baxter/right_s1/friction')}'")
         check_clean(browser, robot)
 
 
@@ -318,9 +327,10 @@ def a_picture_is_shown_and_follows_its_property(browser):
         card(browser, "Value", wide + " === 120", "on its own page")
         browser.until("return document.querySelector('.property a')?.innerText === 'optical_frame'", "its frame")
         browser.click(".source summary")
+        browser.run("[...document.querySelectorAll('.source button')].find(b => b.value === 'text/turtle').click()")
         browser.until("return document.querySelector('.source pre').innerText.includes('byteSize')", "what it says of its formats")
         offered = browser.run("return [...document.querySelectorAll('.source button')].map(b => b.value).filter(Boolean)")
-        assert offered == ["text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "application/json", "text/plain", "image/svg+xml"], offered
+        assert offered == ["application/json", "text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "text/plain", "image/svg+xml"], offered
         links = browser.run("return [...document.querySelectorAll('.source a')].map(a => [a.innerText, a.href])")
         assert links == [["application/cbor", robot.at("sample/eye/image?accept=application/cbor")]], links
         browser.run("[...document.querySelectorAll('.source button')].find(b => b.value === 'application/json').click()")

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -68,6 +69,7 @@ TEST_CASE("lists, records and optional values are described with their parts", "
         R"({"type":"array","items":{"type":"number"},"minItems":3,"maxItems":3,"unit":"rad"})");
   CHECK(schema<std::vector<std::int64_t>>(Facets{}.at_least(1)) ==
         R"({"type":"array","items":{"type":"integer","minimum":1}})");
+  CHECK(schema<std::map<std::string, double>>(Facets{unit::metre}) == R"({"type":"object","additionalProperties":{"type":"number","unit":"m"}})");
   CHECK(schema<std::optional<double>>(Facets{unit::metre}) == R"({"type":["number","null"],"unit":"m"})");
   CHECK(schema<Motion>() == R"({"type":"object","properties":{"speed":{"type":"number","minimum":0,"maximum":1.5,"unit":"m"},)"
                             R"("gear":{"type":["string","null"],"enum":["forward","reverse",null]},)"

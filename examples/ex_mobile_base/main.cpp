@@ -1,0 +1,102 @@
+// A mobile base that exists already (mobile_base.hpp) as a Linked Robotic Thing, without a change to its classes: their getters are the fields
+// of records, its callbacks answer commands, its mutex makes lambdas safe on lrt's thread, and lrt logs to its logger. The emergency stop works
+// while everything else is busy.
+//
+//   ex_mobile_base [--port N]
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+
+#include <lrt/lrt.hpp>
+
+#include "examples/ex_mobile_base/mobile_base.hpp"
+
+struct Target {
+  double x = 0, y = 0;  // [m]
+};
+
+namespace lrt::rdf {
+template <>
+struct traits<mobile::Pose> : Record<mobile::Pose> {
+  static void describe(Record& r) {
+    r.field("x", &mobile::Pose::x).unit(unit::metre);
+    r.field("y", &mobile::Pose::y).unit(unit::metre);
+    r.field("heading", &mobile::Pose::heading).unit(unit::radian);
+  }
+};
+template <>
+struct traits<mobile::Battery> : Record<mobile::Battery> {
+  static void describe(Record& r) {
+    r.field("voltage", &mobile::Battery::getVoltage).unit(unit::volt);
+    r.field("charging", &mobile::Battery::isCharging);
+  }
+};
+template <>
+struct traits<mobile::PidGains> : Record<mobile::PidGains> {
+  static void describe(Record& r) {
+    r.field("p", &mobile::PidGains::getP, &mobile::PidGains::setP).between(0, 100);
+    r.field("i", &mobile::PidGains::getI, &mobile::PidGains::setI).between(0, 100);
+    r.field("d", &mobile::PidGains::getD, &mobile::PidGains::setD).between(0, 100);
+  }
+};
+template <>
+struct traits<mobile::LaserScan> : Record<mobile::LaserScan> {
+  static void describe(Record& r) {
+    r.field("firstAngle", &mobile::LaserScan::first_angle_deg).unit(unit::degree);
+    r.field("step", &mobile::LaserScan::step_deg).unit(unit::degree);
+    r.field("ranges", &mobile::LaserScan::ranges).unit(unit::metre);
+  }
+};
+template <>
+struct traits<Target> : Record<Target> {
+  static void describe(Record& r) {
+    r.field("x", &Target::x).unit(unit::metre).between(-50, 50);
+    r.field("y", &Target::y).unit(unit::metre).between(-50, 50);
+  }
+};
+}  // namespace lrt::rdf
+
+volatile std::sig_atomic_t interrupted = 0;
+
+int main(int argc, char** argv) {
+  mobile::Logger logger;
+  mobile::MobileBase base(logger);
+  const auto refused = [&base] { return lrt::Error{lrt::Errc::refused, base.lastError()}; };
+
+  lrt::Thing thing{"base"};
+  thing.title("Mobile base").dispatch(lrt::Dispatch::io_thread);  // the class has a mutex: its functions may run on lrt's thread
+  thing.property("pose", [&] { return base.pose(); });
+  thing.property("speed", [&] { return base.speed(); }, lrt::unit::metre_per_second);
+  thing.property("battery", [&] { return base.battery(); });
+  thing.property("bumper", [&] { return base.bumperPressed(); });
+  thing.property("scan", [&] { return base.scan(); });
+  thing.property("gains", [&] { return base.gains(); }).on_write([&](const mobile::PidGains& gains) -> lrt::Result<void> {
+    if (base.setGains(gains)) return {};
+    return lrt::Unexpected{refused()};
+  });
+  thing.property("stopped", [&] { return base.isStopped(); });
+  thing.action("driveTo", [&](const Target& to, lrt::Responder done) {
+    const double distance = std::hypot(to.x - base.pose().x(), to.y - base.pose().y());
+    const auto progress = [done, distance](double left) { done.progress(distance > 0 ? 1 - left / distance : 1); };
+    const auto finished = [done](bool arrived, const std::string& why) { arrived ? done.succeed() : done.fail(why); };
+    if (!base.driveTo(to.x, to.y, progress, finished)) return done.fail(refused());
+    done.on_cancel([&] { base.cancelDrive(); });
+  }).policy(lrt::ActionPolicy::preempt());
+  thing.action("emergencyStop", [&] { base.emergencyStop(); }).policy(lrt::ActionPolicy::parallel(16));
+  thing.action("release", [&] { base.release(); });
+
+  lrt::Options options;
+  if (argc == 3 && std::string_view(argv[1]) == "--port") options.listen.port = static_cast<std::uint16_t>(std::atoi(argv[2]));
+  options.log = [&](lrt::LogLevel level, std::string_view text) {
+    level >= lrt::LogLevel::warning ? logger.error(std::string(text)) : logger.info(std::string(text));
+  };
+  auto server = lrt::Server::create(options);
+  if (!server) return logger.error(server.error().message), 1;
+  if (auto added = server->add(std::move(thing)); !added) return logger.error(added.error().message), 1;
+  std::printf("the base is at %s (Ctrl-C ends)\n", server->url().c_str());
+  std::fflush(stdout);
+  std::signal(SIGINT, [](int) { interrupted = 1; });
+  std::signal(SIGTERM, [](int) { interrupted = 1; });
+  while (!interrupted) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+}
