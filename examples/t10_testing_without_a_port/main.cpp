@@ -83,4 +83,4 @@ int main() {
 // 204 http://robot.example/joint/actions/rotate/1
 //
 // 503
-// {"type":"about:blank","title":"Service Unavailable","status":503,"detail":"the robot's program did not take the request in time"}
+// {"type":"about:blank","title":"Service Unavailable","status":503,"detail":"the robot's program did not take the request in time; it is called off, try again later"}
