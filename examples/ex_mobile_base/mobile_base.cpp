@@ -38,7 +38,7 @@ double MobileBase::speed() const {
 
 Battery MobileBase::battery() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return {volts_, false};
+  return {std::round(volts_ * 100) / 100, false};  // what its converter resolves
 }
 
 LaserScan MobileBase::scan() const {
