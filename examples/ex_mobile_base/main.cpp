@@ -1,6 +1,5 @@
-// A mobile base that exists already (mobile_base.hpp) as a Linked Robotic Thing, without a change to its classes: their getters are the fields
-// of records, its callbacks answer commands, its mutex makes lambdas safe on lrt's thread, and lrt logs to its logger. The emergency stop works
-// while everything else is busy.
+// A mobile base that exists already (mobile_base.hpp) as a Linked Robotic Thing, without a change to its classes. Their getters are fields of
+// records, their callbacks answer commands, lrt logs to their logger, and the emergency stop works while everything else is busy.
 //
 //   ex_mobile_base [--port N]
 #include <cmath>
@@ -96,7 +95,6 @@ int main(int argc, char** argv) {
   if (auto added = server->add(std::move(thing)); !added) return logger.error(added.error().message), 1;
   std::printf("the base is at %s (Ctrl-C ends)\n", server->url().c_str());
   std::fflush(stdout);
-  std::signal(SIGINT, [](int) { interrupted = 1; });
-  std::signal(SIGTERM, [](int) { interrupted = 1; });
+  for (const int end : {SIGINT, SIGTERM}) std::signal(end, [](int) { interrupted = 1; });
   while (!interrupted) std::this_thread::sleep_for(std::chrono::milliseconds(100));
 }

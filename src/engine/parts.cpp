@@ -71,10 +71,10 @@ Parts::~Parts() {
 }
 
 Result<void> Parts::add(Thing thing) {
-  std::unique_ptr<model::ThingSpec> spec = std::move(thing).release();
-  Result<std::unique_ptr<ThingNode>> built = build_thing(spec);
+  std::unique_ptr<model::ThingSpec> wanted = std::move(thing).release();
+  Result<std::unique_ptr<ThingNode>> built = build_thing(wanted);
   if (!built) {
-    discard(std::move(spec));
+    discard(std::move(wanted));
     return Unexpected{std::move(built).error()};
   }
   ThingNode& node = **built;
