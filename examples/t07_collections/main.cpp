@@ -42,8 +42,8 @@ int main() {
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
     const auto at = [](const std::string& x, const std::string& y) {
-      return "<> maths:x [ vom:numericalValue " + x + " ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue " + y +
-             " ; qudt:unit unit:M ] .";
+      return "<> maths:x [ vom:numericalValue " + x + " ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue " + y +
+             " ; qudt:hasUnit unit:M ] .";
     };
     client.options("/rover/waypoints");
     const std::string first = client.post("/rover/waypoints", at("1.5", "2")).field("Location");
@@ -64,17 +64,17 @@ int main() {
 // Allow: GET, HEAD, OPTIONS, POST
 //
 // POST /rover/waypoints
-//   <> maths:x [ vom:numericalValue 1.5 ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:unit unit:M ] .
+//   <> maths:x [ vom:numericalValue 1.5 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] .
 // 201 Created
 // Location: http://127.0.0.1:8080/rover/waypoints/id-1
 //
 // POST /rover/waypoints
-//   <> maths:x [ vom:numericalValue 3 ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:unit unit:M ] .
+//   <> maths:x [ vom:numericalValue 3 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] .
 // 201 Created
 // Location: http://127.0.0.1:8080/rover/waypoints/id-2
 //
 // POST /rover/waypoints
-//   <> maths:x [ vom:numericalValue -1 ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:unit unit:M ] .
+//   <> maths:x [ vom:numericalValue -1 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] .
 // 409 Conflict
 // Content-Type: application/problem+json
 // {"type":"about:blank","title":"Conflict","status":409,"detail":"the collection \"/rover/waypoints\" did not take the member: there is a wall at x = 0 m"}
@@ -98,12 +98,12 @@ int main() {
 //     maths:x [
 //         a maths:Scalar ;
 //         vom:numericalValue "3"^^xsd:double ;
-//         qudt:unit unit:M
+//         qudt:hasUnit unit:M
 //     ] ;
 //     maths:y [
 //         a maths:Scalar ;
 //         vom:numericalValue "2"^^xsd:double ;
-//         qudt:unit unit:M
+//         qudt:hasUnit unit:M
 //     ] .
 //
 // DELETE /rover/waypoints/id-1

@@ -34,7 +34,7 @@ int main() {
     client.get("/arm/joints");
     client.put("/arm/orientation", "<> maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.9 .");
     client.put("/arm/orientation", "<> maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.8 .");
-    client.post("/arm/actions/reach", "<> maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ; qudt:unit unit:M .");
+    client.post("/arm/actions/reach", "<> maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ; qudt:hasUnit unit:M .");
     client.get("/arm/tool");
   });
   server.run();
@@ -60,7 +60,7 @@ int main() {
 // 204 No Content
 //
 // POST /arm/actions/reach
-//   <> maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ; qudt:unit unit:M .
+//   <> maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ; qudt:hasUnit unit:M .
 // 204 No Content
 // Location: http://127.0.0.1:8080/arm/actions/reach/id-1
 //
@@ -83,5 +83,5 @@ int main() {
 //         maths:w "0.8"^^xsd:double
 //     ] ;
 //     lrt:matrix ( ( "0.28"^^xsd:double "-0.96"^^xsd:double "0"^^xsd:double ) ( "0.96"^^xsd:double "0.28"^^xsd:double "0"^^xsd:double ) ( "0"^^xsd:double "0"^^xsd:double "1"^^xsd:double ) ) ;
-//     qudt:unit unit:M ;
+//     qudt:hasUnit unit:M ;
 //     dcterms:modified "<time>"^^xsd:dateTime .

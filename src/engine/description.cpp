@@ -34,4 +34,22 @@ void describe_value_types(About& about, const rdf::Type& type) {
   else if (type.is_number()) about.a(vocab::maths::Scalar);
 }
 
+void describe_unit(About& about, const Unit& unit) {
+  if (!unit.vom.empty()) about.add(vocab::vom::unit, rdf::TermView(unit.vom));
+  if (!unit.qudt.empty()) about.add(vocab::qudt::hasUnit, rdf::TermView(unit.qudt));
+}
+
+void describe_quantity(About& about, const rdf::Type& type, const rdf::Facets& facets) {
+  using Kind = rdf::Type::Kind;
+  const rdf::Type* value = &type;
+  bool is_list = false;
+  while (value->kind == Kind::optional || value->kind == Kind::list) {
+    is_list = is_list || value->kind == Kind::list;
+    value = value->element;
+  }
+  if (!value->datatype.empty()) about.add(is_list ? vocab::lrt_::elementType : vocab::qudt::dataType, rdf::TermView(value->datatype));
+  describe_unit(about, facets.unit());
+  if (!facets.unit().quantity_kind.empty()) about.add(vocab::qudt::hasQuantityKind, rdf::TermView(facets.unit().quantity_kind));
+}
+
 }  // namespace lrt::engine

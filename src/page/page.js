@@ -17,7 +17,7 @@ const http = space("http://www.w3.org/2011/http#");
 const hybrit = space("https://hybr-it-projekt.de/ns/hybr-it#");
 const lrt = space("https://w3id.org/lrt/ns#");
 
-const UNIT_PREDICATES = [qudt("unit"), vom("unit")];
+const UNIT_PREDICATES = [qudt("hasUnit"), vom("unit")];
 const NUMBER_TYPES = ["decimal", "float", "double"].map(xsd);
 const INTEGER_TYPES = ["integer", "int", "long", "short", "byte", "nonNegativeInteger", "positiveInteger", "nonPositiveInteger",
   "negativeInteger", "unsignedInt", "unsignedLong", "unsignedShort", "unsignedByte"].map(xsd);

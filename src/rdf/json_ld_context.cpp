@@ -46,7 +46,8 @@ constexpr Term terms[] = {
     link("frame", v::lrt_::frame), link("elementType", v::lrt_::elementType), link("shape", v::lrt_::shape),
     one_of("byteOrder", v::lrt_::byteOrder), plain("littleEndian", v::lrt_::littleEndian), plain("bigEndian", v::lrt_::bigEndian),
 
-    plain("numericalValue", v::vom::numericalValue), link("unit", v::vom::unit), link("qudt:unit", v::qudt::unit),
+    plain("numericalValue", v::vom::numericalValue), link("unit", v::vom::unit), link("hasUnit", v::qudt::hasUnit),
+    link("qudt:unit", v::qudt::unit), link("hasQuantityKind", v::qudt::hasQuantityKind), link("qudt:dataType", v::qudt::dataType),
     plain("Scalar", v::maths::Scalar), plain("Vector2D", v::maths::Vector2D), plain("Vector3D", v::maths::Vector3D),
     plain("Vector4D", v::maths::Vector4D), plain("Quaternion", v::maths::Quaternion), plain("CoordinateSystem", v::maths::CoordinateSystem),
     plain("x", v::maths::x), plain("y", v::maths::y), plain("z", v::maths::z), plain("w", v::maths::w),

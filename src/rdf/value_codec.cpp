@@ -313,10 +313,10 @@ class Reader {
       }
     };
     check(vocab::vom::unit, unit.vom);
-    check(vocab::qudt::unit, unit.qudt);
+    check(vocab::qudt::hasUnit, unit.qudt);
     if (given == 0) {
       const bool vom = !unit.vom.empty();
-      const Step step(*this, vom ? "vom:unit" : "qudt:unit");
+      const Step step(*this, vom ? "vom:unit" : "qudt:hasUnit");
       fail("expected " + abbreviate(vom ? unit.vom.text : unit.qudt.text) + ", found none");
     }
   }
@@ -468,7 +468,7 @@ void ValueWriter::field(TermId node, const FieldType& field, TermId object) {
 
 void ValueWriter::unit(TermId node, const Unit& u) {
   if (!u.vom.empty()) add(node, vocab::vom::unit, graph_.intern(u.vom));
-  if (!u.qudt.empty()) add(node, vocab::qudt::unit, graph_.intern(u.qudt));
+  if (!u.qudt.empty()) add(node, vocab::qudt::hasUnit, graph_.intern(u.qudt));
 }
 
 TermId ValueWriter::map_member(std::string_view name, TermId object) {

@@ -113,7 +113,7 @@ class Deriver {
       else add(p, sh::in_, graph_.add_list({graph_.intern(wanted)}));
     };
     only(vocab::vom::unit, unit.vom);
-    only(vocab::qudt::unit, unit.qudt);
+    only(vocab::qudt::hasUnit, unit.qudt);
     const std::string missing =
         "expected the unit " + rdf::abbreviate(unit.vom.empty() ? unit.qudt.text : unit.vom.text) + ", found none";
     const auto at_least_one = [&](TermId p) {
@@ -122,10 +122,10 @@ class Deriver {
     };
     if (unit.qudt.empty() || unit.vom.empty()) {
       // On a shape of its own, because the message is about a missing unit.
-      return at_least_one(property(shape, unit.qudt.empty() ? vocab::vom::unit : vocab::qudt::unit));
+      return at_least_one(property(shape, unit.qudt.empty() ? vocab::vom::unit : vocab::qudt::hasUnit));
     }
     const TermId either =
-        blank_with(sh::alternativePath, graph_.add_list({graph_.intern(vocab::vom::unit), graph_.intern(vocab::qudt::unit)}));
+        blank_with(sh::alternativePath, graph_.add_list({graph_.intern(vocab::vom::unit), graph_.intern(vocab::qudt::hasUnit)}));
     at_least_one(property_at(shape, either));
   }
 

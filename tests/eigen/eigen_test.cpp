@@ -236,7 +236,7 @@ TEST_CASE("a rotation and a pose read back bit-identically", "[eigen][R0.5]") {
 TEST_CASE("the terms are those of Figure 3 and of ARVIDA", "[eigen][R1.5]") {
   CHECK(test::missing(graph_of(Eigen::AngleAxisd(0.5, Eigen::Vector3d(0, 0, 1))),
                       "<x> a spatial:AxisAngle, spatial:Rotation3D ; spatial:rotationAngle [ a maths:Scalar ; vom:numericalValue \"0.5\"^^xsd:double ;"
-                      " vom:unit maths:Radian ; qudt:unit unit:RAD ] ; spatial:rotationAxis [ a maths:Vector3D ; maths:x \"0\"^^xsd:double ;"
+                      " vom:unit maths:Radian ; qudt:hasUnit unit:RAD ] ; spatial:rotationAxis [ a maths:Vector3D ; maths:x \"0\"^^xsd:double ;"
                       " maths:y \"0\"^^xsd:double ; maths:z \"1\"^^xsd:double ] .") == "");
   CHECK(test::missing(graph_of(Eigen::Quaternionf(0.5F, 0.5F, -0.5F, 0.5F)),
                       "<x> a maths:Quaternion, spatial:Rotation3D ; maths:x \"0.5\"^^xsd:float ; maths:y \"-0.5\"^^xsd:float ; maths:w \"0.5\"^^xsd:float .") == "");
@@ -245,7 +245,7 @@ TEST_CASE("the terms are those of Figure 3 and of ARVIDA", "[eigen][R1.5]") {
   Eigen::Isometry3d pose(Eigen::Quaterniond(0, 0, 0, 1));
   pose.translation() << 1, 2, 3;
   CHECK(test::missing(graph_of(pose, Facets{unit::metre}),
-                      "<x> a spatial:SpatialRelationship ; qudt:unit unit:M ; spatial:translation [ a spatial:Translation3D, maths:Vector3D ; maths:x \"1\"^^xsd:double ;"
+                      "<x> a spatial:SpatialRelationship ; qudt:hasUnit unit:M ; spatial:translation [ a spatial:Translation3D, maths:Vector3D ; maths:x \"1\"^^xsd:double ;"
                       " maths:y \"2\"^^xsd:double ; maths:z \"3\"^^xsd:double ] ; spatial:rotation [ a maths:Quaternion, spatial:Rotation3D ; maths:z \"1\"^^xsd:double ;"
                       " maths:w \"0\"^^xsd:double ] ; lrt:matrix ( ( \"-1\"^^xsd:double \"0\"^^xsd:double \"0\"^^xsd:double ) [] [] ) .") == "");
 }
@@ -452,7 +452,7 @@ TEST_CASE("GET shows a pose with its unit, and the state conforms to the Bluepri
   r.bench.look();
   const Answer a = r.bench.get("/arm/pose");
   CHECK(a.status == 200);
-  CHECK(test::missing(a.graph(), "<arm/pose> a spatial:SpatialRelationship ; qudt:unit unit:M ; spatial:translation [ maths:x \"0.1\"^^xsd:double ] ;"
+  CHECK(test::missing(a.graph(), "<arm/pose> a spatial:SpatialRelationship ; qudt:hasUnit unit:M ; spatial:translation [ maths:x \"0.1\"^^xsd:double ] ;"
                                  " spatial:rotation [ a spatial:Rotation3D ; maths:z \"0.7071067811865475\"^^xsd:double ] .") == "");
   const auto shapes = shacl::Shapes::compile(r.bench.get("/arm/blueprint").graph()).value();
   const auto report = shacl::validate(shapes, r.bench.get("/arm/state").graph()).value();
@@ -499,7 +499,7 @@ TEST_CASE("GET gives a matrix as octets row by row, with its shape in the RDF", 
     CHECK(octets.body == bytes);
     CHECK(test::missing(bench.get("/a/m").graph(), "<a/m?accept=application/octet-stream> dcat:byteSize \"" + std::to_string(bytes.size()) +
                                                        "\"^^xsd:nonNegativeInteger ; lrt:elementType xsd:" + element_type +
-                                                       " ; lrt:byteOrder lrt:littleEndian ; qudt:unit unit:M ; lrt:frame \"base\" ;"
+                                                       " ; lrt:byteOrder lrt:littleEndian ; qudt:hasUnit unit:M ; lrt:frame \"base\" ;"
                                                        " lrt:shape ( " + shape + " ) .") == "");
   };
   const auto count = [](int n) { return "\"" + std::to_string(n) + "\"^^xsd:nonNegativeInteger "; };
@@ -560,7 +560,7 @@ TEST_CASE("an invalid rotation is answered 422 with a message, and changes nothi
   const Answer turned = r.post("turn", "maths:x 0 ; maths:y 0 ; maths:z 0 ; maths:w 1.5");
   CHECK(turned.status == 422);
   CHECK(says(turned.body, "found a norm of 1.5"));
-  const std::string shift = "qudt:unit unit:M ; spatial:translation [ maths:x 1 ; maths:y 2 ; maths:z 3 ] ; ";
+  const std::string shift = "qudt:hasUnit unit:M ; spatial:translation [ maths:x 1 ; maths:y 2 ; maths:z 3 ] ; ";
   CHECK(r.put("tool", shift + "spatial:rotation [ maths:x 0 ; maths:y 0 ; maths:z 1 ; maths:w 0 ]").status == 204);
   CHECK(r.tool(0, 0) == -1);
   const Answer both = r.put("tool", shift + "spatial:rotation [ maths:x 0 ; maths:y 0 ; maths:z 1 ; maths:w 0 ] ;"
@@ -576,9 +576,9 @@ TEST_CASE("an invalid rotation is answered 422 with a message, and changes nothi
 TEST_CASE("actions and collections accept Eigen's types", "[eigen][R0.5][R1.10]") {
   Robot r;
   CHECK(r.post("reach", "a maths:Vector3D ; maths:x 0.5 ; maths:y 1 ; maths:z 1e-3 ; vom:unit <http://vocab.arvida.de/x>").status == 422);
-  CHECK(r.post("reach", "a maths:Vector3D ; maths:x 0.5 ; maths:y 1 ; maths:z 1e-3 ; qudt:unit unit:M").status == 204);
+  CHECK(r.post("reach", "a maths:Vector3D ; maths:x 0.5 ; maths:y 1 ; maths:z 1e-3 ; qudt:hasUnit unit:M").status == 204);
   CHECK(r.reached == Eigen::Vector3d(0.5, 1, 1e-3));
-  CHECK(r.post("reach", "a maths:Vector3D ; maths:x 0.5 ; maths:y 1 ; qudt:unit unit:M").status == 422);
+  CHECK(r.post("reach", "a maths:Vector3D ; maths:x 0.5 ; maths:y 1 ; qudt:hasUnit unit:M").status == 422);
   const Answer pushed = r.post("push", "rdf:value ( 1 2 3 4 5 6 )");
   CHECK(pushed.status == 200);
   CHECK(says(pushed.body, "\"12\"^^xsd:double"));

@@ -263,9 +263,9 @@ TEST_CASE("joints and links are Things as in Figure 2b", "[urdf][R1.3][R1.9]") {
       missing(
           bench.get("/picker/shoulder/limits"),
           "<picker/shoulder/limits> <picker/shoulder/blueprint#lower> [ vom:numericalValue \"-1.2\"^^xsd:double ; vom:unit maths:Radian ] ;"
-          "  <picker/shoulder/blueprint#velocity> [ vom:numericalValue \"1.5\"^^xsd:double ; qudt:unit unit:RAD-PER-SEC ] .") == "");
+          "  <picker/shoulder/blueprint#velocity> [ vom:numericalValue \"1.5\"^^xsd:double ; qudt:hasUnit unit:RAD-PER-SEC ] .") == "");
   CHECK(missing(bench.get("/picker/slide/limits"),
-                "<picker/slide/limits> <picker/slide/blueprint#upper> [ vom:numericalValue \"0.5\"^^xsd:double ; qudt:unit unit:M ] .") ==
+                "<picker/slide/limits> <picker/slide/blueprint#upper> [ vom:numericalValue \"0.5\"^^xsd:double ; qudt:hasUnit unit:M ] .") ==
         "");
   CHECK(missing(bench.get("/picker/right_finger"),
                 "<picker/right_finger> a ros:PrismaticJoint ; lrt:mimics <picker/left_finger> ; ros:succeedingLink "

@@ -218,8 +218,28 @@ LRT_TERM_AS(sh, and_, "and");
 
 #define LRT_VOCAB_qudt "http://qudt.org/schema/qudt/"
 namespace qudt {
-LRT_TERM(qudt, unit);
-}
+LRT_TERM(qudt, hasUnit);
+LRT_TERM(qudt, unit);  // the former name of hasUnit
+LRT_TERM(qudt, hasQuantityKind);
+LRT_TERM(qudt, dataType);
+}  // namespace qudt
+
+#define LRT_VOCAB_quantitykind "http://qudt.org/vocab/quantitykind/"
+namespace quantitykind {
+LRT_TERM(quantitykind, Angle);
+LRT_TERM(quantitykind, AngularVelocity);
+LRT_TERM(quantitykind, Length);
+LRT_TERM(quantitykind, Velocity);
+LRT_TERM(quantitykind, Time);
+LRT_TERM(quantitykind, Frequency);
+LRT_TERM(quantitykind, Force);
+LRT_TERM(quantitykind, Torque);
+LRT_TERM(quantitykind, Mass);
+LRT_TERM(quantitykind, MomentOfInertia);
+LRT_TERM(quantitykind, Temperature);
+LRT_TERM(quantitykind, Voltage);
+LRT_TERM(quantitykind, ElectricCurrent);
+}  // namespace quantitykind
 
 #define LRT_VOCAB_unit "http://qudt.org/vocab/unit/"
 namespace unit_ {
@@ -397,6 +417,7 @@ LRT_TERM(lrt, bigEndian);
 #undef LRT_VOCAB_prov
 #undef LRT_VOCAB_sh
 #undef LRT_VOCAB_qudt
+#undef LRT_VOCAB_quantitykind
 #undef LRT_VOCAB_unit
 #undef LRT_VOCAB_hybrit
 #undef LRT_VOCAB_vom
