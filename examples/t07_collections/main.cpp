@@ -14,8 +14,9 @@ struct Waypoint {
 template <>
 struct lrt::rdf::traits<Waypoint> : lrt::rdf::Record<Waypoint> {
   static void describe(Record<Waypoint>& r) {
-    r.field(vocab::maths::x, &Waypoint::x).unit(unit::metre);
-    r.field(vocab::maths::y, &Waypoint::y).unit(unit::metre);
+    r.is(vocab::maths::Vector2D);
+    r.field(vocab::maths::x, &Waypoint::x);
+    r.field(vocab::maths::y, &Waypoint::y);
   }
 };
 
@@ -25,6 +26,7 @@ int main() {
 
   lrt::Thing rover{"rover"};
   rover.collection<Waypoint>("waypoints")
+      .unit(lrt::unit::metre)
       .on_create([&](const std::string& id, Waypoint point) -> lrt::Result<void> {
         if (point.x < 0) return lrt::unexpected(lrt::Errc::refused, "there is a wall at x = 0 m");
         if (route.empty()) driving_to = id;
@@ -42,8 +44,7 @@ int main() {
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
     const auto at = [](const std::string& x, const std::string& y) {
-      return "<> maths:x [ vom:numericalValue " + x + " ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue " + y +
-             " ; qudt:hasUnit unit:M ] .";
+      return "<> maths:x " + x + " ; maths:y " + y + " ; qudt:hasUnit unit:M .";
     };
     client.options("/rover/waypoints");
     const std::string first = client.post("/rover/waypoints", at("1.5", "2")).field("Location");

@@ -32,8 +32,8 @@ int main() {
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
     client.get("/arm/joints");
-    client.put("/arm/orientation", "<> maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.9 .");
-    client.put("/arm/orientation", "<> maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.8 .");
+    client.put("/arm/orientation", "<> vom:quantityValue [ maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.9 ] .");
+    client.put("/arm/orientation", "<> vom:quantityValue [ maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.8 ] .");
     client.post("/arm/actions/reach", "<> maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ; qudt:hasUnit unit:M .");
     client.get("/arm/tool");
   });

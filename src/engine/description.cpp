@@ -48,8 +48,16 @@ void describe_quantity(About& about, const rdf::Type& type, const rdf::Facets& f
     value = value->element;
   }
   if (!value->datatype.empty()) about.add(is_list ? vocab::lrt_::elementType : vocab::qudt::dataType, rdf::TermView(value->datatype));
-  describe_unit(about, facets.unit());
-  if (!facets.unit().quantity_kind.empty()) about.add(vocab::qudt::hasQuantityKind, rdf::TermView(facets.unit().quantity_kind));
+  const Unit unit = value->kind == Kind::record ? rdf::node_unit(*value, facets) : facets.unit();
+  describe_unit(about, unit);
+  if (!unit.quantity_kind.empty()) about.add(vocab::qudt::hasQuantityKind, rdf::TermView(unit.quantity_kind));
+}
+
+Iri frame_predicate(const rdf::Type& type) noexcept {
+  if (type.kind == rdf::Type::Kind::optional) return frame_predicate(*type.element);
+  for (const std::string& c : type.classes)
+    if (c == vocab::spatial::SpatialRelationship.text) return vocab::spatial::sourceCoordinateSystem;
+  return vocab::lrt_::frame;
 }
 
 }  // namespace lrt::engine

@@ -97,7 +97,8 @@ class Deriver {
     for (const rdf::FieldType& field : type.fields) all_optional = all_optional && field.type->kind == Kind::optional;
     if (all_optional) return record(shape, type, facets);
     const TermId absent = graph_.fresh_blank(), present = graph_.fresh_blank();
-    for (const rdf::FieldType& field : type.fields) {
+    if (!type.value_predicate.empty()) count(property(absent, Iri(std::string_view(type.value_predicate))), sh::maxCount, 0);
+    else for (const rdf::FieldType& field : type.fields) {
       const std::string predicate = rdf::predicate_iri(field, names_base_);
       count(property(absent, Iri(std::string_view(predicate))), sh::maxCount, 0);
     }
@@ -130,13 +131,20 @@ class Deriver {
   }
 
   void record(TermId shape, const Type& type, const Facets& facets) {
+    TermId fields = shape;
+    if (!type.value_predicate.empty()) {
+      fields = property(shape, Iri(std::string_view(type.value_predicate)));
+      count(fields, sh::minCount, 1);
+      count(fields, sh::maxCount, 1);
+      add(fields, sh::nodeKind, TermId(graph_.intern(sh::BlankNodeOrIRI)));
+    }
     for (const rdf::FieldType& field : type.fields) {
       const std::string predicate = rdf::predicate_iri(field, names_base_);
-      const TermId p = property(shape, Iri(std::string_view(predicate)));
+      const TermId p = property(fields, Iri(std::string_view(predicate)));
       if (!field.name.empty()) add(p, sh::name, rdf::literal(field.name));
-      value(p, *field.type, field.facets, true);
+      value(p, *field.type, rdf::field_facets(field, facets), true);
     }
-    if (!facets.unit().empty()) units(shape, facets.unit());
+    if (const Unit unit = rdf::node_unit(type, facets); !unit.empty()) units(shape, unit);
   }
 
   // ---- values

@@ -37,7 +37,7 @@ void PropertyResource::describe(const Description& d) const {
     rdf::write_value(d.graph, about.subject(), *spec->type, spec->facets, value, thing->names_base(d.base));
   describe_quantity(about, *spec->type, spec->facets);
   about.when(vocab::dcterms::modified, modified);
-  if (spec->frame) about.add(vocab::lrt_::frame, object_term(d.graph, *spec->frame, d.base));
+  if (spec->frame) about.add(frame_predicate(*spec->type), object_term(d.graph, *spec->frame, d.base));
   about.statements(spec->statements, d.base);
   describe_formats(about, d);
 }
@@ -77,7 +77,7 @@ void PropertyResource::describe_formats(About& about, const Description& d) cons
     format.add(vocab::lrt_::byteOrder, rdf::TermView(layout.byte_order == Layout::ByteOrder::little_endian ? vocab::lrt_::littleEndian
                                                                                                           : vocab::lrt_::bigEndian));
     describe_unit(format, layout.unit.empty() ? spec->facets.unit() : layout.unit);
-    if (spec->frame) format.add(vocab::lrt_::frame, object_term(graph, *spec->frame, d.base));
+    if (spec->frame) format.add(frame_predicate(*spec->type), object_term(graph, *spec->frame, d.base));
   };
   for (std::size_t i = 0; i < spec->representations.size() && i < encodings.size(); ++i) {
     const model::RepresentationSpec& representation = spec->representations[i];
