@@ -289,7 +289,8 @@ template <class S, int Options>
 struct traits<Eigen::Quaternion<S, Options>> {
   using T = Eigen::Quaternion<S, Options>;
   static const Type& type() {
-    static const Type t = detail::eigen::quantity<S>(vocab::spatial::Rotation3D, vocab::vom::Angle, {vocab::maths::Quaternion, vocab::maths::Vector4D}, 4);
+    static const Type t =
+        detail::eigen::quantity<S>(vocab::spatial::Rotation3D, vocab::vom::Angle, {vocab::maths::Quaternion, vocab::maths::Vector4D}, 4);
     return t;
   }
   static Value encode(const T& q) { return detail::eigen::encode_coordinates(q.coeffs().data(), 4); }

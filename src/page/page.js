@@ -917,7 +917,7 @@ function propertyCard(iri, large) {
       form.read(g, iri);
       return "Set";
     } });
-    write.append(form.parts.length ? form.whole : quiet("Its shape is none that a form can show."));
+    write.append(form.parts.length ? form.whole : quiet("No form can show its shape."));
     prefill();
   })().catch((e) => write.replaceChildren(notice(e)));
   return { element, update, fail };

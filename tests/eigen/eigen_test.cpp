@@ -10,6 +10,7 @@
 #include <string>
 
 #include <lrt/rdf/codec.hpp>
+#include <lrt/rdf/plain.hpp>
 #include <lrt/rdf/value_codec.hpp>
 #include <lrt/shacl/derive.hpp>
 #include <lrt/shacl/shapes.hpp>
@@ -253,6 +254,24 @@ TEST_CASE("the terms are those of Figure 3 and of ARVIDA", "[eigen][R1.5]") {
                       " maths:w \"0\"^^xsd:double ] ] ; lrt:matrix ( ( \"-1\"^^xsd:double \"0\"^^xsd:double \"0\"^^xsd:double ) [] [] ) .") == "");
   const auto units = posed.match(std::nullopt, posed.find(vocab::qudt::hasUnit), std::nullopt);
   CHECK(std::distance(units.begin(), units.end()) == 1);  // that of the translation: a rotation has none
+}
+
+TEST_CASE("the unit of a pose is that of its translation, in JSON too", "[eigen]") {
+  const Facets metre{unit::metre};
+  const Eigen::Isometry3d pose(Eigen::Translation3d(1, 2, 3));
+  const rdf::Type& type = traits<Eigen::Isometry3d>::type();
+  const std::string json = rdf::write_plain(type, metre, traits<Eigen::Isometry3d>::encode(pose), rdf::Plain::json_with_units).value();
+  CHECK(json.find(R"({"translation":{"value":{"x":1,"y":2,"z":3},"unit":"m"},"rotation":{"x":0,)") == 0);
+  for (const std::string& text : {json, std::string(R"({"translation":{"x":1,"y":2,"z":3},"rotation":{"x":0,"y":0,"z":0,"w":1}})")}) {
+    CAPTURE(text);
+    rdf::Graph graph;
+    REQUIRE(rdf::read_plain(text, rdf::Plain::json, type, metre, blueprint, 1000, graph, graph.intern(here)));
+    CHECK(is_back(value_of<Eigen::Isometry3d>(graph, metre), pose));
+    CHECK(conforms<Eigen::Isometry3d>(graph, metre));
+  }
+  rdf::Graph graph;
+  CHECK_FALSE(rdf::read_plain(R"({"value":{"translation":{"x":1,"y":2,"z":3},"rotation":{"x":0,"y":0,"z":0,"w":1}},"unit":"m"})", rdf::Plain::json, type,
+                              metre, blueprint, 1000, graph, graph.intern(here)));
 }
 
 TEST_CASE("a matrix is a list of its rows in any storage order", "[eigen]") {
