@@ -35,6 +35,8 @@ int main() {
 //     vom:numericalValue "0.5"^^xsd:double ;
 //     vom:unit maths:Radian ;
 //     qudt:hasUnit unit:RAD ;
+//     qudt:dataType xsd:double ;
+//     qudt:hasQuantityKind quantitykind:Angle ;
 //     dcterms:modified "<time>"^^xsd:dateTime .
 //
 // POST /baxter/right_s1/actions/rotate
@@ -50,4 +52,6 @@ int main() {
 //     vom:numericalValue "0.75"^^xsd:double ;
 //     vom:unit maths:Radian ;
 //     qudt:hasUnit unit:RAD ;
+//     qudt:dataType xsd:double ;
+//     qudt:hasQuantityKind quantitykind:Angle ;
 //     dcterms:modified "<time>"^^xsd:dateTime .

@@ -38,6 +38,8 @@ int main() {
 //     vom:numericalValue "0.1"^^xsd:double ;
 //     vom:unit maths:Radian ;
 //     qudt:hasUnit unit:RAD ;
+//     qudt:dataType xsd:double ;
+//     qudt:hasQuantityKind quantitykind:Angle ;
 //     dcterms:modified "<time>"^^xsd:dateTime .
 //
 // GET /joint/position

@@ -47,6 +47,8 @@ int main() {
 //     rdfs:seeAlso <http://127.0.0.1:8080/arm> ;
 //     vom:numericalValue "0.5"^^xsd:double ;
 //     qudt:hasUnit unit:M-PER-SEC ;
+//     qudt:dataType xsd:double ;
+//     qudt:hasQuantityKind quantitykind:Velocity ;
 //     dcterms:modified "<time>"^^xsd:dateTime .
 //
 // PUT /arm/speed

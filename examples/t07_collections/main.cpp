@@ -65,17 +65,17 @@ int main() {
 // Allow: GET, HEAD, OPTIONS, POST
 //
 // POST /rover/waypoints
-//   <> maths:x [ vom:numericalValue 1.5 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] .
+//   <> maths:x 1.5 ; maths:y 2 ; qudt:hasUnit unit:M .
 // 201 Created
 // Location: http://127.0.0.1:8080/rover/waypoints/id-1
 //
 // POST /rover/waypoints
-//   <> maths:x [ vom:numericalValue 3 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] .
+//   <> maths:x 3 ; maths:y 2 ; qudt:hasUnit unit:M .
 // 201 Created
 // Location: http://127.0.0.1:8080/rover/waypoints/id-2
 //
 // POST /rover/waypoints
-//   <> maths:x [ vom:numericalValue -1 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] .
+//   <> maths:x -1 ; maths:y 2 ; qudt:hasUnit unit:M .
 // 409 Conflict
 // Content-Type: application/problem+json
 // {"type":"about:blank","title":"Conflict","status":409,"detail":"the collection \"/rover/waypoints\" did not take the member: there is a wall at x = 0 m"}
@@ -88,24 +88,17 @@ int main() {
 //     ldp:contains <http://127.0.0.1:8080/rover/waypoints/id-1>,
 //         <http://127.0.0.1:8080/rover/waypoints/id-2> .
 //
-// <http://127.0.0.1:8080/rover/waypoints/id-1> a ldp:RDFSource .
+// <http://127.0.0.1:8080/rover/waypoints/id-1> a ldp:RDFSource, maths:Vector2D .
 //
-// <http://127.0.0.1:8080/rover/waypoints/id-2> a ldp:RDFSource .
+// <http://127.0.0.1:8080/rover/waypoints/id-2> a ldp:RDFSource, maths:Vector2D .
 //
 // GET /rover/waypoints/id-2
 // 200 OK
 // Content-Type: text/turtle
-// <http://127.0.0.1:8080/rover/waypoints/id-2> a ldp:RDFSource ;
-//     maths:x [
-//         a maths:Scalar ;
-//         vom:numericalValue "3"^^xsd:double ;
-//         qudt:hasUnit unit:M
-//     ] ;
-//     maths:y [
-//         a maths:Scalar ;
-//         vom:numericalValue "2"^^xsd:double ;
-//         qudt:hasUnit unit:M
-//     ] .
+// <http://127.0.0.1:8080/rover/waypoints/id-2> a ldp:RDFSource, maths:Vector2D ;
+//     maths:x "3"^^xsd:double ;
+//     maths:y "2"^^xsd:double ;
+//     qudt:hasUnit unit:M .
 //
 // DELETE /rover/waypoints/id-1
 // 409 Conflict
@@ -122,4 +115,4 @@ int main() {
 //     rdfs:seeAlso <http://127.0.0.1:8080/rover> ;
 //     ldp:contains <http://127.0.0.1:8080/rover/waypoints/id-1> .
 //
-// <http://127.0.0.1:8080/rover/waypoints/id-1> a ldp:RDFSource .
+// <http://127.0.0.1:8080/rover/waypoints/id-1> a ldp:RDFSource, maths:Vector2D .

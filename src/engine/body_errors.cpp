@@ -85,11 +85,10 @@ class Places {
     const rdf::Type& type = without_optional(outer);
     if (!nodes_.emplace(key(node), Place{pointer, &type}).second) return;
     if (type.kind == Kind::record) {
-      if (!type.value_predicate.empty())
-        each_object(node, type.value_predicate, [&](rdf::TermId value) {
-          if (nodes_.emplace(key(value), Place{pointer, &type}).second) fields(value, type, pointer);
-        });
-      else fields(node, type, pointer);
+      if (type.value_predicate.empty()) return fields(node, type, pointer);
+      each_object(node, type.value_predicate, [&](rdf::TermId value) {
+        if (nodes_.emplace(key(value), Place{pointer, &type}).second) fields(value, type, pointer);
+      });
     } else if (type.kind == Kind::list) {
       const auto members = body_.list(node);
       for (std::size_t i = 0; members && i < members->size(); ++i)

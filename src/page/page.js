@@ -1180,7 +1180,7 @@ async function show(focus) {
       title = `Blueprint of ${up ? localName(up) : plain}`;
       content = showBlueprint(g);
     } else {  // a member of a collection, the list of terms, or what this page knows nothing of
-      content = [g.about.has(subject) && h("div.card", valueOf(g, subject)), ...[...g.about.keys()].filter((s) => !isBlank(s) && s !== subject && withoutHash(s) !== self).slice(0, 300).map((s) => section(localName(s), facts(g, s, [])))];
+      content = [g.about.has(subject) && h("div.card", self === subject ? valueOf(g, subject) : facts(g, subject, [])), ...[...g.about.keys()].filter((s) => !isBlank(s) && s !== subject && withoutHash(s) !== self).slice(0, 300).map((s) => section(localName(s), facts(g, s, [])))];
     }
     document.title = `${title} – robot`;
     const heading = h("h1", { tabindex: "-1" }, title);

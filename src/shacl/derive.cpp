@@ -97,10 +97,11 @@ class Deriver {
     for (const rdf::FieldType& field : type.fields) all_optional = all_optional && field.type->kind == Kind::optional;
     if (all_optional) return record(shape, type, facets);
     const TermId absent = graph_.fresh_blank(), present = graph_.fresh_blank();
-    if (!type.value_predicate.empty()) count(property(absent, Iri(std::string_view(type.value_predicate))), sh::maxCount, 0);
-    else for (const rdf::FieldType& field : type.fields) {
-      const std::string predicate = rdf::predicate_iri(field, names_base_);
-      count(property(absent, Iri(std::string_view(predicate))), sh::maxCount, 0);
+    const auto absent_at = [&](const std::string& predicate) { count(property(absent, Iri(std::string_view(predicate))), sh::maxCount, 0); };
+    if (!type.value_predicate.empty()) {
+      absent_at(type.value_predicate);
+    } else {
+      for (const rdf::FieldType& field : type.fields) absent_at(rdf::predicate_iri(field, names_base_));
     }
     record(present, type, facets);
     add(shape, sh::or_, graph_.add_list({absent, present}));

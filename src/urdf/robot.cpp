@@ -527,7 +527,8 @@ class Robot::Impl {
                Mass{i->mass, isometry(i->origin), i->inertia[0], i->inertia[1], i->inertia[2], i->inertia[3], i->inertia[4], i->inertia[5]})
           .predicate(vocab::lrt_::inertial)
           .frame(itself);
-    for (std::size_t i = 0; i < link.visuals.size(); ++i) describe_shape(thing, vocab::lrt_::visual, "visual/" + std::to_string(i + 1), link.visuals[i], itself);
+    for (std::size_t i = 0; i < link.visuals.size(); ++i)
+      describe_shape(thing, vocab::lrt_::visual, "visual/" + std::to_string(i + 1), link.visuals[i], itself);
     for (std::size_t i = 0; i < link.collisions.size(); ++i)
       describe_shape(thing, vocab::lrt_::collision, "collision/" + std::to_string(i + 1), link.collisions[i], itself);
   }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <random>
 #include <string>
+#include <vector>
 
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/plain.hpp>
@@ -232,6 +233,9 @@ TEST_CASE("a rotation and a pose read back bit-identically", "[eigen][R0.5]") {
   for (int i = 0; i < 10'000; ++i) drifted = drifted * random.rotation<double>();
   CHECK(survives(drifted));
   CHECK(survives(Eigen::Quaterniond(-1, 0, -0.0, 0)));
+  CHECK(survives(std::optional<Eigen::Quaterniond>(Eigen::Quaterniond(0, 1, 0, 0))));
+  CHECK(survives(std::optional<Eigen::Translation3d>(Eigen::Translation3d(1, 2, 3)), Facets{unit::metre}));
+  CHECK(survives_text(std::vector<Eigen::Isometry3d>{drifted, Eigen::Isometry3d::Identity()}, Facets{unit::metre}));
 }
 
 TEST_CASE("the terms are those of Figure 3 and of ARVIDA", "[eigen][R1.5]") {
