@@ -34,7 +34,9 @@ int main() {
 //     rdfs:seeAlso <http://127.0.0.1:8080/baxter/right_s1> ;
 //     vom:numericalValue "0.5"^^xsd:double ;
 //     vom:unit maths:Radian ;
-//     qudt:unit unit:RAD ;
+//     qudt:hasUnit unit:RAD ;
+//     qudt:dataType xsd:double ;
+//     qudt:hasQuantityKind quantitykind:Angle ;
 //     dcterms:modified "<time>"^^xsd:dateTime .
 //
 // POST /baxter/right_s1/actions/rotate
@@ -49,5 +51,7 @@ int main() {
 //     rdfs:seeAlso <http://127.0.0.1:8080/baxter/right_s1> ;
 //     vom:numericalValue "0.75"^^xsd:double ;
 //     vom:unit maths:Radian ;
-//     qudt:unit unit:RAD ;
+//     qudt:hasUnit unit:RAD ;
+//     qudt:dataType xsd:double ;
+//     qudt:hasQuantityKind quantitykind:Angle ;
 //     dcterms:modified "<time>"^^xsd:dateTime .

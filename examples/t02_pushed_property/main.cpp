@@ -37,7 +37,9 @@ int main() {
 //     rdfs:seeAlso <http://127.0.0.1:8080/joint> ;
 //     vom:numericalValue "0.1"^^xsd:double ;
 //     vom:unit maths:Radian ;
-//     qudt:unit unit:RAD ;
+//     qudt:hasUnit unit:RAD ;
+//     qudt:dataType xsd:double ;
+//     qudt:hasQuantityKind quantitykind:Angle ;
 //     dcterms:modified "<time>"^^xsd:dateTime .
 //
 // GET /joint/position

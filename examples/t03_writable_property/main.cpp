@@ -23,21 +23,21 @@ int main() {
   server.add(std::move(arm)).value();
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
-    client.put("/arm/speed", "<> vom:numericalValue 0.5 ; qudt:unit unit:M-PER-SEC .");
+    client.put("/arm/speed", "<> vom:numericalValue 0.5 ; qudt:hasUnit unit:M-PER-SEC .");
     client.get("/arm/speed");
-    client.put("/arm/speed", "<> vom:numericalValue 2 ; qudt:unit unit:M-PER-SEC .");
-    client.put("/arm/speed", "<> vom:numericalValue 0.5 ; qudt:unit unit:DEG .");
+    client.put("/arm/speed", "<> vom:numericalValue 2 ; qudt:hasUnit unit:M-PER-SEC .");
+    client.put("/arm/speed", "<> vom:numericalValue 0.5 ; qudt:hasUnit unit:DEG .");
     client.put("/arm/speed", "<> vom:numericalValue \"fast\" .");
     client.put("/arm/emergencyStop", "<> rdf:value false .");
     client.post("/arm/actions/stop");
-    client.put("/arm/speed", "<> vom:numericalValue 0.25 ; qudt:unit unit:M-PER-SEC .");
+    client.put("/arm/speed", "<> vom:numericalValue 0.25 ; qudt:hasUnit unit:M-PER-SEC .");
   });
   server.run();
 }
 
 // Output:
 // PUT /arm/speed
-//   <> vom:numericalValue 0.5 ; qudt:unit unit:M-PER-SEC .
+//   <> vom:numericalValue 0.5 ; qudt:hasUnit unit:M-PER-SEC .
 // 204 No Content
 //
 // GET /arm/speed
@@ -46,11 +46,13 @@ int main() {
 // <http://127.0.0.1:8080/arm/speed> a hybrit:Property, maths:Scalar ;
 //     rdfs:seeAlso <http://127.0.0.1:8080/arm> ;
 //     vom:numericalValue "0.5"^^xsd:double ;
-//     qudt:unit unit:M-PER-SEC ;
+//     qudt:hasUnit unit:M-PER-SEC ;
+//     qudt:dataType xsd:double ;
+//     qudt:hasQuantityKind quantitykind:Velocity ;
 //     dcterms:modified "<time>"^^xsd:dateTime .
 //
 // PUT /arm/speed
-//   <> vom:numericalValue 2 ; qudt:unit unit:M-PER-SEC .
+//   <> vom:numericalValue 2 ; qudt:hasUnit unit:M-PER-SEC .
 // 422 Unprocessable Content
 // Content-Type: text/turtle
 // [] a sh:ValidationReport ;
@@ -67,7 +69,7 @@ int main() {
 //     ] .
 //
 // PUT /arm/speed
-//   <> vom:numericalValue 0.5 ; qudt:unit unit:DEG .
+//   <> vom:numericalValue 0.5 ; qudt:hasUnit unit:DEG .
 // 422 Unprocessable Content
 // Content-Type: text/turtle
 // [] a sh:ValidationReport ;
@@ -75,7 +77,7 @@ int main() {
 //     sh:result [
 //         a sh:ValidationResult ;
 //         sh:focusNode <http://127.0.0.1:8080/arm/speed> ;
-//         sh:resultPath qudt:unit ;
+//         sh:resultPath qudt:hasUnit ;
 //         sh:value unit:DEG ;
 //         sh:sourceConstraintComponent sh:InConstraintComponent ;
 //         sh:sourceShape [] ;
@@ -122,7 +124,7 @@ int main() {
 //         [
 //         a sh:ValidationResult ;
 //         sh:focusNode <http://127.0.0.1:8080/arm/speed> ;
-//         sh:resultPath qudt:unit ;
+//         sh:resultPath qudt:hasUnit ;
 //         sh:sourceConstraintComponent sh:MinCountConstraintComponent ;
 //         sh:sourceShape [] ;
 //         sh:resultSeverity sh:Violation ;
@@ -141,7 +143,7 @@ int main() {
 // Location: http://127.0.0.1:8080/arm/actions/stop/id-1
 //
 // PUT /arm/speed
-//   <> vom:numericalValue 0.25 ; qudt:unit unit:M-PER-SEC .
+//   <> vom:numericalValue 0.25 ; qudt:hasUnit unit:M-PER-SEC .
 // 409 Conflict
 // Content-Type: application/problem+json
 // {"type":"about:blank","title":"Conflict","status":409,"detail":"property \"/arm/speed\" was not written: the emergency stop is pressed"}

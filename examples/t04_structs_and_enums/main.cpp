@@ -57,7 +57,7 @@ int main() {
   server.add(std::move(gripper)).value();
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
-    const std::string width = "<blueprint#width> [ vom:numericalValue 80 ; qudt:unit unit:MilliM ]";
+    const std::string width = "<blueprint#width> [ vom:numericalValue 80 ; qudt:hasUnit unit:MilliM ]";
     const std::string where = "<blueprint#where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ]";
     client.get("/gripper/grip");
     client.put("/gripper/grip", "<> <blueprint#mode> \"idle\" ; " + width + " ; " + where + " .");
@@ -78,7 +78,7 @@ int main() {
 //     <http://127.0.0.1:8080/gripper/blueprint#width> [
 //         a maths:Scalar ;
 //         vom:numericalValue "42"^^xsd:double ;
-//         qudt:unit unit:MilliM
+//         qudt:hasUnit unit:MilliM
 //     ] ;
 //     <http://127.0.0.1:8080/gripper/blueprint#item> "cup" ;
 //     <http://127.0.0.1:8080/gripper/blueprint#where> [
@@ -90,11 +90,11 @@ int main() {
 //     dcterms:modified "<time>"^^xsd:dateTime .
 //
 // PUT /gripper/grip
-//   <> <blueprint#mode> "idle" ; <blueprint#width> [ vom:numericalValue 80 ; qudt:unit unit:MilliM ] ; <blueprint#where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] .
+//   <> <blueprint#mode> "idle" ; <blueprint#width> [ vom:numericalValue 80 ; qudt:hasUnit unit:MilliM ] ; <blueprint#where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] .
 // 204 No Content
 //
 // PUT /gripper/grip
-//   <> <blueprint#mode> "asleep" ; <blueprint#width> [ vom:numericalValue 80 ; qudt:unit unit:MilliM ] ; <blueprint#where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] .
+//   <> <blueprint#mode> "asleep" ; <blueprint#width> [ vom:numericalValue 80 ; qudt:hasUnit unit:MilliM ] ; <blueprint#where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] .
 // 422 Unprocessable Content
 // Content-Type: text/turtle
 // [] a sh:ValidationReport ;
@@ -135,7 +135,7 @@ int main() {
 //     <http://127.0.0.1:8080/gripper/blueprint#width> [
 //         a maths:Scalar ;
 //         vom:numericalValue "80"^^xsd:double ;
-//         qudt:unit unit:MilliM
+//         qudt:hasUnit unit:MilliM
 //     ] ;
 //     <http://127.0.0.1:8080/gripper/blueprint#where> [
 //         a maths:Vector3D ;

@@ -32,21 +32,21 @@ int main() {
   server.add(std::move(lift)).value();
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
-    const std::string one_metre = "<> vom:numericalValue 1 ; qudt:unit unit:M .";
+    const std::string one_metre = "<> vom:numericalValue 1 ; qudt:hasUnit unit:M .";
     client.post("/lift/actions/moveTo", one_metre);
     client.post("/lift/actions/home");
-    client.post("/lift/actions/moveTo", "<> vom:numericalValue 5 ; qudt:unit unit:M .");
+    client.post("/lift/actions/moveTo", "<> vom:numericalValue 5 ; qudt:hasUnit unit:M .");
     const lesson::Response moved = client.post("/lift/actions/moveTo", one_metre);
     client.only({"lrt:", "vom:", "prov:"});
     client.get(moved.field("Location"));
-    client.post("/lift/actions/timeTo", "<> vom:numericalValue 0.5 ; qudt:unit unit:M .");
+    client.post("/lift/actions/timeTo", "<> vom:numericalValue 0.5 ; qudt:hasUnit unit:M .");
   });
   server.run();
 }
 
 // Output:
 // POST /lift/actions/moveTo
-//   <> vom:numericalValue 1 ; qudt:unit unit:M .
+//   <> vom:numericalValue 1 ; qudt:hasUnit unit:M .
 // 409 Conflict
 // Content-Type: application/problem+json
 // {"type":"about:blank","title":"Conflict","status":409,"detail":"action \"/lift/actions/moveTo\" failed: the lift does not know its height yet: invoke home first"}
@@ -56,7 +56,7 @@ int main() {
 // Location: http://127.0.0.1:8080/lift/actions/home/id-1
 //
 // POST /lift/actions/moveTo
-//   <> vom:numericalValue 5 ; qudt:unit unit:M .
+//   <> vom:numericalValue 5 ; qudt:hasUnit unit:M .
 // 422 Unprocessable Content
 // Content-Type: text/turtle
 // [] a sh:ValidationReport ;
@@ -73,7 +73,7 @@ int main() {
 //     ] .
 //
 // POST /lift/actions/moveTo
-//   <> vom:numericalValue 1 ; qudt:unit unit:M .
+//   <> vom:numericalValue 1 ; qudt:hasUnit unit:M .
 // 204 No Content
 // Location: http://127.0.0.1:8080/lift/actions/moveTo/id-2
 //
@@ -89,7 +89,7 @@ int main() {
 //     vom:numericalValue "1"^^xsd:double ;
 //
 // POST /lift/actions/timeTo
-//   <> vom:numericalValue 0.5 ; qudt:unit unit:M .
+//   <> vom:numericalValue 0.5 ; qudt:hasUnit unit:M .
 // 200 OK
 // Content-Type: text/turtle
 // Location: http://127.0.0.1:8080/lift/actions/timeTo/id-3

@@ -55,8 +55,8 @@ int main() {
   server.add(std::move(axis)).value();
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
-    const std::string far = "<> vom:numericalValue 1000000 ; qudt:unit unit:MilliM .";
-    const std::string near = "<> vom:numericalValue 0 ; qudt:unit unit:MilliM .";
+    const std::string far = "<> vom:numericalValue 1000000 ; qudt:hasUnit unit:MilliM .";
+    const std::string near = "<> vom:numericalValue 0 ; qudt:hasUnit unit:MilliM .";
     client.only({"lrt:status", "lrt:progress"});
     const std::string first = client.post("/axis/actions/moveTo", far).field("Location");  // the robot has taken it; the move continues
     client.get_until(first, "0.25");
@@ -87,7 +87,7 @@ int main() {
 
 // Output:
 // POST /axis/actions/moveTo
-//   <> vom:numericalValue 1000000 ; qudt:unit unit:MilliM .
+//   <> vom:numericalValue 1000000 ; qudt:hasUnit unit:MilliM .
 // 204 No Content
 // Location: http://127.0.0.1:8080/axis/actions/moveTo/id-1
 //
@@ -98,7 +98,7 @@ int main() {
 //     lrt:progress "0.25"^^xsd:double ;
 //
 // POST /axis/actions/moveTo
-//   <> vom:numericalValue 1000000 ; qudt:unit unit:MilliM .
+//   <> vom:numericalValue 1000000 ; qudt:hasUnit unit:MilliM .
 // 204 No Content
 // Location: http://127.0.0.1:8080/axis/actions/moveTo/id-2
 //
@@ -125,7 +125,7 @@ int main() {
 //
 // POST /axis/actions/moveTo
 // Prefer: wait=30, return=representation
-//   <> vom:numericalValue 0 ; qudt:unit unit:MilliM .
+//   <> vom:numericalValue 0 ; qudt:hasUnit unit:MilliM .
 // 200 OK
 // Content-Type: text/turtle
 // Location: http://127.0.0.1:8080/axis/actions/moveTo/id-3

@@ -14,8 +14,9 @@ struct Waypoint {
 template <>
 struct lrt::rdf::traits<Waypoint> : lrt::rdf::Record<Waypoint> {
   static void describe(Record<Waypoint>& r) {
-    r.field(vocab::maths::x, &Waypoint::x).unit(unit::metre);
-    r.field(vocab::maths::y, &Waypoint::y).unit(unit::metre);
+    r.is(vocab::maths::Vector2D);
+    r.field(vocab::maths::x, &Waypoint::x);
+    r.field(vocab::maths::y, &Waypoint::y);
   }
 };
 
@@ -25,6 +26,7 @@ int main() {
 
   lrt::Thing rover{"rover"};
   rover.collection<Waypoint>("waypoints")
+      .unit(lrt::unit::metre)
       .on_create([&](const std::string& id, Waypoint point) -> lrt::Result<void> {
         if (point.x < 0) return lrt::unexpected(lrt::Errc::refused, "there is a wall at x = 0 m");
         if (route.empty()) driving_to = id;
@@ -42,8 +44,7 @@ int main() {
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
     const auto at = [](const std::string& x, const std::string& y) {
-      return "<> maths:x [ vom:numericalValue " + x + " ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue " + y +
-             " ; qudt:unit unit:M ] .";
+      return "<> maths:x " + x + " ; maths:y " + y + " ; qudt:hasUnit unit:M .";
     };
     client.options("/rover/waypoints");
     const std::string first = client.post("/rover/waypoints", at("1.5", "2")).field("Location");
@@ -64,17 +65,17 @@ int main() {
 // Allow: GET, HEAD, OPTIONS, POST
 //
 // POST /rover/waypoints
-//   <> maths:x [ vom:numericalValue 1.5 ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:unit unit:M ] .
+//   <> maths:x 1.5 ; maths:y 2 ; qudt:hasUnit unit:M .
 // 201 Created
 // Location: http://127.0.0.1:8080/rover/waypoints/id-1
 //
 // POST /rover/waypoints
-//   <> maths:x [ vom:numericalValue 3 ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:unit unit:M ] .
+//   <> maths:x 3 ; maths:y 2 ; qudt:hasUnit unit:M .
 // 201 Created
 // Location: http://127.0.0.1:8080/rover/waypoints/id-2
 //
 // POST /rover/waypoints
-//   <> maths:x [ vom:numericalValue -1 ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:unit unit:M ] .
+//   <> maths:x -1 ; maths:y 2 ; qudt:hasUnit unit:M .
 // 409 Conflict
 // Content-Type: application/problem+json
 // {"type":"about:blank","title":"Conflict","status":409,"detail":"the collection \"/rover/waypoints\" did not take the member: there is a wall at x = 0 m"}
@@ -87,24 +88,17 @@ int main() {
 //     ldp:contains <http://127.0.0.1:8080/rover/waypoints/id-1>,
 //         <http://127.0.0.1:8080/rover/waypoints/id-2> .
 //
-// <http://127.0.0.1:8080/rover/waypoints/id-1> a ldp:RDFSource .
+// <http://127.0.0.1:8080/rover/waypoints/id-1> a ldp:RDFSource, maths:Vector2D .
 //
-// <http://127.0.0.1:8080/rover/waypoints/id-2> a ldp:RDFSource .
+// <http://127.0.0.1:8080/rover/waypoints/id-2> a ldp:RDFSource, maths:Vector2D .
 //
 // GET /rover/waypoints/id-2
 // 200 OK
 // Content-Type: text/turtle
-// <http://127.0.0.1:8080/rover/waypoints/id-2> a ldp:RDFSource ;
-//     maths:x [
-//         a maths:Scalar ;
-//         vom:numericalValue "3"^^xsd:double ;
-//         qudt:unit unit:M
-//     ] ;
-//     maths:y [
-//         a maths:Scalar ;
-//         vom:numericalValue "2"^^xsd:double ;
-//         qudt:unit unit:M
-//     ] .
+// <http://127.0.0.1:8080/rover/waypoints/id-2> a ldp:RDFSource, maths:Vector2D ;
+//     maths:x "3"^^xsd:double ;
+//     maths:y "2"^^xsd:double ;
+//     qudt:hasUnit unit:M .
 //
 // DELETE /rover/waypoints/id-1
 // 409 Conflict
@@ -121,4 +115,4 @@ int main() {
 //     rdfs:seeAlso <http://127.0.0.1:8080/rover> ;
 //     ldp:contains <http://127.0.0.1:8080/rover/waypoints/id-1> .
 //
-// <http://127.0.0.1:8080/rover/waypoints/id-1> a ldp:RDFSource .
+// <http://127.0.0.1:8080/rover/waypoints/id-1> a ldp:RDFSource, maths:Vector2D .

@@ -100,6 +100,7 @@ int main() {
 // <http://127.0.0.1:8080/rover/battery/charge> a hybrit:Property, maths:Scalar, sosa:ObservableProperty ;
 //     rdfs:seeAlso <http://127.0.0.1:8080/rover/battery> ;
 //     vom:numericalValue "0.75"^^xsd:double ;
-//     qudt:unit unit:UNITLESS ;
+//     qudt:hasUnit unit:UNITLESS ;
+//     qudt:dataType xsd:double ;
 //     dcterms:modified "<time>"^^xsd:dateTime ;
 //     rdfs:comment "Measured at rest; drops by a tenth under load." .

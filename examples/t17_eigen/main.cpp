@@ -32,9 +32,9 @@ int main() {
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
     client.get("/arm/joints");
-    client.put("/arm/orientation", "<> maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.9 .");
-    client.put("/arm/orientation", "<> maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.8 .");
-    client.post("/arm/actions/reach", "<> maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ; qudt:unit unit:M .");
+    client.put("/arm/orientation", "<> vom:quantityValue [ maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.9 ] .");
+    client.put("/arm/orientation", "<> vom:quantityValue [ maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.8 ] .");
+    client.post("/arm/actions/reach", "<> maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ; qudt:hasUnit unit:M .");
     client.get("/arm/tool");
   });
   server.run();
@@ -47,20 +47,21 @@ int main() {
 // <http://127.0.0.1:8080/arm/joints> a hybrit:Property ;
 //     rdfs:seeAlso <http://127.0.0.1:8080/arm> ;
 //     rdf:value ( "0"^^xsd:double "0.5"^^xsd:double "-0.5"^^xsd:double "0"^^xsd:double "0.25"^^xsd:double "0"^^xsd:double ) ;
+//     lrt:elementType xsd:double ;
 //     dcterms:modified "<time>"^^xsd:dateTime .
 //
 // PUT /arm/orientation
-//   <> maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.9 .
+//   <> vom:quantityValue [ maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.9 ] .
 // 422 Unprocessable Content
 // Content-Type: application/problem+json
 // {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"property \"/arm/orientation\" was not written: expected a quaternion of norm 1 within 1e-09, found a norm of 1.0816653826391966"}
 //
 // PUT /arm/orientation
-//   <> maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.8 .
+//   <> vom:quantityValue [ maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.8 ] .
 // 204 No Content
 //
 // POST /arm/actions/reach
-//   <> maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ; qudt:unit unit:M .
+//   <> maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ; qudt:hasUnit unit:M .
 // 204 No Content
 // Location: http://127.0.0.1:8080/arm/actions/reach/id-1
 //
@@ -70,18 +71,26 @@ int main() {
 // <http://127.0.0.1:8080/arm/tool> a hybrit:Property, spatial:SpatialRelationship ;
 //     rdfs:seeAlso <http://127.0.0.1:8080/arm> ;
 //     spatial:translation [
-//         a spatial:Translation3D, maths:Vector3D ;
-//         maths:x "0.5"^^xsd:double ;
-//         maths:y "0"^^xsd:double ;
-//         maths:z "0.25"^^xsd:double
+//         a spatial:Translation3D ;
+//         vom:quantityKind vom:Length ;
+//         vom:quantityValue [
+//             a maths:Vector3D ;
+//             maths:x "0.5"^^xsd:double ;
+//             maths:y "0"^^xsd:double ;
+//             maths:z "0.25"^^xsd:double
+//         ] ;
+//         qudt:hasUnit unit:M
 //     ] ;
 //     spatial:rotation [
-//         a maths:Quaternion, spatial:Rotation3D ;
-//         maths:x "0"^^xsd:double ;
-//         maths:y "0"^^xsd:double ;
-//         maths:z "0.6"^^xsd:double ;
-//         maths:w "0.8"^^xsd:double
+//         a spatial:Rotation3D ;
+//         vom:quantityKind vom:Angle ;
+//         vom:quantityValue [
+//             a maths:Quaternion, maths:Vector4D ;
+//             maths:x "0"^^xsd:double ;
+//             maths:y "0"^^xsd:double ;
+//             maths:z "0.6"^^xsd:double ;
+//             maths:w "0.8"^^xsd:double
+//         ]
 //     ] ;
 //     lrt:matrix ( ( "0.28"^^xsd:double "-0.96"^^xsd:double "0"^^xsd:double ) ( "0.96"^^xsd:double "0.28"^^xsd:double "0"^^xsd:double ) ( "0"^^xsd:double "0"^^xsd:double "1"^^xsd:double ) ) ;
-//     qudt:unit unit:M ;
 //     dcterms:modified "<time>"^^xsd:dateTime .

@@ -45,7 +45,7 @@ int main() {
 
   lesson::Visitor visitor(server, [&](lesson::Client& client) {
     client.only({"vom:numericalValue", "lrt:status", "lrt:error"});
-    const std::string fast = "<> vom:numericalValue 0.5 ; qudt:unit unit:M-PER-SEC .";
+    const std::string fast = "<> vom:numericalValue 0.5 ; qudt:hasUnit unit:M-PER-SEC .";
     const std::string driving = client.post("/base/actions/drive", fast).field("Location");
     client.get_until("/base/speed", "0.5");
     const std::string plan = client.post("/base/actions/plan", {}, "Prefer: respond-async\r\n").field("Location");
@@ -72,7 +72,7 @@ int main() {
 
 // Output:
 // POST /base/actions/drive
-//   <> vom:numericalValue 0.5 ; qudt:unit unit:M-PER-SEC .
+//   <> vom:numericalValue 0.5 ; qudt:hasUnit unit:M-PER-SEC .
 // 204 No Content
 // Location: http://127.0.0.1:8080/base/actions/drive/id-1
 //
@@ -113,7 +113,7 @@ int main() {
 //     vom:numericalValue "0.5"^^xsd:double ;
 //
 // POST /base/actions/drive
-//   <> vom:numericalValue 0.5 ; qudt:unit unit:M-PER-SEC .
+//   <> vom:numericalValue 0.5 ; qudt:hasUnit unit:M-PER-SEC .
 // 409 Conflict
 // Content-Type: application/problem+json
 // {"type":"about:blank","title":"Conflict","status":409,"detail":"action \"/base/actions/drive\" failed: the base is stopped: invoke release first"}

@@ -29,15 +29,15 @@
 /// | vectors of 2, 3, 4; columns or rows | maths:Vector2D, 3D, 4D: maths:x, y, z, w | {"x": 1, "y": 2, "z": 3} |
 /// | vectors of any other size, fixed or dynamic | list | [1, 2, 3, 4, 5, 6] |
 /// | matrices of any size | list of rows, for every storage order | [[1, 2], [3, 4]] |
-/// | Quaternion | maths:Quaternion, spatial:Rotation3D: maths:x, y, z, w | {"x": 0, "y": 0, "z": 0, "w": 1} |
+/// | Quaternion | spatial:Rotation3D: vom:quantityValue a maths:Quaternion: maths:x, y, z, w | {"x": 0, "y": 0, "z": 0, "w": 1} |
 /// | AngleAxis | spatial:AxisAngle, spatial:Rotation3D: spatial:rotationAngle [rad], spatial:rotationAxis | as in Figure 3 of the paper |
-/// | Translation3 | spatial:Translation3D, maths:Vector3D: maths:x, y, z | {"x": 1, "y": 2, "z": 3} |
+/// | Translation3 | spatial:Translation3D: vom:quantityValue a maths:Vector3D: maths:x, y, z | {"x": 1, "y": 2, "z": 3} |
 /// | Isometry3 | spatial:SpatialRelationship: spatial:translation, spatial:rotation (a quaternion), lrt:matrix | a pose |
 /// | Affine3, AffineCompact3 | spatial:SpatialRelationship: spatial:translation, lrt:matrix | |
 ///
-/// Scalars are float, double and the integer types; in rotations and transforms float and double. The terms are those of ARVIDA, except
-/// maths:Vector2D, which is formed like its siblings, and lrt:matrix. ARVIDA's services have a node (vom:quantityValue) between a
-/// translation and its coordinates; here the coordinates are properties of the translation itself, as in Figure 3.
+/// Scalars are float, double and the integer types; in rotations and transforms float and double. The terms are those of ARVIDA, as its
+/// authors write them, except maths:Vector2D, which is formed like its siblings, and lrt:matrix. maths:x, y, z and w are always numbers; their
+/// unit is at the vector or the translation.
 ///
 /// - Finite values read back bit-identically. NaN and infinities from clients are always refused. Values that the robot reads or publishes
 ///   may be non-finite.
@@ -47,7 +47,8 @@
 ///
 /// - The property's unit applies to all coordinates: `property<Eigen::Vector3d>("tip", unit::metre)`; for a pose it applies to the
 ///   translation. Each member of a list repeats the unit in RDF, so large lists are better without a unit.
-/// - The frame is the property's lrt:frame, by default the frame of the owning thing.
+/// - A property names its frame by frame(): lrt:frame, and of a pose spatial:sourceCoordinateSystem. By default it is the frame of the owning
+///   thing. Add what a pose is about by `.add(vocab::spatial::targetCoordinateSystem, Object::resource("arm/tool"))`.
 ///
 /// - A lambda must return a value type instead of an expression: `[&]() -> Eigen::Vector3d { return r * v; }`.
 /// - publish() of fixed sizes, and of dynamic sizes with a fixed maximum, takes no lock and does not allocate. VectorXd and MatrixXd
@@ -87,6 +88,20 @@ Type coordinates(std::initializer_list<Iri> classes, Index size) {
   std::vector<FieldType> fields;
   for (Index i = 0; i < size; ++i) fields.push_back(field(coordinate_terms[i], traits<S>::type()));
   return record(classes, std::move(fields));
+}
+/// A quantity whose coordinates are at the object of vom:quantityValue, as ARVIDA writes translations and rotations.
+template <class S>
+Type quantity(Iri its_class, Iri kind, std::initializer_list<Iri> value_classes, Index size) {
+  Type t = coordinates<S>({its_class}, size);
+  t.quantity_kind = kind;
+  t.value_predicate = vocab::vom::quantityValue.text;
+  for (const Iri c : value_classes) t.value_classes.emplace_back(c.text);
+  return t;
+}
+inline FieldType field_with_unit(Iri term, const Type& type) {
+  FieldType f = field(term, type);
+  f.takes_unit = true;
+  return f;
 }
 
 inline Unexpected at(const std::string& where, const Error& error) { return unexpected(error.code, where + ": " + error.message); }
@@ -274,7 +289,8 @@ template <class S, int Options>
 struct traits<Eigen::Quaternion<S, Options>> {
   using T = Eigen::Quaternion<S, Options>;
   static const Type& type() {
-    static const Type t = detail::eigen::coordinates<S>({vocab::maths::Quaternion, vocab::spatial::Rotation3D}, 4);
+    static const Type t =
+        detail::eigen::quantity<S>(vocab::spatial::Rotation3D, vocab::vom::Angle, {vocab::maths::Quaternion, vocab::maths::Vector4D}, 4);
     return t;
   }
   static Value encode(const T& q) { return detail::eigen::encode_coordinates(q.coeffs().data(), 4); }
@@ -327,7 +343,7 @@ template <class S>
 struct traits<Eigen::Translation<S, 3>> {
   using T = Eigen::Translation<S, 3>;
   static const Type& type() {
-    static const Type t = detail::eigen::coordinates<S>({vocab::spatial::Translation3D, vocab::maths::Vector3D}, 3);
+    static const Type t = detail::eigen::quantity<S>(vocab::spatial::Translation3D, vocab::vom::Length, {vocab::maths::Vector3D}, 3);
     return t;
   }
   static Value encode(const T& t) { return detail::eigen::encode_coordinates(t.vector().data(), 3); }
@@ -352,7 +368,7 @@ struct traits<Eigen::Transform<S, 3, Eigen::Isometry, Options>> {
   using Linear = Eigen::Matrix<S, 3, 3>;
   static const Type& type() {
     static const Type t = detail::eigen::record({vocab::spatial::SpatialRelationship},
-                                                {detail::eigen::field(vocab::spatial::translation, traits<Shift>::type()),
+                                                {detail::eigen::field_with_unit(vocab::spatial::translation, traits<Shift>::type()),
                                                  detail::eigen::field(vocab::spatial::rotation, traits<Turn>::type()),
                                                  detail::eigen::field(vocab::lrt_::matrix, traits<std::optional<Linear>>::type())});
     return t;
@@ -398,7 +414,7 @@ struct traits<Eigen::Transform<S, 3, Mode, Options>,
   using Linear = Eigen::Matrix<S, 3, 3>;
   static const Type& type() {
     static const Type t = detail::eigen::record({vocab::spatial::SpatialRelationship},
-                                                {detail::eigen::field(vocab::spatial::translation, traits<Shift>::type()),
+                                                {detail::eigen::field_with_unit(vocab::spatial::translation, traits<Shift>::type()),
                                                  detail::eigen::field(vocab::lrt_::matrix, traits<Linear>::type())});
     return t;
   }

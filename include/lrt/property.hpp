@@ -52,7 +52,7 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
   Self& facets(const rdf::Facets& f) {
     return this->edit("facets", [&](auto& s) { s.facets.merge(f); });
   }
-  /// The coordinate system of the numbers, as lrt:frame: an IRI, a name, or Object::resource("baxter/torso").
+  /// The frame of the numbers: lrt:frame, of a pose spatial:sourceCoordinateSystem. An IRI, a name, or Object::resource("baxter/torso").
   Self& frame(Object system) {
     return this->edit("frame", [&](auto& s) { s.frame = std::move(system); });
   }

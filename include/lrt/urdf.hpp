@@ -180,17 +180,19 @@ struct PackageOptions {
 /// `/<robot>` is a ros:Robot; its joints and links are `/<robot>/<name>`. A '/' in a name becomes '.'. If two paths would be equal, the link's
 /// gets the suffix "_link" and the joint's "_joint".
 ///
-///   robot  dcterms:hasPart: joints and links; lrt:rootLink. Property `positions`: the positions of all joints that have one, in the order of
-///          the list of joints lrt:positionsOf (only up to 512 joints)
+///   robot  dcterms:hasPart: joints and links; lrt:rootLink. Property `positions` (lrt:positions): the positions of all joints that have one, in
+///          the order of the list of joints lrt:positionsOf (only up to 512 joints)
 ///   joint  a ros:Joint and a ros:RevoluteJoint or the like. ros:preceedingLink, ros:succeedingLink, xhv:prev, xhv:next: links;
-///          lrt:mimics: a joint. Properties `jointReferenceFrame` (ros:jointReferenceFrame), `axis`, `limits`, `dynamics`, `safety`, `mimic`,
-///          and, if it has a position, `position` (ros:position), `velocity` (ros:velocity) and `effort` (ros:effort); a revolute or
-///          continuous joint also `rotation` (ros:rotation, an Eigen::AngleAxisf as in Figure 3). These have no value before publish()
-///   link   a ros:Link. xhv:prev, xhv:next: joints. Properties `pose` (lrt:pose) in the frame of the root link, `inertial`,
-///          `visual/1` ..., `collision/1` ...; these link to meshes (lrt:mesh) and textures (lrt:texture): by IRI if the document has IRIs, by
-///          xsd:anyURI literals if it has relative names
+///          lrt:mimics: a joint. Properties `jointReferenceFrame` (ros:jointReferenceFrame), `axis` (lrt:axis), `limits` (lrt:limits), `dynamics`
+///          (lrt:dynamics), `safety` (lrt:safety), `mimic` (lrt:mimic), and, if it has a position, `position` (ros:position), `velocity`
+///          (ros:velocity) and `effort` (ros:effort); a revolute or continuous joint also `rotation` (ros:rotation, an Eigen::AngleAxisf as in
+///          Figure 3). These have no value before publish()
+///   link   a ros:Link. xhv:prev, xhv:next: joints. Properties `pose` (lrt:pose) in the frame of the root link, `inertial` (lrt:inertial),
+///          `visual/1` ... (lrt:visual), `collision/1` ... (lrt:collision); these link to meshes (lrt:mesh) and textures (lrt:texture): by IRI if
+///          the document has IRIs, by xsd:anyURI literals if it has relative names
 ///
-/// A property whose value refers to a frame names it by lrt:frame, a link.
+/// The predicate of each field is in examples/MODELLING.md. A pose says between which frames it is by spatial:sourceCoordinateSystem and
+/// spatial:targetCoordinateSystem; other values whose coordinates refer to a frame name it by lrt:frame. A link stands for its frame.
 ///
 /// @par Threads     Set-up: one at a time. publish, move, pose: one at a time, for example the control loop's.
 /// @par Implements  R0.3, R1.3, R1.9, paper Figures 2b and 3

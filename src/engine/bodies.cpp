@@ -53,6 +53,16 @@ std::vector<rdf::TermId> focus_nodes(const rdf::Graph& graph, const std::string&
   return found;
 }
 
+/// Until 2023 QUDT had qudt:unit in place of qudt:hasUnit. Bodies with the former name are judged as if they had the present one too.
+void accept_former_unit(rdf::Graph& graph) {
+  const auto former = graph.find(rdf::TermView(vocab::qudt::unit));
+  if (!former) return;
+  std::vector<rdf::Triple> found;
+  for (const rdf::Triple& t : graph.match(std::nullopt, *former, std::nullopt)) found.push_back(t);
+  const rdf::TermId present = graph.intern(vocab::qudt::hasUnit);
+  for (const rdf::Triple& t : found) graph.add(t.subject, present, t.object);
+}
+
 }  // namespace
 
 std::variant<Bodies::Body, http::Response> Bodies::read(const Context& context, const rdf::Type* value, const rdf::Facets& facets) const {
@@ -131,6 +141,7 @@ std::variant<Bodies::Body, http::Response> Bodies::read(const Context& context, 
     const Error& e = graph.error();
     return responses_.problem(context, e.code == Errc::limit_exceeded ? 413 : 400, "body: " + e.message);
   }
+  accept_former_unit(*graph);
   return Body{*std::move(graph), request.body.empty()};
 }
 

@@ -85,10 +85,10 @@ class Places {
     const rdf::Type& type = without_optional(outer);
     if (!nodes_.emplace(key(node), Place{pointer, &type}).second) return;
     if (type.kind == Kind::record) {
-      const std::vector<std::string> names = rdf::member_names(type);
-      for (std::size_t i = 0; i < names.size(); ++i)
-        each_object(node, rdf::predicate_iri(type.fields[i], names_base_),
-                    [&](rdf::TermId value) { add(value, *type.fields[i].type, step(pointer, names[i])); });
+      if (type.value_predicate.empty()) return fields(node, type, pointer);
+      each_object(node, type.value_predicate, [&](rdf::TermId value) {
+        if (nodes_.emplace(key(value), Place{pointer, &type}).second) fields(value, type, pointer);
+      });
     } else if (type.kind == Kind::list) {
       const auto members = body_.list(node);
       for (std::size_t i = 0; members && i < members->size(); ++i)
@@ -103,6 +103,13 @@ class Places {
         });
       }
     }
+  }
+
+  void fields(rdf::TermId node, const rdf::Type& record, const std::string& pointer) {
+    const std::vector<std::string> names = rdf::member_names(record);
+    for (std::size_t i = 0; i < names.size(); ++i)
+      each_object(node, rdf::predicate_iri(record.fields[i], names_base_),
+                  [&](rdf::TermId value) { add(value, *record.fields[i].type, step(pointer, names[i])); });
   }
 
   const rdf::Graph& body_;

@@ -34,4 +34,30 @@ void describe_value_types(About& about, const rdf::Type& type) {
   else if (type.is_number()) about.a(vocab::maths::Scalar);
 }
 
+void describe_unit(About& about, const Unit& unit) {
+  if (!unit.vom.empty()) about.add(vocab::vom::unit, rdf::TermView(unit.vom));
+  if (!unit.qudt.empty()) about.add(vocab::qudt::hasUnit, rdf::TermView(unit.qudt));
+}
+
+void describe_quantity(About& about, const rdf::Type& type, const rdf::Facets& facets) {
+  using Kind = rdf::Type::Kind;
+  const rdf::Type* value = &type;
+  bool is_list = false;
+  while (value->kind == Kind::optional || value->kind == Kind::list) {
+    is_list = is_list || value->kind == Kind::list;
+    value = value->element;
+  }
+  if (!value->datatype.empty()) about.add(is_list ? vocab::lrt_::elementType : vocab::qudt::dataType, rdf::TermView(value->datatype));
+  const Unit unit = value->kind == Kind::record ? rdf::node_unit(*value, facets) : facets.unit();
+  describe_unit(about, unit);
+  if (!unit.quantity_kind.empty()) about.add(vocab::qudt::hasQuantityKind, rdf::TermView(unit.quantity_kind));
+}
+
+Iri frame_predicate(const rdf::Type& type) noexcept {
+  if (type.kind == rdf::Type::Kind::optional) return frame_predicate(*type.element);
+  for (const std::string& c : type.classes)
+    if (c == vocab::spatial::SpatialRelationship.text) return vocab::spatial::sourceCoordinateSystem;
+  return vocab::lrt_::frame;
+}
+
 }  // namespace lrt::engine

@@ -68,4 +68,14 @@ void describe_types_of(const Resource& linked, const Description& d);
 /// The class of a number, or the classes of a record.
 void describe_value_types(About& about, const rdf::Type& type);
 
+/// A unit in each vocabulary that has it.
+void describe_unit(About& about, const Unit& unit);
+
+/// The predicate of the frame that values refer to: that of ARVIDA for poses, else lrt:frame.
+Iri frame_predicate(const rdf::Type& type) noexcept;
+
+/// What the values are, whether there is one or not: datatype, unit and kind of quantity. Of a record, whose fields may differ, the unit
+/// alone.
+void describe_quantity(About& about, const rdf::Type& type, const rdf::Facets& facets);
+
 }  // namespace lrt::engine

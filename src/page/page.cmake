@@ -47,8 +47,9 @@ endfunction()
 # Words of the script that are nobody else's: of no text, class, attribute or part of the browser. The most frequent first.
 set(page_own iri element field subject kind watch model shown socket here address along cells chain choices classes command container
              content controls cross dcterms depth fields found humanised hybrit inSight inner isList items known leaves listed local
-             mayOpen moved named names notice objects observer places points poseOf posedIn predicate product project redraw report
-             response resting rotated rows said socketAfter steps subjects update vector view watches words written)
+             isNumber JSON_TYPE mayOpen moved N_TRIPLES named names notice objects observer places points poseOf posedIn predicate product
+             project redraw report response resting rotated rows said socketAfter steps subjects update things vector view watches words
+             written UNTURNED AXIS_COLORS pointers buttons)
 
 # What only the reader of the source needs stays there: comments, indentation, spaces beside signs that no text of the page has spaces beside,
 # and long names: of `page_own`, and of what stands at the outermost level of the script, if it is no member's name too.

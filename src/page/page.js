@@ -13,14 +13,14 @@ const dcterms = space("http://purl.org/dc/terms/");
 const prov = space("http://www.w3.org/ns/prov#");
 const vom = space("http://vocab.arvida.de/2015/06/vom/vocab#");
 const qudt = space("http://qudt.org/schema/qudt/");
+const spatial = space("http://vocab.arvida.de/2015/06/spatial/vocab#");
 const http = space("http://www.w3.org/2011/http#");
 const hybrit = space("https://hybr-it-projekt.de/ns/hybr-it#");
 const lrt = space("https://w3id.org/lrt/ns#");
 
-const UNIT_PREDICATES = [qudt("unit"), vom("unit")];
+const UNIT_PREDICATES = [qudt("hasUnit"), vom("unit")];
 const NUMBER_TYPES = ["decimal", "float", "double"].map(xsd);
-const INTEGER_TYPES = ["integer", "int", "long", "short", "byte", "nonNegativeInteger", "positiveInteger", "nonPositiveInteger",
-  "negativeInteger", "unsignedInt", "unsignedLong", "unsignedShort", "unsignedByte"].map(xsd);
+const isIntegerType = (type) => /XMLSchema#\w*(int|integer|long|short|byte)$/i.test(type);
 
 // ---- RDF: `g` is a Graph; a node is the text of its IRI or "_:label"; an object is { id } or { value, type, lang }
 
@@ -84,7 +84,7 @@ const written = (o) => o.id ? (isBlank(o.id) ? o.id : `<${o.id}>`)
 function toNumber(text) {
   return text.trim() ? Number(text.replace(/INF$/, "Infinity")) : NaN;
 }
-const isNumeric = (o) => NUMBER_TYPES.includes(o.type) || INTEGER_TYPES.includes(o.type);
+const isNumeric = (o) => NUMBER_TYPES.includes(o.type) || isIntegerType(o.type);
 
 // ---- words
 
@@ -105,7 +105,7 @@ const unitText = (iri) => !iri ? "" : localName(iri).split("-PER-").map((side) =
 /// For reading at a glance; the whole number stands in the title. What moves keeps its places, so that it does not jump.
 function numberText(o, moving) {
   const n = toNumber(o.value);
-  if (!Number.isFinite(n) || INTEGER_TYPES.includes(o.type)) return o.value;
+  if (!Number.isFinite(n) || isIntegerType(o.type)) return o.value;
   const size = Math.abs(n);
   if (size !== 0 && (size >= 1e6 || size < 1e-3) && !moving) return String(Number(n.toPrecision(5)));
   return moving ? n.toFixed(3) : String(Number(n.toFixed(4)));
@@ -346,14 +346,15 @@ addEventListener("pageshow", wake);
 // ---- values
 
 const NOT_VALUES = new Set([rdf("type"), rdfs("seeAlso"), rdfs("label"), rdfs("comment"), dcterms("modified"), dcterms("title"),
-  dcterms("description"), dcterms("hasFormat"), lrt("frame"), ...UNIT_PREDICATES]);
-const UNNAMED = new Set([vom("numericalValue"), rdf("value")]);
+  dcterms("description"), dcterms("hasFormat"), vom("quantityKind"), ...["dataType", "hasQuantityKind"].map(qudt), ...["frame", "elementType"].map(lrt),
+  ...["source", "target"].map((end) => spatial(end + "CoordinateSystem")), ...UNIT_PREDICATES]);
+const UNNAMED = new Set([vom("numericalValue"), vom("quantityValue"), rdf("value")]);
 
 /// What a node says as a flat list of { path: [words], objects, names, unit }; a vector is one of them, and so is a list of scalars.
-function leaves(g, node, path = [], seen = new Set()) {
+function leaves(g, node, path = [], seen = new Set(), outer) {
   if (seen.has(node)) return [];
   seen.add(node);
-  const unit = unitText(UNIT_PREDICATES.map((p) => g.id(node, p)).find(Boolean));
+  const unit = unitText(UNIT_PREDICATES.map((p) => g.id(node, p)).find(Boolean)) || outer;
   const inside = (o) => o.id && g.about.has(o.id) && (isBlank(o.id) || withoutHash(o.id) === withoutHash(node));
   return g.of(node).filter(([p]) => !NOT_VALUES.has(p)).flatMap(([p, o]) => {
     const here = UNNAMED.has(p) ? path : [...path, humanised(localName(p))];
@@ -364,7 +365,7 @@ function leaves(g, node, path = [], seen = new Set()) {
       return items.flatMap((inner, i) => inner.map((leaf) => ({ ...leaf, path: [...here, String(i + 1), ...leaf.path] })));
     }
     if (!inside(o)) return [{ path: here, objects: [o], unit }];
-    const inner = leaves(g, o.id, here, seen), names = inner.map((l) => l.path.at(-1));
+    const inner = leaves(g, o.id, here, seen, unit), names = inner.map((l) => l.path.at(-1));
     const isVector = inner.length > 1 && inner.length < 5 && inner.every((l) => l.path.length === here.length + 1 && l.path.at(-1).length < 3 && l.unit === inner[0].unit && l.objects.length === 1 && !l.isList);
     return isVector ? [{ path: here, objects: inner.map((l) => l.objects[0]), names, unit: inner[0].unit }] : inner;
   });
@@ -555,7 +556,7 @@ function valueModel(g, parts, depth) {
   if (field.kind === "text") {
     field.types = types;
     if (types.some((t) => NUMBER_TYPES.includes(t)) || (!types.length && (field.min ?? field.max) !== undefined)) field.kind = "number";
-    else if (types.length && types.every((t) => INTEGER_TYPES.includes(t))) field.kind = "integer";
+    else if (types.length && types.every(isIntegerType)) field.kind = "integer";
     else if (types.includes(xsd("boolean"))) field.kind = "boolean";
   }
   return field;
@@ -899,7 +900,7 @@ function propertyCard(iri, large) {
     plot.add(all);
     value.show(all, plot);
     image.update(g, iri);
-    const base = g.id(iri, lrt("frame"));
+    const base = g.id(iri, lrt("frame")) ?? g.id(iri, spatial("sourceCoordinateSystem"));
     if (base && !frame.firstChild) frame.append("in the frame of ", linkTo(base, localName(base)));
     tick();
     prefill();
@@ -916,7 +917,7 @@ function propertyCard(iri, large) {
       form.read(g, iri);
       return "Set";
     } });
-    write.append(form.parts.length ? form.whole : quiet("Its shape is none that a form can show."));
+    write.append(form.parts.length ? form.whole : quiet("No form can show its shape."));
     prefill();
   })().catch((e) => write.replaceChildren(notice(e)));
   return { element, update, fail };
@@ -1148,7 +1149,7 @@ async function show(focus) {
     // The resource itself: by its address, or at the same path under the robot's public name.
     const self = g.about.has(plain) ? plain : [...g.about.keys()].find((s) => isWeb(s) && plain.endsWith(new URL(s).pathname)) ?? plain;
     if (g.about.has(self)) robotOrigin = new URL(self).origin;
-    const subject = g.subjects(lrt("state"), self)[0] ?? self, chain = [];  // what is above, the root first
+    const subject = g.subjects(lrt("state"), self)[0] ?? g.subjects(rdf("type"), "http://www.w3.org/2002/07/owl#Ontology")[0] ?? self, chain = [];  // what is above, the root first
     for (let at = self; chain.length < 20;) {
       const { up } = await optionsOf(at);
       if (!up || chain.includes(up)) break;
@@ -1179,7 +1180,7 @@ async function show(focus) {
       title = `Blueprint of ${up ? localName(up) : plain}`;
       content = showBlueprint(g);
     } else {  // a member of a collection, the list of terms, or what this page knows nothing of
-      content = [g.about.has(subject) && h("div.card", valueOf(g, subject)), ...[...g.about.keys()].filter((s) => !isBlank(s) && withoutHash(s) !== subject).slice(0, 300).map((s) => section(localName(s), facts(g, s, [])))];
+      content = [g.about.has(subject) && h("div.card", self === subject ? valueOf(g, subject) : facts(g, subject, [])), ...[...g.about.keys()].filter((s) => !isBlank(s) && s !== subject && withoutHash(s) !== self).slice(0, 300).map((s) => section(localName(s), facts(g, s, [])))];
     }
     document.title = `${title} – robot`;
     const heading = h("h1", { tabindex: "-1" }, title);

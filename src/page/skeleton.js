@@ -2,7 +2,6 @@
 
 const ros = space("http://ros.org/#");
 const maths = space("http://vocab.arvida.de/2015/06/maths/vocab#");
-const spatial = space("http://vocab.arvida.de/2015/06/spatial/vocab#");
 const cross = ([a, b, c], [x, y, z]) => [b * z - c * y, c * x - a * z, a * y - b * x];
 const along = (from, by, way) => from.map((n, i) => n + by * way[i]);
 const rotated = (q, v) => {
@@ -15,8 +14,7 @@ const ORIGIN = [0, 0, 0], UNTURNED = [...ORIGIN, 1], AXES = [[1, 0, 0], [0, 1, 0
 
 const vector = (g, node, names) => node && [...names].map((n) => g.number(node, maths(n)));
 /// The pose that a property says.
-const poseOf = (g, iri) => [vector(g, g.id(iri, spatial("translation")), "xyz") ?? ORIGIN, vector(g, g.id(iri, spatial("rotation")), "xyzw") ?? UNTURNED];
-const named = (g, thing, name) => g.ids(thing, hybrit("property")).find((p) => localName(p) === name);
+const poseOf = (g, iri) => [["translation", "xyz", ORIGIN], ["rotation", "xyzw", UNTURNED]].map(([part, names, none]) => vector(g, g.id(g.id(iri, spatial(part)), vom("quantityValue")), names) ?? none);
 /// Not all at once: the robot has other work, and the page other requests.
 async function inTurn(items, work) {
   const left = [...items];
@@ -129,7 +127,7 @@ function skeleton(iri, robot) {
   (async () => {
     await inTurn(robot.ids(iri, dcterms("hasPart")).filter((part) => robot.is(part, ros("Joint"))), async (joint) => {
       const { g } = await ask("GET", (await known(joint)).g.id(joint, lrt("state"))), id = (p) => g.id(joint, ros(p)), is = (type) => g.is(joint, ros(type));
-      joints.push({ iri: joint, from: id("preceedingLink"), to: id("succeedingLink"), origin: poseOf(g, id("jointReferenceFrame")), axis: vector(g, named(g, joint, "axis"), "xyz") ?? ORIGIN,
+      joints.push({ iri: joint, from: id("preceedingLink"), to: id("succeedingLink"), origin: poseOf(g, id("jointReferenceFrame")), axis: vector(g, g.id(joint, lrt("axis")), "xyz") ?? ORIGIN,
         slides: is("PrismaticJoint"), free: is("FloatingJoint") || is("PlanarJoint"), index: order.indexOf(joint), position: id("position") });
     });
     const links = [root];
@@ -147,7 +145,7 @@ function skeleton(iri, robot) {
         redraw();
       } });
     }
-    const all = named(robot, iri, "positions");
+    const all = robot.id(iri, lrt("positions"));
     if (all) here.watch(element, all, { g: (numbers) => {
       if (!Array.isArray(numbers)) return;
       if (!positions.length) size = 0;

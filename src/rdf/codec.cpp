@@ -52,6 +52,7 @@ const Prefixes& default_prefixes() {
       {"sosa", "http://www.w3.org/ns/sosa/"},
       {"qudt", "http://qudt.org/schema/qudt/"},
       {"unit", "http://qudt.org/vocab/unit/"},
+      {"quantitykind", "http://qudt.org/vocab/quantitykind/"},
       {"lrt", "https://w3id.org/lrt/ns#"},
   };
   return prefixes;

@@ -60,7 +60,7 @@ class JsonWriter {
   void bare(const Type& type, const Facets& facets, const Value& value) {
     switch (type.kind) {
       case Kind::list: return list(type, facets, value);
-      case Kind::record: return record(type, value);
+      case Kind::record: return record(type, facets, value);
       case Kind::map: return map(type, facets, value);
       case Kind::boolean:
       case Kind::integer: out_ += lexical_form(type, value); return;
@@ -97,7 +97,7 @@ class JsonWriter {
     out_ += before == '{' ? "{}" : "}";
   }
 
-  void record(const Type& type, const Value& value) {
+  void record(const Type& type, const Facets& facets, const Value& value) {
     const std::vector<std::string> names = member_names(type);
     const Value::Sequence& members = members_of(value);
     char before = '{';
@@ -107,7 +107,7 @@ class JsonWriter {
       before = ',';
       append_quoted(out_, names[i]);
       out_ += ':';
-      write(*type.fields[i].type, type.fields[i].facets, members[i]);
+      write(*type.fields[i].type, field_facets(type.fields[i], facets), members[i]);
     }
     out_ += before == '{' ? "{}" : "}";
   }
@@ -412,6 +412,7 @@ class DocumentReader {
   bool record(TermId node, const Type& type, const Facets& facets, Id id) {
     bool has_field = false;
     triples_.classes(node, type);
+    const TermId fields = triples_.value_node(node, type);
     const std::vector<std::string> names = member_names(type);
     for (const Id member : json::Children(document_, id))
       if (std::find(names.begin(), names.end(), document_.key(member)) == names.end()) refuse_member(member, names);
@@ -419,12 +420,12 @@ class DocumentReader {
       const FieldType& field = type.fields[i];
       const Id member = document_.member(id, names[i]);
       if (member == Document::none) continue;
-      if (const std::optional<TermId> o = object(*field.type, field.facets, member)) {
-        triples_.field(node, field, *o);
+      if (const std::optional<TermId> o = object(*field.type, field_facets(field, facets), member)) {
+        triples_.field(fields, field, *o);
         has_field = true;
       }
     }
-    triples_.unit(node, facets.unit());
+    triples_.unit(node, node_unit(type, facets));
     return has_field;
   }
 
@@ -577,7 +578,7 @@ std::vector<std::string> member_names(const Type& record) {
 bool carries_unit(const Type& type, const Facets& facets) noexcept {
   if (facets.unit().empty()) return false;
   if (type.kind == Kind::list || type.kind == Kind::optional) return carries_unit(*type.element, facets);
-  return type.is_number() || type.kind == Kind::record;
+  return type.is_number() || (type.kind == Kind::record && !node_unit(type, facets).empty());
 }
 
 std::string_view unit_code(const Unit& unit) noexcept {

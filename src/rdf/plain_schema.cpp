@@ -31,7 +31,7 @@ class SchemaWriter {
       case Kind::duration: name("string"), member("format", "\"duration\""); break;
       case Kind::instant: name("string"), member("format", "\"date-time\""); break;
       case Kind::list: name("array"), items(type, facets); break;
-      case Kind::record: name("object"), fields(type); break;
+      case Kind::record: name("object"), fields(type, facets); break;
       case Kind::map: name("object"), values(type, facets); break;
       case Kind::optional: break;
     }
@@ -100,7 +100,7 @@ class SchemaWriter {
     write(*type.element, facets, true);
   }
 
-  void fields(const Type& type) {
+  void fields(const Type& type, const Facets& facets) {
     const std::vector<std::string> all = member_names(type);
     std::string required;
     key("properties");
@@ -110,7 +110,7 @@ class SchemaWriter {
       if (i > 0) out_ += ',';
       append_quoted(out_, all[i]);
       out_ += ':';
-      write(*field.type, field.facets, true);
+      write(*field.type, field_facets(field, facets), true);
       if (field.type->kind == Kind::optional) continue;
       required += required.empty() ? "" : ",";
       append_quoted(required, all[i]);

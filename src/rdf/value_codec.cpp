@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 
 #include <lrt/base/utf8.hpp>
 #include <lrt/rdf/codec.hpp>
@@ -68,12 +69,13 @@ class Writer {
     triples_.classes(node, type);
     const Value::Sequence* members = value.sequence();
     if (!members) return;
+    const TermId fields = triples_.value_node(node, type);
     for (std::size_t i = 0; i < type.fields.size() && i < members->size(); ++i) {
       if ((*members)[i].is_null()) continue;
       const FieldType& field = type.fields[i];
-      triples_.field(node, field, object(*field.type, field.facets, (*members)[i]));
+      triples_.field(fields, field, object(*field.type, field_facets(field, facets), (*members)[i]));
     }
-    triples_.unit(node, facets.unit());
+    triples_.unit(node, node_unit(type, facets));
   }
 
   TermId object(const Type& type, const Facets& facets, const Value& value) {
@@ -272,6 +274,7 @@ class Reader {
 
   /// Whether an optional record is present: a field is, or ValueWriter::present() says so.
   bool has_record(TermId focus, const Type& type) const {
+    if (!type.value_predicate.empty() && !values(focus, type.value_predicate).empty()) return true;
     for (const FieldType& field : type.fields)
       if (!values(focus, predicate_iri(field, names_base_)).empty()) return true;
     for (const TermId type_of_it : values(focus, vocab::rdf_::type.text))
@@ -313,20 +316,29 @@ class Reader {
       }
     };
     check(vocab::vom::unit, unit.vom);
-    check(vocab::qudt::unit, unit.qudt);
+    check(vocab::qudt::hasUnit, unit.qudt);
     if (given == 0) {
       const bool vom = !unit.vom.empty();
-      const Step step(*this, vom ? "vom:unit" : "qudt:unit");
+      const Step step(*this, vom ? "vom:unit" : "qudt:hasUnit");
       fail("expected " + abbreviate(vom ? unit.vom.text : unit.qudt.text) + ", found none");
     }
   }
 
   Value record(TermId node, const Type& type, const Facets& facets) {
+    check_unit(node, node_unit(type, facets));
+    TermId fields = node;
+    std::optional<Step> step;
+    if (!type.value_predicate.empty()) {
+      step.emplace(*this, abbreviate(type.value_predicate));
+      const std::vector<TermId> found = values(node, type.value_predicate);
+      if (found.size() != 1) return fail("expected one node, found " + std::to_string(found.size()));
+      fields = found.front();
+      if (graph_.term(fields).is_literal()) return fail("expected a node, found " + shown(graph_.term(fields)));
+    }
     Value::Sequence members;
     members.reserve(type.fields.size());
     for (const FieldType& field : type.fields)
-      members.push_back(only(node, predicate_iri(field, names_base_), *field.type, field.facets));
-    check_unit(node, facets.unit());
+      members.push_back(only(fields, predicate_iri(field, names_base_), *field.type, field_facets(field, facets)));
     return Value(std::move(members));
   }
 
@@ -460,6 +472,15 @@ void ValueWriter::value(TermId focus, TermId object) { add(focus, vocab::rdf_::v
 
 void ValueWriter::classes(TermId node, const Type& record) {
   for (const std::string& c : record.classes) add(node, vocab::rdf_::type, graph_.intern(iri(c)));
+  if (!record.quantity_kind.empty()) add(node, vocab::vom::quantityKind, graph_.intern(record.quantity_kind));
+}
+
+TermId ValueWriter::value_node(TermId node, const Type& record) {
+  if (record.value_predicate.empty()) return node;
+  const TermId value = graph_.fresh_blank();
+  graph_.add(node, graph_.intern(iri(record.value_predicate)), value);
+  for (const std::string& c : record.value_classes) add(value, vocab::rdf_::type, graph_.intern(iri(c)));
+  return value;
 }
 
 void ValueWriter::field(TermId node, const FieldType& field, TermId object) {
@@ -468,7 +489,7 @@ void ValueWriter::field(TermId node, const FieldType& field, TermId object) {
 
 void ValueWriter::unit(TermId node, const Unit& u) {
   if (!u.vom.empty()) add(node, vocab::vom::unit, graph_.intern(u.vom));
-  if (!u.qudt.empty()) add(node, vocab::qudt::unit, graph_.intern(u.qudt));
+  if (!u.qudt.empty()) add(node, vocab::qudt::hasUnit, graph_.intern(u.qudt));
 }
 
 TermId ValueWriter::map_member(std::string_view name, TermId object) {

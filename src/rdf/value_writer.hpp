@@ -20,7 +20,10 @@ class ValueWriter {
   TermId number(TermId literal, const Unit& unit);
   /// The triple of other values at a focus node: rdf:value.
   void value(TermId focus, TermId object);
+  /// The classes and the kind of quantity of a record.
   void classes(TermId node, const Type& record);
+  /// The node that has the fields of a record: its own, or the one that Type::value_predicate leads to.
+  TermId value_node(TermId node, const Type& record);
   void field(TermId node, const FieldType& field, TermId object);
   void unit(TermId node, const Unit& unit);
   /// The node of a map's member.

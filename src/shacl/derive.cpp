@@ -97,9 +97,11 @@ class Deriver {
     for (const rdf::FieldType& field : type.fields) all_optional = all_optional && field.type->kind == Kind::optional;
     if (all_optional) return record(shape, type, facets);
     const TermId absent = graph_.fresh_blank(), present = graph_.fresh_blank();
-    for (const rdf::FieldType& field : type.fields) {
-      const std::string predicate = rdf::predicate_iri(field, names_base_);
-      count(property(absent, Iri(std::string_view(predicate))), sh::maxCount, 0);
+    const auto absent_at = [&](const std::string& predicate) { count(property(absent, Iri(std::string_view(predicate))), sh::maxCount, 0); };
+    if (!type.value_predicate.empty()) {
+      absent_at(type.value_predicate);
+    } else {
+      for (const rdf::FieldType& field : type.fields) absent_at(rdf::predicate_iri(field, names_base_));
     }
     record(present, type, facets);
     add(shape, sh::or_, graph_.add_list({absent, present}));
@@ -113,7 +115,7 @@ class Deriver {
       else add(p, sh::in_, graph_.add_list({graph_.intern(wanted)}));
     };
     only(vocab::vom::unit, unit.vom);
-    only(vocab::qudt::unit, unit.qudt);
+    only(vocab::qudt::hasUnit, unit.qudt);
     const std::string missing =
         "expected the unit " + rdf::abbreviate(unit.vom.empty() ? unit.qudt.text : unit.vom.text) + ", found none";
     const auto at_least_one = [&](TermId p) {
@@ -122,21 +124,28 @@ class Deriver {
     };
     if (unit.qudt.empty() || unit.vom.empty()) {
       // On a shape of its own, because the message is about a missing unit.
-      return at_least_one(property(shape, unit.qudt.empty() ? vocab::vom::unit : vocab::qudt::unit));
+      return at_least_one(property(shape, unit.qudt.empty() ? vocab::vom::unit : vocab::qudt::hasUnit));
     }
     const TermId either =
-        blank_with(sh::alternativePath, graph_.add_list({graph_.intern(vocab::vom::unit), graph_.intern(vocab::qudt::unit)}));
+        blank_with(sh::alternativePath, graph_.add_list({graph_.intern(vocab::vom::unit), graph_.intern(vocab::qudt::hasUnit)}));
     at_least_one(property_at(shape, either));
   }
 
   void record(TermId shape, const Type& type, const Facets& facets) {
+    TermId fields = shape;
+    if (!type.value_predicate.empty()) {
+      fields = property(shape, Iri(std::string_view(type.value_predicate)));
+      count(fields, sh::minCount, 1);
+      count(fields, sh::maxCount, 1);
+      add(fields, sh::nodeKind, TermId(graph_.intern(sh::BlankNodeOrIRI)));
+    }
     for (const rdf::FieldType& field : type.fields) {
       const std::string predicate = rdf::predicate_iri(field, names_base_);
-      const TermId p = property(shape, Iri(std::string_view(predicate)));
+      const TermId p = property(fields, Iri(std::string_view(predicate)));
       if (!field.name.empty()) add(p, sh::name, rdf::literal(field.name));
-      value(p, *field.type, field.facets, true);
+      value(p, *field.type, rdf::field_facets(field, facets), true);
     }
-    if (!facets.unit().empty()) units(shape, facets.unit());
+    if (const Unit unit = rdf::node_unit(type, facets); !unit.empty()) units(shape, unit);
   }
 
   // ---- values

@@ -16,12 +16,25 @@
 
 #include "src/urdf/packages.hpp"
 
+namespace lrt::urdf {
+namespace {
+
+/// A field with a name of its own in JSON.
+rdf::FieldName named(std::string_view name, Iri term) {
+  rdf::FieldName field(term);
+  field.name = name;
+  return field;
+}
+
+}  // namespace
+}  // namespace lrt::urdf
+
 template <>
 struct lrt::rdf::traits<lrt::urdf::FileState> : lrt::rdf::Record<lrt::urdf::FileState> {
   static void describe(Record<lrt::urdf::FileState>& r) {
     using lrt::urdf::FileState;
-    r.field("bytes", &FileState::bytes);
-    r.field("modified", &FileState::modified);
+    r.field(lrt::urdf::named("bytes", lrt::vocab::dcat::byteSize), &FileState::bytes);
+    r.field(lrt::urdf::named("modified", lrt::vocab::schema::dateModified), &FileState::modified);
   }
 };
 
@@ -31,7 +44,7 @@ namespace {
 constexpr Unit newton_metre_second_per_radian{Iri{"http://qudt.org/vocab/unit/N-M-SEC-PER-RAD"}, {}, "N.m.s/rad"};
 constexpr Unit newton_second_per_metre{Iri{"http://qudt.org/vocab/unit/N-SEC-PER-M"}, {}, "N.s/m"};
 constexpr Unit per_second{Iri{"http://qudt.org/vocab/unit/PER-SEC"}, {}, "/s"};
-constexpr Unit kilogram_square_metre{Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, {}, "kg.m2"};
+constexpr Unit kilogram_square_metre{Iri{"http://qudt.org/vocab/unit/KiloGM-M2"}, {}, "kg.m2", vocab::quantitykind::MomentOfInertia};
 
 // Unaligned types: the alignment of Isometry3d and Quaterniond depends on compiler flags, which may differ between the library and its host.
 using Isometry = Eigen::Transform<double, 3, Eigen::Isometry, Eigen::DontAlign>;
@@ -85,10 +98,11 @@ struct traits<urdf::LimitsOf<angular>> : Record<urdf::LimitsOf<angular>> {
   using T = urdf::LimitsOf<angular>;
   using Units = urdf::UnitsOf<angular>;
   static void describe(Record<T>& r) {
-    r.field("lower", &T::lower).unit(Units::position);
-    r.field("upper", &T::upper).unit(Units::position);
-    r.field("velocity", &T::velocity).unit(Units::velocity);
-    r.field("effort", &T::effort).unit(Units::effort);
+    r.is(vocab::lrt_::JointLimits);
+    r.field(urdf::named("lower", vocab::lrt_::lowerLimit), &T::lower).unit(Units::position);
+    r.field(urdf::named("upper", vocab::lrt_::upperLimit), &T::upper).unit(Units::position);
+    r.field(urdf::named("velocity", vocab::lrt_::velocityLimit), &T::velocity).unit(Units::velocity);
+    r.field(urdf::named("effort", vocab::lrt_::effortLimit), &T::effort).unit(Units::effort);
   }
 };
 template <bool angular>
@@ -96,8 +110,9 @@ struct traits<urdf::DynamicsOf<angular>> : Record<urdf::DynamicsOf<angular>> {
   using T = urdf::DynamicsOf<angular>;
   using Units = urdf::UnitsOf<angular>;
   static void describe(Record<T>& r) {
-    r.field("damping", &T::damping).unit(Units::damping);
-    r.field("friction", &T::friction).unit(Units::effort);
+    r.is(vocab::lrt_::JointDynamics);
+    r.field(vocab::lrt_::damping, &T::damping).unit(Units::damping);
+    r.field(urdf::named("friction", vocab::lrt_::staticFriction), &T::friction).unit(Units::effort);
   }
 };
 template <bool angular>
@@ -105,18 +120,20 @@ struct traits<urdf::SafetyOf<angular>> : Record<urdf::SafetyOf<angular>> {
   using T = urdf::SafetyOf<angular>;
   using Units = urdf::UnitsOf<angular>;
   static void describe(Record<T>& r) {
-    r.field("softLowerLimit", &T::soft_lower_limit).unit(Units::position);
-    r.field("softUpperLimit", &T::soft_upper_limit).unit(Units::position);
-    r.field("kPosition", &T::k_position).unit(urdf::per_second);
-    r.field("kVelocity", &T::k_velocity).unit(Units::damping);
+    r.is(vocab::lrt_::SafetyLimits);
+    r.field(vocab::lrt_::softLowerLimit, &T::soft_lower_limit).unit(Units::position);
+    r.field(vocab::lrt_::softUpperLimit, &T::soft_upper_limit).unit(Units::position);
+    r.field(urdf::named("kPosition", vocab::lrt_::positionGain), &T::k_position).unit(urdf::per_second);
+    r.field(urdf::named("kVelocity", vocab::lrt_::velocityGain), &T::k_velocity).unit(Units::damping);
   }
 };
 template <bool angular>
 struct traits<urdf::MimicOf<angular>> : Record<urdf::MimicOf<angular>> {
   using T = urdf::MimicOf<angular>;
   static void describe(Record<T>& r) {
-    r.field("multiplier", &T::multiplier);
-    r.field("offset", &T::offset).unit(urdf::UnitsOf<angular>::position);
+    r.is(vocab::lrt_::MimicRule);
+    r.field(vocab::lrt_::multiplier, &T::multiplier);
+    r.field(vocab::lrt_::offset, &T::offset).unit(urdf::UnitsOf<angular>::position);
   }
 };
 
@@ -124,14 +141,15 @@ template <>
 struct traits<urdf::Mass> : Record<urdf::Mass> {
   using T = urdf::Mass;
   static void describe(Record<T>& r) {
-    r.field("mass", &T::mass).unit(unit::kilogram);
-    r.field("origin", &T::origin).unit(unit::metre);
-    r.field("ixx", &T::ixx).unit(urdf::kilogram_square_metre);
-    r.field("ixy", &T::ixy).unit(urdf::kilogram_square_metre);
-    r.field("ixz", &T::ixz).unit(urdf::kilogram_square_metre);
-    r.field("iyy", &T::iyy).unit(urdf::kilogram_square_metre);
-    r.field("iyz", &T::iyz).unit(urdf::kilogram_square_metre);
-    r.field("izz", &T::izz).unit(urdf::kilogram_square_metre);
+    r.is(vocab::lrt_::Inertia);
+    r.field(vocab::lrt_::mass, &T::mass).unit(unit::kilogram);
+    r.field(urdf::named("origin", vocab::spatial::spatialRelationship), &T::origin).unit(unit::metre);
+    r.field(vocab::lrt_::ixx, &T::ixx).unit(urdf::kilogram_square_metre);
+    r.field(vocab::lrt_::ixy, &T::ixy).unit(urdf::kilogram_square_metre);
+    r.field(vocab::lrt_::ixz, &T::ixz).unit(urdf::kilogram_square_metre);
+    r.field(vocab::lrt_::iyy, &T::iyy).unit(urdf::kilogram_square_metre);
+    r.field(vocab::lrt_::iyz, &T::iyz).unit(urdf::kilogram_square_metre);
+    r.field(vocab::lrt_::izz, &T::izz).unit(urdf::kilogram_square_metre);
   }
 };
 
@@ -148,15 +166,16 @@ template <>
 struct traits<urdf::Appearance> : Record<urdf::Appearance> {
   using T = urdf::Appearance;
   static void describe(Record<T>& r) {
-    r.field("name", &T::name);
-    r.field("origin", &T::origin).unit(unit::metre);
-    r.field("geometry", &T::geometry);
-    r.field("size", &T::size).unit(unit::metre);
-    r.field("radius", &T::radius).unit(unit::metre);
-    r.field("length", &T::length).unit(unit::metre);
-    r.field("scale", &T::scale);
-    r.field("material", &T::material);
-    r.field("colour", &T::colour);
+    r.is(vocab::lrt_::Geometry);
+    r.field(vocab::schema::name, &T::name);
+    r.field(urdf::named("origin", vocab::spatial::spatialRelationship), &T::origin).unit(unit::metre);
+    r.field(urdf::named("geometry", vocab::lrt_::geometryType), &T::geometry);
+    r.field(vocab::lrt_::size, &T::size).unit(unit::metre);
+    r.field(vocab::lrt_::radius, &T::radius).unit(unit::metre);
+    r.field(vocab::lrt_::length, &T::length).unit(unit::metre);
+    r.field(urdf::named("scale", vocab::spatial::scaling), &T::scale);
+    r.field(urdf::named("material", vocab::lrt_::materialName), &T::material);
+    r.field(vocab::lrt_::colour, &T::colour);
   }
 };
 
@@ -344,6 +363,7 @@ class Robot::Impl {
     if (!served_.insert(name).second) return path;  // named in two ways
     const auto media_type = found.media_type;
     all.property(name, [file = std::move(found), max_bytes] { return state_of(file, max_bytes).value(); })
+        .predicate(vocab::lrt_::file)
         .sample(std::chrono::milliseconds(0))
         .representation(media_type, [max_bytes](const FileState& file) { return read_file(file, max_bytes); })
         .as_file()
@@ -417,7 +437,7 @@ class Robot::Impl {
     list_.setZero(count);
     thing_->add_turtle(order + " ) .");
     all_ = thing_->property<List>("positions");
-    all_->title("the positions of all joints");
+    all_->predicate(vocab::lrt_::positions).title("the positions of all joints");
   }
 
   void describe_joint(std::size_t index) {
@@ -443,15 +463,16 @@ class Robot::Impl {
     constant(thing, "jointReferenceFrame", isometry(joint.origin), unit::metre)
         .predicate(vocab::ros::jointReferenceFrame)
         .type(vocab::maths::CoordinateSystem)
-        .frame(before);
+        .frame(before)
+        .add(vocab::spatial::targetCoordinateSystem, Object::resource(joint_paths_[index] + "/jointReferenceFrame"));
     if (joint.type != JointType::fixed && joint.type != JointType::floating)
-      constant(thing, "axis", vector(joint.axis)).frame(after);
-    if (joint.limits) constant(thing, "limits", LimitsOf<angular>{*joint.limits});
-    if (joint.dynamics) constant(thing, "dynamics", DynamicsOf<angular>{*joint.dynamics});
-    if (joint.safety) constant(thing, "safety", SafetyOf<angular>{*joint.safety});
+      constant(thing, "axis", vector(joint.axis)).predicate(vocab::lrt_::axis).frame(after);
+    if (joint.limits) constant(thing, "limits", LimitsOf<angular>{*joint.limits}).predicate(vocab::lrt_::limits);
+    if (joint.dynamics) constant(thing, "dynamics", DynamicsOf<angular>{*joint.dynamics}).predicate(vocab::lrt_::dynamics);
+    if (joint.safety) constant(thing, "safety", SafetyOf<angular>{*joint.safety}).predicate(vocab::lrt_::safety);
     if (joint.mimic) {
       thing.add(vocab::lrt_::mimics, Object::resource(joint_paths_[joint.mimic->joint]));
-      constant(thing, "mimic", MimicOf<angular>{*joint.mimic});
+      constant(thing, "mimic", MimicOf<angular>{*joint.mimic}).predicate(vocab::lrt_::mimic);
     }
   }
   template <bool angular>
@@ -497,17 +518,21 @@ class Robot::Impl {
     if (link.joint) thing.add(vocab::xhv::prev, Object::resource(joint_paths_[*link.joint]));
     for (const std::size_t j : after_[index]) thing.add(vocab::xhv::next, Object::resource(joint_paths_[j]));
     auto pose = thing.property<Isometry>("pose", unit::metre);
-    pose.predicate(vocab::lrt_::pose).frame(Object::resource(link_paths_[model_.root]));
+    pose.predicate(vocab::lrt_::pose)
+        .frame(Object::resource(link_paths_[model_.root]))
+        .add(vocab::spatial::targetCoordinateSystem, itself);
     link_poses_.push_back(pose);
     if (const auto& i = link.inertial)
       constant(thing, "inertial",
                Mass{i->mass, isometry(i->origin), i->inertia[0], i->inertia[1], i->inertia[2], i->inertia[3], i->inertia[4], i->inertia[5]})
+          .predicate(vocab::lrt_::inertial)
           .frame(itself);
-    for (std::size_t i = 0; i < link.visuals.size(); ++i) describe_shape(thing, "visual/" + std::to_string(i + 1), link.visuals[i], itself);
+    for (std::size_t i = 0; i < link.visuals.size(); ++i)
+      describe_shape(thing, vocab::lrt_::visual, "visual/" + std::to_string(i + 1), link.visuals[i], itself);
     for (std::size_t i = 0; i < link.collisions.size(); ++i)
-      describe_shape(thing, "collision/" + std::to_string(i + 1), link.collisions[i], itself);
+      describe_shape(thing, vocab::lrt_::collision, "collision/" + std::to_string(i + 1), link.collisions[i], itself);
   }
-  void describe_shape(Thing& thing, const std::string& path, const Shape& shape, const Object& link) {
+  void describe_shape(Thing& thing, Iri predicate, const std::string& path, const Shape& shape, const Object& link) {
     Appearance appearance;
     if (!shape.name.empty()) appearance.name = shape.name;
     appearance.origin = isometry(shape.origin);
@@ -522,7 +547,7 @@ class Robot::Impl {
       appearance.colour = shape.material->colour;
     }
     PushedProperty<Appearance> property = constant(thing, path, appearance);
-    property.frame(link);
+    property.predicate(predicate).frame(link);
     if (shape.kind == Shape::Kind::mesh) {
       property.add(vocab::lrt_::mesh, file(shape.mesh));
       meshes_.push_back({shape.mesh, property});

@@ -81,7 +81,7 @@ row() {  # what
 rate() { sed -nE 's/.* ([0-9]+)\/s, p50.*/\1/p' "$output/$1"; }
 
 body='@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> . @prefix qudt: <http://qudt.org/schema/qudt/> .
-@prefix unit: <http://qudt.org/vocab/unit/> . <> vom:numericalValue 0.5 ; qudt:unit unit:RAD .'
+@prefix unit: <http://qudt.org/vocab/unit/> . <> vom:numericalValue 0.5 ; qudt:hasUnit unit:RAD .'
 argument='@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> . <> vom:numericalValue 0.5 .'
 
 load() {  # kind, port, rate or 0, further rate or 0: starts clients

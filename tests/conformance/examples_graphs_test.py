@@ -30,12 +30,11 @@ WITHOUT_PORT = {"t10_testing_without_a_port": "asks in process", "t12_validator"
 PREFIXES = """@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> . @prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> .
 @prefix qudt: <http://qudt.org/schema/qudt/> . @prefix unit: <http://qudt.org/vocab/unit/> .
 """
-METRE = "<> vom:numericalValue 1 ; qudt:unit unit:M ."
+METRE = "<> vom:numericalValue 1 ; qudt:hasUnit unit:M ."
 ASKED = {  # invocations and members: what exists only after somebody has asked for it
     "t01_first_thing": [("baxter/right_s1/actions/rotate", "<> vom:numericalValue 0.75 .")],
     "t05_actions": [("lift/actions/home", ""), ("lift/actions/moveTo", METRE), ("lift/actions/timeTo", METRE)],
-    "t07_collections": [("rover/waypoints", "<> maths:x [ vom:numericalValue 1.5 ; qudt:unit unit:M ] ; "
-                                            "maths:y [ vom:numericalValue 2 ; qudt:unit unit:M ] .")],
+    "t07_collections": [("rover/waypoints", "<> maths:x 1.5 ; maths:y 2 ; qudt:hasUnit unit:M .")],
     "t13_watching": [("arm/joint/actions/turn", "<> vom:numericalValue 1 .")],
 }
 

@@ -29,7 +29,7 @@ const std::string type = "type";
 const std::string constrained_by(vocab::ldp::constrainedBy.text);
 
 std::string pose(const std::string& x = "1", const std::string& more = {}) {
-  return "<> a maths:Vector3D ; maths:x [ vom:numericalValue " + x + " ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:unit unit:M ] ;"
+  return "<> a maths:Vector3D ; maths:x [ vom:numericalValue " + x + " ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] ;"
          " <http://localhost/arm/blueprint#frame> \"base\" " + more + ".";
 }
 std::string callback(const std::string& more = {}, const std::string& url = "http://127.0.0.1:9/r") {
@@ -533,7 +533,7 @@ void base_of_a_put() {
   Robot r;
   // <blueprint#frame> below /arm/pose is the blueprint's; below anything else it is nobody's and the shape refuses it.
   const std::string relative =
-      "<> a maths:Vector3D ; maths:x [ vom:numericalValue 3 ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:unit unit:M ] ;"
+      "<> a maths:Vector3D ; maths:x [ vom:numericalValue 3 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] ;"
       " <blueprint#frame> \"wrist\" .";
   const Answer a = r.bench.turtle("PUT", "/arm/pose", relative);
   INFO(a.body);

@@ -30,7 +30,7 @@ print(master.uri, flush=True)
 threading.Event().wait()
 """
 VALUE = "http://vocab.arvida.de/2015/06/vom/vocab#numericalValue"
-UNIT = "http://qudt.org/schema/qudt/unit"
+UNIT = "http://qudt.org/schema/qudt/hasUnit"
 UNITS = "http://qudt.org/vocab/unit/"
 
 

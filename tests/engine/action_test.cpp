@@ -83,7 +83,7 @@ TEST_CASE("a synchronous action with output responds 200 with it", "[engine][rdf
   const Answer a = bench.ask("POST /arm/actions/measure");
   CHECK(a.status == 200);
   CHECK(a.field("Location") == "http://localhost/arm/actions/measure/i1");
-  CHECK(missing(a, "<arm/actions/measure/i1#result> vom:numericalValue \"2.5\"^^xsd:double ; qudt:unit unit:M .") == "");
+  CHECK(missing(a, "<arm/actions/measure/i1#result> vom:numericalValue \"2.5\"^^xsd:double ; qudt:hasUnit unit:M .") == "");
   CHECK(missing(bench.get("/arm/actions/measure/i1"), "<arm/actions/measure/i1> lrt:result <arm/actions/measure/i1#result> .") == "");
   CHECK(bench.ask("POST /arm/actions/measure\nAccept: application/rdf+xml").field("Content-Type") == "application/rdf+xml");
   CHECK(bench.ask("POST /arm/actions/measure\nPrefer: return=minimal").status == 204);

@@ -10,7 +10,7 @@ using namespace lrt::test;
 namespace {
 
 const std::string pose =
-    "<> a maths:Vector3D ; maths:x [ vom:numericalValue 1 ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:unit unit:M ] ;"
+    "<> a maths:Vector3D ; maths:x [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] ;"
     " <http://localhost/arm/blueprint#frame> \"base\" .";
 
 struct Robot {

@@ -274,7 +274,7 @@ TEST_CASE("numbers are octets on request, both ways, with their layout described
   CHECK(missing(bench.get("/a/joints"), "<http://localhost/a/joints> dcterms:hasFormat <http://localhost/a/joints?accept=application/octet-stream> ."
                                         "<http://localhost/a/joints?accept=application/octet-stream> dcat:byteSize \"24\"^^xsd:nonNegativeInteger ;"
                                         "lrt:elementType xsd:double ; lrt:shape ( \"3\"^^xsd:nonNegativeInteger ) ; lrt:byteOrder lrt:littleEndian ;"
-                                        "qudt:unit unit:RAD ; vom:unit maths:Radian ; lrt:frame \"base\" .") == "");
+                                        "qudt:hasUnit unit:RAD ; vom:unit maths:Radian ; lrt:frame \"base\" .") == "");
   CHECK(missing(bench.get("/a/scan"), "[] dcat:byteSize \"8\"^^xsd:nonNegativeInteger ; lrt:elementType xsd:float ; lrt:shape ( \"2\"^^xsd:nonNegativeInteger ) .") == "");
 
   const std::array<double, 3> next{1, 2, 3};
@@ -301,7 +301,7 @@ TEST_CASE("octets of a matrix have the shape of the present value, and a ragged 
   const std::string format = "<http://localhost/a/m?accept=application/octet-stream>";
   const auto described = [&](const std::string& bytes, const std::string& shape) {
     return missing(bench.get("/a/m"), "<http://localhost/a/m> dcterms:hasFormat " + format + " . " + format + " dcat:byteSize \"" + bytes +
-                                          "\"^^xsd:nonNegativeInteger ; lrt:elementType xsd:float ; lrt:byteOrder lrt:littleEndian ; qudt:unit unit:M ;"
+                                          "\"^^xsd:nonNegativeInteger ; lrt:elementType xsd:float ; lrt:byteOrder lrt:littleEndian ; qudt:hasUnit unit:M ;"
                                           " lrt:shape ( " + shape + " ) .");
   };
   std::array<float, 6> got{};

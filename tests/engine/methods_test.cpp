@@ -15,8 +15,8 @@ struct Robot {
     bench.add(robot.tool());
     CHECK(bench.ask("POST /arm/actions/home").status == 204);  // i1
     CHECK(bench.turtle("POST", "/arm/waypoints",
-                       "<> a maths:Vector3D ; maths:x [ vom:numericalValue 1 ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue 2 ;"
-                       " qudt:unit unit:M ] ; <http://localhost/arm/blueprint#frame> \"base\" .").status == 201);  // i2
+                       "<> a maths:Vector3D ; maths:x [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ;"
+                       " qudt:hasUnit unit:M ] ; <http://localhost/arm/blueprint#frame> \"base\" .").status == 201);  // i2
   }
   SampleRobot robot;
   Bench bench;
@@ -137,7 +137,7 @@ TEST_CASE("every response about a resource has its LDP type", "[engine][R0.9]") 
   CHECK(done.status == 204);
   CHECK(done.links_to(ldp + "Resource", "type"));
   const Answer made = r.bench.turtle("POST", "/arm/waypoints",
-                                     "<> maths:x [ vom:numericalValue 1 ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:unit unit:M ] ;"
+                                     "<> maths:x [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] ;"
                                      " <http://localhost/arm/blueprint#frame> \"base\" .");
   CHECK(made.status == 201);
   CHECK(made.links_to(ldp + "BasicContainer", "type"));
@@ -166,7 +166,7 @@ TEST_CASE("a refused PUT or POST says what constrains it", "[engine][R0.9][R1.11
 TEST_CASE("a POST may not request a member that is a container", "[engine][R0.5]") {
   Robot r;
   const std::string member =
-      "<> maths:x [ vom:numericalValue 1 ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:unit unit:M ] ;"
+      "<> maths:x [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] ;"
       " <http://localhost/arm/blueprint#frame> \"base\" .";
   for (const char* model : {"Container", "BasicContainer", "DirectContainer", "IndirectContainer", "NonRDFSource"})
     for (const char* form : {"; rel=\"type\"", ";rel=type", "; title=\"x\"; REL = \"type\""}) {

@@ -29,8 +29,8 @@ TEST_CASE("every resource has a URI of its own and responds to GET with Turtle t
   Robot r;
   REQUIRE(r.bench.ask("POST /arm/actions/home").status == 204);
   REQUIRE(r.bench.turtle("POST", "/arm/waypoints",
-                         "<> a maths:Vector3D ; maths:x [ vom:numericalValue 1 ; qudt:unit unit:M ] ; maths:y [ vom:numericalValue 2 ; "
-                         "qudt:unit unit:M ] ; <http://localhost/arm/blueprint#frame> \"base\" .").status == 201);
+                         "<> a maths:Vector3D ; maths:x [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; "
+                         "qudt:hasUnit unit:M ] ; <http://localhost/arm/blueprint#frame> \"base\" .").status == 201);
   std::vector<std::string> paths = all_paths;
   paths.push_back("/arm/actions/home/i1");
   paths.push_back("/arm/waypoints/i2");
@@ -101,7 +101,7 @@ TEST_CASE("a thing's representation has no values; its state has them all", "[en
   r.robot.angle_handle->publish(11);
   CHECK(r.bench.get("/arm").tag() == thing.tag());
   const Answer tool = r.bench.get("/arm/tool/state");
-  CHECK(missing(tool, "<arm/tool/weight> vom:numericalValue \"0.25\"^^xsd:double ; qudt:unit unit:KiloGM .") == "");
+  CHECK(missing(tool, "<arm/tool/weight> vom:numericalValue \"0.25\"^^xsd:double ; qudt:hasUnit unit:KiloGM .") == "");
   CHECK(r.bench.get("/arm/state").status == 500);  // `broken` is among its properties
 }
 
@@ -123,18 +123,40 @@ TEST_CASE("the state is the thing's graph merged with those of its properties", 
   CHECK(missing(state.graph(), expected) == "");
 }
 
+TEST_CASE("a property says datatype, unit and kind of quantity, also before it has a value", "[engine][R1.9]") {
+  Bench bench;
+  Thing thing{"arm"};
+  auto angle = thing.property<float>("angle", unit::degree);
+  thing.property<std::optional<int>>("count");
+  thing.property<std::vector<double>>("efforts", unit::newton_metre);
+  thing.property<std::string>("name");
+  thing.property<double>("load", unit::percent);
+  bench.add(std::move(thing));
+  const char* quantity = "<arm/angle> qudt:dataType xsd:float ; vom:unit maths:Degree ; qudt:hasUnit unit:DEG ;"
+                         " qudt:hasQuantityKind <http://qudt.org/vocab/quantitykind/Angle> .";
+  CHECK(missing(bench.get("/arm/angle"), quantity) == "");
+  CHECK_FALSE(bench.get("/arm/angle").says("numericalValue"));
+  angle.publish(1);
+  CHECK(missing(bench.get("/arm/angle"), quantity) == "");
+  CHECK(missing(bench.get("/arm/count"), "<arm/count> qudt:dataType xsd:int .") == "");
+  CHECK(missing(bench.get("/arm/efforts"), "<arm/efforts> lrt:elementType xsd:double ; qudt:hasUnit unit:N-M ;"
+                                           " qudt:hasQuantityKind <http://qudt.org/vocab/quantitykind/Torque> .") == "");
+  CHECK(missing(bench.get("/arm/name"), "<arm/name> qudt:dataType xsd:string .") == "");
+  CHECK_FALSE(bench.get("/arm/load").says("hasQuantityKind"));
+}
+
 TEST_CASE("properties show every type with its datatype and unit", "[engine][R1.5][R1.9]") {
   Robot r;
   r.robot.angle_handle->publish(10.5);
   const auto shows = [&](const char* path, const char* pattern) { return missing(r.bench.get(path), pattern); };
   CHECK(shows("/arm/angle", "<arm/angle> a hybrit:Property , maths:Scalar ; vom:numericalValue \"10.5\"^^xsd:double ; vom:unit maths:Degree ;"
-                            " qudt:unit unit:DEG ; rdfs:seeAlso <arm> ; dcterms:modified \"2026-11-21T10:38:39.000000Z\"^^xsd:dateTime .") == "");
+                            " qudt:hasUnit unit:DEG ; rdfs:seeAlso <arm> ; dcterms:modified \"2026-11-21T10:38:39.000000Z\"^^xsd:dateTime .") == "");
   CHECK(shows("/arm/speed", "<arm/speed> vom:numericalValue \"1.5\"^^xsd:float .") == "");
   CHECK(shows("/arm/count", "<arm/count> vom:numericalValue \"7\"^^xsd:int .") == "");
   CHECK(shows("/arm/name", "<arm/name> a hybrit:Property ; rdf:value \"arm 1\" .") == "");
   CHECK(shows("/arm/mode", "<arm/mode> rdf:value \"idle\" .") == "");
   CHECK(shows("/arm/gains", "<arm/gains> rdf:value ( \"1\"^^xsd:double \"2.5\"^^xsd:double ) .") == "");
-  CHECK(shows("/arm/pose", "<arm/pose> a maths:Vector3D ; maths:x [ a maths:Scalar ; vom:numericalValue \"0\"^^xsd:double ; qudt:unit unit:M ] ;"
+  CHECK(shows("/arm/pose", "<arm/pose> a maths:Vector3D ; maths:x [ a maths:Scalar ; vom:numericalValue \"0\"^^xsd:double ; qudt:hasUnit unit:M ] ;"
                            " <arm/blueprint#frame> \"base\" .") == "");
   CHECK_FALSE(r.bench.get("/arm/pose").says("tolerance"));
   r.robot.pose.tolerance = 0.5;

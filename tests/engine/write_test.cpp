@@ -119,16 +119,29 @@ TEST_CASE("a float holds what fits a float", "[engine][R0.6]") {
 TEST_CASE("a unit must be given, once is enough, and each that is given must be the declared one", "[engine][R0.6]") {
   Robot r;
   CHECK(r.degrees("1", "vom:unit maths:Degree") == 204);
-  CHECK(r.degrees("1", "qudt:unit unit:DEG") == 204);
-  CHECK(r.degrees("1", "vom:unit maths:Degree ; qudt:unit unit:DEG") == 204);
+  CHECK(r.degrees("1", "qudt:hasUnit unit:DEG") == 204);
+  CHECK(r.degrees("1", "vom:unit maths:Degree ; qudt:hasUnit unit:DEG") == 204);
   CHECK(r.degrees("1", "") == 422);
   CHECK(r.degrees("1", "vom:unit maths:Radian") == 422);
-  CHECK(r.degrees("1", "qudt:unit unit:RAD") == 422);
-  CHECK(r.degrees("1", "vom:unit maths:Degree ; qudt:unit unit:RAD") == 422);
+  CHECK(r.degrees("1", "qudt:hasUnit unit:RAD") == 422);
+  CHECK(r.degrees("1", "vom:unit maths:Degree ; qudt:hasUnit unit:RAD") == 422);
   CHECK(r.degrees("1", "vom:unit maths:Degree , maths:Radian") == 422);
   CHECK(r.degrees("1", "vom:unit \"deg\"") == 422);
   const Answer a = r.put("angle", number_body("1"));
   CHECK(a.says("maths:Degree"));
+}
+
+TEST_CASE("qudt:unit, the former name of qudt:hasUnit, is accepted by the same rules", "[engine][R0.6]") {
+  Robot r;
+  CHECK(r.degrees("1", "qudt:unit unit:DEG") == 204);
+  CHECK(r.degrees("1", "qudt:unit unit:DEG ; vom:unit maths:Degree") == 204);
+  CHECK(r.degrees("1", "qudt:unit unit:DEG ; qudt:hasUnit unit:DEG") == 204);
+  CHECK(r.degrees("1", "qudt:unit unit:RAD") == 422);
+  CHECK(r.degrees("1", "qudt:unit unit:RAD ; vom:unit maths:Degree") == 422);
+  CHECK(r.degrees("1", "qudt:unit unit:RAD ; qudt:hasUnit unit:DEG") == 422);
+  const Answer a = r.bench.get("/arm/angle");
+  CHECK(a.says("qudt:hasUnit"));
+  CHECK_FALSE(a.says("qudt:unit"));
 }
 
 TEST_CASE("missing and repeated values, wrong names and broken lists are 422", "[engine][R0.6]") {
@@ -142,14 +155,14 @@ TEST_CASE("missing and repeated values, wrong names and broken lists are 422", "
   CHECK(r.put("gains", "<> rdf:value ( 1 \"x\" ) .").status == 422);
   CHECK(r.put("gains", "<> rdf:value [ rdf:first 1 ] .").status == 422);
   CHECK(r.put("gains", "<> rdf:value _:a . _:a rdf:first 1 ; rdf:rest _:a .").status == 422);
-  CHECK(r.put("pose", "<> a maths:Vector3D ; maths:x [ vom:numericalValue 1 ; qudt:unit unit:M ] .").status == 422);
+  CHECK(r.put("pose", "<> a maths:Vector3D ; maths:x [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] .").status == 422);
   CHECK(r.robot.name == "arm 1");
   CHECK(r.robot.mode == Mode::idle);
 }
 
 TEST_CASE("a record is read field by field; an absent optional is none", "[engine][R0.5]") {
   Robot r;
-  const std::string metres = " ; qudt:unit unit:M ] ";
+  const std::string metres = " ; qudt:hasUnit unit:M ] ";
   const std::string pose = "<> maths:x [ vom:numericalValue 1" + metres + "; maths:y [ vom:numericalValue 2" + metres +
                            "; <http://localhost/arm/blueprint#frame> \"tool\" ";
   CHECK(r.put("pose", pose + ".").status == 204);
@@ -235,7 +248,7 @@ TEST_CASE("other media types and codings are 415, with those that are accepted",
   CHECK(coded.field("Accept-Encoding") == "identity");
   CHECK(r.put("angle", number_body("1", "maths:Degree"), "Content-Range: bytes 0-1/2\n").status == 400);
   CHECK(r.bench.ask("PUT /arm/angle\nContent-Type: Text/Turtle;charset=\"UTF-8\"\n\n<> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> 1 ;"
-                    " <http://qudt.org/schema/qudt/unit> <http://qudt.org/vocab/unit/DEG> .").status == 204);
+                    " <http://qudt.org/schema/qudt/hasUnit> <http://qudt.org/vocab/unit/DEG> .").status == 204);
 }
 
 TEST_CASE("a body of too many triples is 413", "[engine][R0.6]") {

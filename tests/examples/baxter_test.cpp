@@ -213,7 +213,7 @@ TEST_CASE("friction is read and written, within its bounds", "[examples][R0.5]")
   CHECK(missing(robot.get("/baxter/right_s1/friction"), "<right_s1/friction> a hybrit:Property ; vom:numericalValue \"0.7\"^^xsd:double .", base) == "");
   const auto put = [&](const std::string& value) {
     return robot.ask("PUT /baxter/right_s1/friction\nContent-Type: text/turtle\n\n<> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> " + value +
-                     " ; <http://qudt.org/schema/qudt/unit> <http://qudt.org/vocab/unit/N-M-SEC-PER-RAD> .").status;
+                     " ; <http://qudt.org/schema/qudt/hasUnit> <http://qudt.org/vocab/unit/N-M-SEC-PER-RAD> .").status;
   };
   CHECK(put("0.9") == 204);
   CHECK(robot.arm.friction(baxter::right_s1) == 0.9);

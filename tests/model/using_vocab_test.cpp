@@ -11,7 +11,7 @@ using namespace lrt::vocab;  // NOLINT: what is tested
 TEST_CASE("the namespaces of vocabularies have no name of lrt", "[model]") {
   lrt::Thing thing{"arm"};
   thing.type(ros::Robot).add(dcterms::title, Object("arm")).add(lrt_::frame, rdf_::nil);
-  thing.property<double>("angle", unit::radian).add(qudt::unit, unit_::RAD).facets(rdf::Facets().at_least(0));
+  thing.property<double>("angle", unit::radian).add(qudt::hasUnit, unit_::RAD).facets(rdf::Facets().at_least(0));
   CHECK(rdf_::type.text == "http://www.w3.org/1999/02/22-rdf-syntax-ns#type");
   CHECK(lrt::unit::radian.qudt == unit_::RAD);
   const model::ThingSpec* spec = nullptr;

@@ -30,9 +30,13 @@ struct Translation {
 struct Rotation {
   double x = 0, y = 0, z = 0, w = 1;
 };
+template <class Coordinates>
+struct Quantity {
+  Coordinates value;
+};
 struct Frame {
-  Translation translation;
-  Rotation rotation;
+  Quantity<Translation> translation;
+  Quantity<Rotation> rotation;
 };
 struct Picture {
   unsigned number = 0;
@@ -59,6 +63,11 @@ struct lrt::rdf::traits<Rotation> : lrt::rdf::Record<Rotation> {
     r.field(Iri{"http://vocab.arvida.de/2015/06/maths/vocab#w"}, &Rotation::w);
   }
 };
+template <class Coordinates>
+struct lrt::rdf::traits<Quantity<Coordinates>> : lrt::rdf::Record<Quantity<Coordinates>> {
+  static void describe(Record<Quantity<Coordinates>>& r) { r.field(vocab::vom::quantityValue, &Quantity<Coordinates>::value); }
+};
+
 template <>
 struct lrt::rdf::traits<Frame> : lrt::rdf::Record<Frame> {
   static void describe(Record<Frame>& r) {
@@ -106,6 +115,7 @@ class Gantry {
     whole.type(lrt::Iri{"http://ros.org/#Robot"}).add(lrt::Iri{"https://w3id.org/lrt/ns#rootLink"}, lrt::Object::resource("gantry/link0"));
     whole.add_turtle("<> <https://w3id.org/lrt/ns#positionsOf> (<gantry/joint1> <gantry/joint2> <gantry/joint3> <gantry/joint4>) .");
     all_ = whole.property<std::vector<double>>("positions");
+    all_->predicate(lrt::vocab::lrt_::positions);
     server.add(std::move(whole)).value();
     for (int n = 0; n <= 4; ++n) {
       lrt::Thing link{"gantry/link" + std::to_string(n)};
@@ -125,13 +135,15 @@ class Gantry {
     thing.add(lrt::vocab::ros::succeedingLink, lrt::Object::resource("gantry/link" + std::to_string(n)));
     // The first turns about the vertical; the others are tilted by a quarter turn about x, so that z of the first is y of theirs.
     const double half = std::sqrt(0.5);
-    Frame origin{{0, 0, n == 1 ? 0.2 : 0}, {}};
-    if (n == 2) origin = {{0, 0, 0.5}, {half, 0, 0, half}};
-    if (n > 2) origin.translation = {0, 0.5, 0};
+    Frame origin{{{0, 0, n == 1 ? 0.2 : 0}}, {}};
+    if (n == 2) origin = {{{0, 0, 0.5}}, {{half, 0, 0, half}}};
+    if (n > 2) origin.translation.value = {0, 0.5, 0};
     auto frame = thing.property<Frame>("origin");
     frame.predicate(lrt::vocab::ros::jointReferenceFrame);
     frame.publish(origin);
-    thing.property<Translation>("axis").publish(slides ? Translation{0, 1, 0} : Translation{0, 0, 1});
+    auto axis = thing.property<Translation>("axis");
+    axis.predicate(lrt::vocab::lrt_::axis);
+    axis.publish(slides ? Translation{0, 1, 0} : Translation{0, 0, 1});
     double& value = positions_[static_cast<std::size_t>(n - 1)];
     thing.property("position", [&value] { return value; }, slides ? lrt::unit::metre : lrt::unit::radian)
         .between(slides ? 0 : -3, slides ? 0.4 : 3)

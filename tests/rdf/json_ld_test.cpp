@@ -75,7 +75,7 @@ bool says(const std::string& text, std::string_view part) { return text.find(par
 
 TEST_CASE("JSON-LD has the form that a web developer would write", "[rdf][R1.2]") {
   Graph g = test::turtle(R"(<arm/angle> a hybrit:Property, maths:Scalar ; rdfs:seeAlso <arm> ; vom:numericalValue 43 ; vom:unit maths:Degree ;
-                            qudt:unit unit:DEG ; dcterms:modified "2016-06-01T12:00:00Z"^^xsd:dateTime ; rdfs:label "Winkel"@de .)");
+                            qudt:hasUnit unit:DEG ; dcterms:modified "2016-06-01T12:00:00Z"^^xsd:dateTime ; rdfs:label "Winkel"@de .)");
   CHECK(json(g, default_prefixes(), our_context) == R"({
   "@context": "http://localhost/ns/context.jsonld",
   "id": "http://localhost/arm/angle",
@@ -83,7 +83,7 @@ TEST_CASE("JSON-LD has the form that a web developer would write", "[rdf][R1.2]"
   "seeAlso": "http://localhost/arm",
   "numericalValue": 43,
   "unit": "maths:Degree",
-  "qudt:unit": "http://qudt.org/vocab/unit/DEG",
+  "hasUnit": "http://qudt.org/vocab/unit/DEG",
   "modified": "2016-06-01T12:00:00Z",
   "label": {"@language": "de", "@value": "Winkel"}
 }

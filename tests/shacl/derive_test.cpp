@@ -86,13 +86,13 @@ std::vector<Table> tables() {
        {"<focus> rdf:value true", "<focus> rdf:value \"1\"^^xsd:boolean ; ex:more 1"},
        {"<focus> ex:p 1", "<focus> rdf:value 1", "<focus> rdf:value \"yes\"^^xsd:boolean", "<focus> rdf:value true, false", "<focus> rdf:value \"true\"", "<focus> rdf:value ex:true"}},
       {"float with unit and range", &traits<float>::type(), Facets().unit(unit::degree).at_least(0).below(360), {V(43.6f), V(0.0), V(359.99f)},
-       {"<focus> vom:numericalValue \"43.6\"^^xsd:float ; vom:unit maths:Degree", "<focus> vom:numericalValue 43.6 ; qudt:unit unit:DEG",
-        "<focus> vom:numericalValue 43 ; qudt:unit unit:DEG ; vom:unit maths:Degree", "<focus> vom:numericalValue 4.36e1 ; vom:unit maths:Degree",
+       {"<focus> vom:numericalValue \"43.6\"^^xsd:float ; vom:unit maths:Degree", "<focus> vom:numericalValue 43.6 ; qudt:hasUnit unit:DEG",
+        "<focus> vom:numericalValue 43 ; qudt:hasUnit unit:DEG ; vom:unit maths:Degree", "<focus> vom:numericalValue 4.36e1 ; vom:unit maths:Degree",
         "<focus> vom:numericalValue \"7\"^^xsd:unsignedByte ; vom:unit maths:Degree"},
        {"<focus> vom:numericalValue \"360\"^^xsd:float ; vom:unit maths:Degree", "<focus> vom:numericalValue -1 ; vom:unit maths:Degree",
         "<focus> vom:numericalValue \"fast\" ; vom:unit maths:Degree", "<focus> vom:numericalValue \"fast\"^^xsd:float ; vom:unit maths:Degree",
         "<focus> vom:numericalValue 1, 2 ; vom:unit maths:Degree", "<focus> vom:numericalValue 1", "<focus> vom:unit maths:Degree",
-        "<focus> vom:numericalValue 1 ; vom:unit maths:Radian", "<focus> vom:numericalValue 1 ; vom:unit maths:Degree ; qudt:unit unit:RAD",
+        "<focus> vom:numericalValue 1 ; vom:unit maths:Radian", "<focus> vom:numericalValue 1 ; vom:unit maths:Degree ; qudt:hasUnit unit:RAD",
         "<focus> vom:numericalValue 1 ; vom:unit maths:Degree, maths:Radian", "<focus> vom:numericalValue \"NaN\"^^xsd:float ; vom:unit maths:Degree",
         "<focus> vom:numericalValue \"300\"^^xsd:byte ; vom:unit maths:Degree", "<focus> vom:numericalValue true ; vom:unit maths:Degree", "<focus> ex:p 1"}},
       {"double without facets", &traits<double>::type(), {}, {V(0.0), V(-1e308), V(5e-324), V(std::numeric_limits<double>::max())},
@@ -106,8 +106,8 @@ std::vector<Table> tables() {
        {"<focus> vom:numericalValue \"INF\"^^xsd:float", "<focus> vom:numericalValue \"+INF\"^^xsd:double", "<focus> vom:numericalValue \"NaN\"^^xsd:double", "<focus> vom:numericalValue 9"},
        {"<focus> vom:numericalValue 11", "<focus> vom:numericalValue 1e400", "<focus> vom:numericalValue \"INF\"^^xsd:decimal", "<focus> vom:numericalValue \"INF\"", "<focus> ex:p 1"}},
       {"double above, with a unit of one name", &traits<double>::type(), Facets().unit(unit::metre).above(0.5), {V(0.75)},
-       {"<focus> vom:numericalValue 0.51 ; qudt:unit unit:M"},
-       {"<focus> vom:numericalValue 0.5 ; qudt:unit unit:M", "<focus> vom:numericalValue 1", "<focus> vom:numericalValue 1 ; qudt:unit unit:MilliM", "<focus> vom:numericalValue 1 ; qudt:unit unit:M ; vom:unit maths:Metre"}},
+       {"<focus> vom:numericalValue 0.51 ; qudt:hasUnit unit:M"},
+       {"<focus> vom:numericalValue 0.5 ; qudt:hasUnit unit:M", "<focus> vom:numericalValue 1", "<focus> vom:numericalValue 1 ; qudt:hasUnit unit:MilliM", "<focus> vom:numericalValue 1 ; qudt:hasUnit unit:M ; vom:unit maths:Metre"}},
       {"int8", &traits<std::int8_t>::type(), {}, {value(std::int8_t{-128}), value(std::int8_t{127})},
        {"<focus> vom:numericalValue 5", "<focus> vom:numericalValue \"5\"^^xsd:long", "<focus> vom:numericalValue \"+005\"^^xsd:positiveInteger"},
        {"<focus> vom:numericalValue 128", "<focus> vom:numericalValue -129", "<focus> vom:numericalValue 5.0", "<focus> vom:numericalValue 5e0", "<focus> vom:numericalValue \"5\"", "<focus> vom:numericalValue \"-1\"^^xsd:unsignedInt", "<focus> vom:numericalValue 1, 2"}},
@@ -139,7 +139,7 @@ std::vector<Table> tables() {
        {"<focus> vom:numericalValue 1 ; vom:unit maths:Degree", "<focus> vom:numericalValue 1", "<focus> vom:numericalValue \"x\" ; vom:unit maths:Radian"}},
       {"record", &traits<test::Pose>::type(), {}, {value(pose), value(bare)},
        {"<focus> ex:x 1 ; names:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; names:tags ()",
-        "<focus> ex:x 1.5 ; names:angle ex:node ; names:tags ( 1 \"-5\"^^xsd:byte ) ; names:frame \"abc\" . ex:node vom:numericalValue 5 ; qudt:unit unit:DEG"},
+        "<focus> ex:x 1.5 ; names:angle ex:node ; names:tags ( 1 \"-5\"^^xsd:byte ) ; names:frame \"abc\" . ex:node vom:numericalValue 5 ; qudt:hasUnit unit:DEG"},
        {"<focus> names:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; names:tags ()", "<focus> ex:x 1 ; names:angle 5 ; names:tags ()",
         "<focus> ex:x 1 ; names:angle [ vom:numericalValue 360 ; vom:unit maths:Degree ] ; names:tags ()", "<focus> ex:x 1 ; names:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ]",
         "<focus> ex:x 1 ; names:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; names:tags ( -6 )", "<focus> ex:x 1 ; names:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; names:tags () ; names:frame \"\"",
@@ -160,10 +160,10 @@ std::vector<Table> tables() {
        {"<focus> rdf:value ( [ <http://schema.org/name> \"a\" ; <http://schema.org/value> 1 ] )"}},
       {"record in record", &traits<test::Task>::type(), {}, {value(test::Task{test::Mode::fast, pose, {1, 2}, {bare, pose, bare}})},
        {"<focus> names:mode \"slow\" ; names:pose [ ex:x 1 ; names:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; names:tags () ] ; names:way () ; "
-        "names:range ( [ vom:numericalValue 1 ; qudt:unit unit:M ] [ vom:numericalValue 1 ; qudt:unit unit:M ] )"},
-       {"<focus> names:mode \"slow\" ; names:pose \"here\" ; names:way () ; names:range ( [ vom:numericalValue 1 ; qudt:unit unit:M ] [ vom:numericalValue 2 ; qudt:unit unit:M ] )",
-        "<focus> names:mode \"slow\" ; names:pose [ ex:x 1 ; names:tags () ] ; names:way () ; names:range ( [ vom:numericalValue 1 ; qudt:unit unit:M ] [ vom:numericalValue 2 ; qudt:unit unit:M ] )",
-        "<focus> names:mode \"slow\" ; names:pose [ ex:x 1 ; names:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; names:tags () ] ; names:way ( [ ex:x 1 ] ) ; names:range ( [ vom:numericalValue 1 ; qudt:unit unit:M ] [ vom:numericalValue 2 ; qudt:unit unit:M ] )",
+        "names:range ( [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] )"},
+       {"<focus> names:mode \"slow\" ; names:pose \"here\" ; names:way () ; names:range ( [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] )",
+        "<focus> names:mode \"slow\" ; names:pose [ ex:x 1 ; names:tags () ] ; names:way () ; names:range ( [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] )",
+        "<focus> names:mode \"slow\" ; names:pose [ ex:x 1 ; names:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; names:tags () ] ; names:way ( [ ex:x 1 ] ) ; names:range ( [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] )",
         "<focus> names:mode \"slow\" ; names:pose [ ex:x 1 ; names:angle [ vom:numericalValue 5 ; vom:unit maths:Degree ] ; names:tags () ] ; names:way () ; names:range ( 1 2 )"}},
   };
 }
@@ -252,7 +252,7 @@ TEST_CASE("a derived shape refuses with the right component", "[shacl][R1.11]") 
   CHECK(components("vom:numericalValue 360 ; vom:unit maths:Degree") == Lines{"vom:numericalValue \"360\" MaxExclusive"});
   CHECK(components("vom:numericalValue -1 ; vom:unit maths:Degree") == Lines{"vom:numericalValue \"-1\" MinInclusive"});
   CHECK(components("vom:numericalValue 1, 2 ; vom:unit maths:Degree") == Lines{"vom:numericalValue - MaxCount"});
-  CHECK(components("vom:numericalValue 1") == Lines{"vom:unit|qudt:unit - MinCount"});
+  CHECK(components("vom:numericalValue 1") == Lines{"vom:unit|qudt:hasUnit - MinCount"});
   CHECK(components("vom:numericalValue 1 ; vom:unit maths:Radian") == Lines{"vom:unit http://vocab.arvida.de/2015/06/maths/vocab#Radian In"});
   CHECK(components("vom:unit maths:Degree") == Lines{"vom:numericalValue - MinCount"});
   const auto fast = components("vom:numericalValue \"fast\" ; vom:unit maths:Degree");

@@ -66,7 +66,7 @@ def by_default(source):
         before = translation(robot, robot.at("picker/hand"))
         answer = http_request("PUT", robot.at("picker/slide/position"),
                               f"<> a <http://vocab.arvida.de/2015/06/maths/vocab#Scalar> ; <{VOM}numericalValue> 0.05 ; "
-                              "<http://qudt.org/schema/qudt/unit> <http://qudt.org/vocab/unit/M> .", {"Content-Type": "text/turtle"})
+                              "<http://qudt.org/schema/qudt/hasUnit> <http://qudt.org/vocab/unit/M> .", {"Content-Type": "text/turtle"})
         answer.expect(204)
         until(lambda: abs(translation(robot, robot.at("picker/hand"))["x"] - before["x"] - 0.05) < 1e-9, "the hand 0.05 m further")
         assert number(robot, "picker/slide/position") == 0.05

@@ -93,7 +93,7 @@ TEST_CASE("a robot with a recording follows it", "[urdf][examples]") {
 TEST_CASE("without a recording joints move to the targets of clients, within their velocity limits", "[urdf][examples][R0.5][R0.8]") {
   Running running(picker());
   Bench& bench = running.bench;
-  CHECK(bench.turtle("PUT", "/picker/slide/position", "<> a maths:Scalar ; vom:numericalValue 0.2 ; qudt:unit unit:M .").status == 204);
+  CHECK(bench.turtle("PUT", "/picker/slide/position", "<> a maths:Scalar ; vom:numericalValue 0.2 ; qudt:hasUnit unit:M .").status == 204);
   running.step(250);
   CHECK(running.number("/picker/slide/position") == Approx(0.1));
   CHECK(running.number("/picker/slide/velocity") == Approx(0.4));

@@ -262,10 +262,10 @@ TEST_CASE("joints and links are Things as in Figure 2b", "[urdf][R1.3][R1.9]") {
   CHECK(
       missing(
           bench.get("/picker/shoulder/limits"),
-          "<picker/shoulder/limits> <picker/shoulder/blueprint#lower> [ vom:numericalValue \"-1.2\"^^xsd:double ; vom:unit maths:Radian ] ;"
-          "  <picker/shoulder/blueprint#velocity> [ vom:numericalValue \"1.5\"^^xsd:double ; qudt:unit unit:RAD-PER-SEC ] .") == "");
+          "<picker/shoulder/limits> a lrt:JointLimits ; lrt:lowerLimit [ vom:numericalValue \"-1.2\"^^xsd:double ; vom:unit maths:Radian ] ;"
+          "  lrt:velocityLimit [ vom:numericalValue \"1.5\"^^xsd:double ; qudt:hasUnit unit:RAD-PER-SEC ] .") == "");
   CHECK(missing(bench.get("/picker/slide/limits"),
-                "<picker/slide/limits> <picker/slide/blueprint#upper> [ vom:numericalValue \"0.5\"^^xsd:double ; qudt:unit unit:M ] .") ==
+                "<picker/slide/limits> lrt:upperLimit [ vom:numericalValue \"0.5\"^^xsd:double ; qudt:hasUnit unit:M ] .") ==
         "");
   CHECK(missing(bench.get("/picker/right_finger"),
                 "<picker/right_finger> a ros:PrismaticJoint ; lrt:mimics <picker/left_finger> ; ros:succeedingLink "
@@ -280,9 +280,81 @@ TEST_CASE("joints and links are Things as in Figure 2b", "[urdf][R1.3][R1.9]") {
               "<picker/left_finger_link/visual/1> lrt:mesh <package://picker/meshes/finger.stl> ; lrt:frame <picker/left_finger_link> .") ==
       "");
   CHECK(bench.get("/picker/hand/pose").status == 200);
-  CHECK(missing(bench.get("/picker/hand/pose"), "<picker/hand/pose> lrt:frame <picker/rail> .") == "");
+  CHECK(missing(bench.get("/picker/hand/pose"), "<picker/hand/pose> spatial:sourceCoordinateSystem <picker/rail> ; spatial:targetCoordinateSystem <picker/hand> .") == "");
   CHECK(missing(bench.get("/picker/shoulder/jointReferenceFrame"),
-                "<picker/shoulder/jointReferenceFrame> a maths:CoordinateSystem ; lrt:frame <picker/column> .") == "");
+                "<picker/shoulder/jointReferenceFrame> a maths:CoordinateSystem , spatial:SpatialRelationship ; spatial:sourceCoordinateSystem <picker/column> ;"
+                "  spatial:targetCoordinateSystem <picker/shoulder/jointReferenceFrame> .") == "");
+}
+
+TEST_CASE("one predicate finds a quantity of every joint and link of every robot", "[urdf][R1.5][R1.9]") {
+  for (const std::string& file : all_files()) {
+    CAPTURE(file);
+    auto robot = urdf::load(file, options_for(file)).value();
+    Bench bench;
+    robot.add_to(bench.engine).value();
+    robot.publish(std::vector<double>(robot.model().variables.size(), 0));
+    bench.look();
+    // From a Thing to the numbers that are two predicates away.
+    const auto numbers = [&](const std::string& path, Iri property, Iri quantity) {
+      const rdf::Graph state = bench.get("/" + path + "/state").graph();
+      std::vector<double> found;
+      const std::string self = "http://localhost/" + path;
+      for (const rdf::TermView& p : state.objects(rdf::iri(self), property))
+        for (const rdf::TermView& q : state.objects(p, quantity))
+          found.push_back(std::stod(std::string(state.object(q, vocab::vom::numericalValue).value().text)));
+      return found;
+    };
+    const auto expected = [](const auto& optional) { return optional ? std::vector<double>{*optional} : std::vector<double>{}; };
+    const urdf::Model& model = robot.model();
+    for (std::size_t j = 0; j < model.joints.size(); ++j) {
+      const urdf::Joint& joint = model.joints[j];
+      const urdf::Limits limits = joint.limits.value_or(urdf::Limits{});
+      const std::string& path = robot.joint_path(j);
+      CHECK(numbers(path, vocab::lrt_::limits, vocab::lrt_::lowerLimit) == expected(limits.lower));
+      CHECK(numbers(path, vocab::lrt_::limits, vocab::lrt_::upperLimit) == expected(limits.upper));
+      CHECK(numbers(path, vocab::lrt_::limits, vocab::lrt_::velocityLimit) == expected(limits.velocity));
+      CHECK(numbers(path, vocab::lrt_::limits, vocab::lrt_::effortLimit) == expected(limits.effort));
+      CHECK(numbers(path, vocab::lrt_::dynamics, vocab::lrt_::damping).size() == joint.dynamics.has_value());
+      CHECK(numbers(path, vocab::lrt_::dynamics, vocab::lrt_::staticFriction).size() == joint.dynamics.has_value());
+      CHECK(numbers(path, vocab::lrt_::safety, vocab::lrt_::softUpperLimit).size() == joint.safety.has_value());
+      CHECK(numbers(path, vocab::lrt_::mimic, vocab::lrt_::offset).size() == joint.mimic.has_value());
+    }
+    for (std::size_t l = 0; l < model.links.size(); ++l) {
+      const auto& inertial = model.links[l].inertial;
+      CHECK(numbers(robot.link_path(l), vocab::lrt_::inertial, vocab::lrt_::mass) ==
+            (inertial ? std::vector<double>{inertial->mass} : std::vector<double>{}));
+      CHECK(numbers(robot.link_path(l), vocab::lrt_::inertial, vocab::lrt_::izz).size() == inertial.has_value());
+    }
+  }
+}
+
+TEST_CASE("no predicate and no class of a robot description is private to its Thing", "[urdf][R1.5]") {
+  for (const std::string& file : all_files()) {
+    CAPTURE(file);
+    auto robot = urdf::load(file, options_for(file)).value();
+    Bench bench;
+    robot.add_to(bench.engine).value();
+    robot.publish(std::vector<double>(robot.model().variables.size(), 0));
+    bench.look();
+    std::vector<std::string> paths = {robot.path()};
+    for (std::size_t j = 0; j < robot.model().joints.size(); ++j) paths.push_back(robot.joint_path(j));
+    for (std::size_t l = 0; l < robot.model().links.size(); ++l) paths.push_back(robot.link_path(l));
+    for (const std::string& path : paths) {
+      const rdf::Graph state = bench.get("/" + path + "/state").graph();
+      const std::string name = "http://localhost/" + path;
+      const rdf::TermView self = rdf::iri(name);
+      for (const rdf::Triple& t : state.triples()) {
+        const rdf::TermView term = state.term(state.term(t.predicate) == rdf::TermView(vocab::rdf_::type) ? t.object : t.predicate);
+        CAPTURE(term.text);
+        CHECK(term.text.substr(0, 17) != "http://localhost/");
+      }
+      for (const rdf::TermView& property : state.objects(self, vocab::hybrit::property)) {
+        const auto links = state.match(state.find(self), std::nullopt, state.find(property));
+        CAPTURE(property.text);
+        CHECK(std::distance(links.begin(), links.end()) >= 2);  // hybrit:property and a predicate of its own
+      }
+    }
+  }
 }
 
 TEST_CASE("published positions are shown, copied by mimic joints and converted into poses", "[urdf]") {
@@ -302,8 +374,8 @@ TEST_CASE("published positions are shown, copied by mimic joints and converted i
   const std::size_t carriage = find_link(robot.model(), "carriage");
   CHECK(robot.pose(carriage).position == std::array<double, 3>{0.25, 0, 0.1});
   CHECK(missing(bench.get("/picker/carriage/pose"),
-                "<picker/carriage/pose> spatial:translation [ maths:x \"0.25\"^^xsd:double ; maths:y \"0\"^^xsd:double ; maths:z "
-                "\"0.1\"^^xsd:double ] .") == "");
+                "<picker/carriage/pose> spatial:translation [ qudt:hasUnit unit:M ; vom:quantityValue [ maths:x \"0.25\"^^xsd:double ;"
+                "  maths:y \"0\"^^xsd:double ; maths:z \"0.1\"^^xsd:double ] ] .") == "");
   CHECK(missing(bench.get("/picker/positions"),
                 "<picker/positions> rdf:value ( \"0.25\"^^xsd:double \"0\"^^xsd:double \"0\"^^xsd:double "
                 "\"0.1\"^^xsd:double \"0.03\"^^xsd:double \"0.03\"^^xsd:double ) .") == "");
@@ -535,9 +607,9 @@ TEST_CASE("descriptions from many tools become Things that conform to their Blue
   urdf::Robot robot(urdf::parse(two_links("prismatic", prismatic)).value());
   Bench bench;
   robot.add_to(bench.engine).value();
-  CHECK(bench.get("/r/j/limits").says("#upper"));
-  CHECK_FALSE(bench.get("/r/j/limits").says("#velocity"));
-  CHECK_FALSE(bench.get("/r/j/limits").says("#effort"));
+  CHECK(bench.get("/r/j/limits").says("lrt:upperLimit"));
+  CHECK_FALSE(bench.get("/r/j/limits").says("lrt:velocityLimit"));
+  CHECK_FALSE(bench.get("/r/j/limits").says("lrt:effortLimit"));
 }
 
 TEST_CASE("a capsule is shown as a capsule", "[urdf]") {
@@ -549,5 +621,5 @@ TEST_CASE("a capsule is shown as a capsule", "[urdf]") {
   robot.add_to(bench.engine).value();
   const Answer shape = bench.get("/r/a/collision/1");
   CHECK(shape.says("\"capsule\""));
-  CHECK(shape.says("#length"));
+  CHECK(shape.says("lrt:length"));
 }

@@ -72,6 +72,7 @@ struct FieldType {
   const Type* type = nullptr;
   Facets facets;
   bool read_only = false;    ///< values of the record cannot be decoded
+  bool takes_unit = false;   ///< the unit of the record is that of this field, and not of other fields
 };
 
 /// Describes the values of a C++ type for every representation. Made by rdf::traits<T>::type().
@@ -89,9 +90,24 @@ struct Type {
   std::size_t longest = std::numeric_limits<std::size_t>::max();
   std::vector<std::string> classes;      ///< record: its rdf:types
   std::vector<FieldType> fields;         ///< record
+  std::string value_predicate;           ///< record: from its node to a node that has its fields; empty: its own node has them
+  std::vector<std::string> value_classes;  ///< record with a value_predicate: rdf:types of that node
+  Iri quantity_kind;                     ///< record: object of vom:quantityKind
 
   bool is_number() const noexcept { return kind == Kind::integer || kind == Kind::real; }
 };
+
+/// The unit of the node of a record: none if one of its fields takes it.
+inline Unit node_unit(const Type& record, const Facets& facets) {
+  for (const FieldType& field : record.fields)
+    if (field.takes_unit) return unit::none;
+  return facets.unit();
+}
+
+/// The facets of a field of a record with these facets.
+inline Facets field_facets(const FieldType& field, const Facets& record) {
+  return field.takes_unit ? Facets(field.facets).unit(record.unit()) : field.facets;
+}
 
 }  // namespace lrt::rdf
 

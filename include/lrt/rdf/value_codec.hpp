@@ -14,9 +14,9 @@ namespace lrt::rdf {
 /// Conversion between values and graphs.
 ///
 /// At a focus node:
-/// - a number is `a maths:Scalar; vom:numericalValue n` with its unit as vom:unit and qudt:unit,
+/// - a number is `a maths:Scalar; vom:numericalValue n` with its unit as vom:unit and qudt:hasUnit,
 /// - another scalar or a list is the object of rdf:value,
-/// - a record is its classes and fields, with one unit for all of them.
+/// - a record is its classes and fields, with one unit for all of them, or for the field that takes it.
 /// As the object of a field a scalar is a literal (with a unit: a node as above), a list an rdf:List, a record a blank node, a map an rdf:List
 /// of nodes `a schema:PropertyValue; schema:name "left"; schema:value 1`. An absent optional has no triple. An optional record that is present
 /// without any field is `a rdfs:Resource` at the focus node.

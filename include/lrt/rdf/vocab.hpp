@@ -95,6 +95,7 @@ namespace schema {
 LRT_TERM(schema, PropertyValue);
 LRT_TERM(schema, name);
 LRT_TERM(schema, value);
+LRT_TERM(schema, dateModified);
 }  // namespace schema
 
 #define LRT_VOCAB_prov "http://www.w3.org/ns/prov#"
@@ -218,8 +219,28 @@ LRT_TERM_AS(sh, and_, "and");
 
 #define LRT_VOCAB_qudt "http://qudt.org/schema/qudt/"
 namespace qudt {
-LRT_TERM(qudt, unit);
-}
+LRT_TERM(qudt, hasUnit);
+LRT_TERM(qudt, unit);  // the former name of hasUnit
+LRT_TERM(qudt, hasQuantityKind);
+LRT_TERM(qudt, dataType);
+}  // namespace qudt
+
+#define LRT_VOCAB_quantitykind "http://qudt.org/vocab/quantitykind/"
+namespace quantitykind {
+LRT_TERM(quantitykind, Angle);
+LRT_TERM(quantitykind, AngularVelocity);
+LRT_TERM(quantitykind, Length);
+LRT_TERM(quantitykind, Velocity);
+LRT_TERM(quantitykind, Time);
+LRT_TERM(quantitykind, Frequency);
+LRT_TERM(quantitykind, Force);
+LRT_TERM(quantitykind, Torque);
+LRT_TERM(quantitykind, Mass);
+LRT_TERM(quantitykind, MomentOfInertia);
+LRT_TERM(quantitykind, Temperature);
+LRT_TERM(quantitykind, Voltage);
+LRT_TERM(quantitykind, ElectricCurrent);
+}  // namespace quantitykind
 
 #define LRT_VOCAB_unit "http://qudt.org/vocab/unit/"
 namespace unit_ {
@@ -266,6 +287,10 @@ LRT_TERM(hybrit, mediaType);
 namespace vom {
 LRT_TERM(vom, numericalValue);
 LRT_TERM(vom, unit);
+LRT_TERM(vom, quantityValue);
+LRT_TERM(vom, quantityKind);
+LRT_TERM(vom, Length);
+LRT_TERM(vom, Angle);
 }  // namespace vom
 
 #define LRT_VOCAB_maths "http://vocab.arvida.de/2015/06/maths/vocab#"
@@ -294,6 +319,10 @@ LRT_TERM(spatial, Translation3D);
 LRT_TERM(spatial, SpatialRelationship);
 LRT_TERM(spatial, translation);
 LRT_TERM(spatial, rotation);
+LRT_TERM(spatial, sourceCoordinateSystem);
+LRT_TERM(spatial, targetCoordinateSystem);
+LRT_TERM(spatial, spatialRelationship);
+LRT_TERM(spatial, scaling);
 }  // namespace spatial
 
 #define LRT_VOCAB_ros "http://ros.org/#"
@@ -367,6 +396,47 @@ LRT_TERM(lrt, positionsOf);
 LRT_TERM(lrt, mimics);
 LRT_TERM(lrt, mesh);
 LRT_TERM(lrt, texture);
+LRT_TERM(lrt, positions);
+LRT_TERM(lrt, limits);
+LRT_TERM(lrt, dynamics);
+LRT_TERM(lrt, safety);
+LRT_TERM(lrt, axis);
+LRT_TERM(lrt, mimic);
+LRT_TERM(lrt, JointLimits);
+LRT_TERM(lrt, lowerLimit);
+LRT_TERM(lrt, upperLimit);
+LRT_TERM(lrt, velocityLimit);
+LRT_TERM(lrt, effortLimit);
+LRT_TERM(lrt, JointDynamics);
+LRT_TERM(lrt, damping);
+LRT_TERM(lrt, staticFriction);
+LRT_TERM(lrt, SafetyLimits);
+LRT_TERM(lrt, softLowerLimit);
+LRT_TERM(lrt, softUpperLimit);
+LRT_TERM(lrt, positionGain);
+LRT_TERM(lrt, velocityGain);
+LRT_TERM(lrt, MimicRule);
+LRT_TERM(lrt, multiplier);
+LRT_TERM(lrt, offset);
+LRT_TERM(lrt, inertial);
+LRT_TERM(lrt, visual);
+LRT_TERM(lrt, collision);
+LRT_TERM(lrt, Inertia);
+LRT_TERM(lrt, mass);
+LRT_TERM(lrt, ixx);
+LRT_TERM(lrt, ixy);
+LRT_TERM(lrt, ixz);
+LRT_TERM(lrt, iyy);
+LRT_TERM(lrt, iyz);
+LRT_TERM(lrt, izz);
+LRT_TERM(lrt, Geometry);
+LRT_TERM(lrt, geometryType);
+LRT_TERM(lrt, size);
+LRT_TERM(lrt, radius);
+LRT_TERM(lrt, length);
+LRT_TERM(lrt, materialName);
+LRT_TERM(lrt, colour);
+LRT_TERM(lrt, file);
 LRT_TERM(lrt, EventStream);
 LRT_TERM(lrt, delivery);
 LRT_TERM(lrt, latest);
@@ -397,6 +467,7 @@ LRT_TERM(lrt, bigEndian);
 #undef LRT_VOCAB_prov
 #undef LRT_VOCAB_sh
 #undef LRT_VOCAB_qudt
+#undef LRT_VOCAB_quantitykind
 #undef LRT_VOCAB_unit
 #undef LRT_VOCAB_hybrit
 #undef LRT_VOCAB_vom

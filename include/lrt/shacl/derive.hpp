@@ -11,7 +11,7 @@ namespace lrt::shacl {
 /// node that rdf::read_value() refuses does not (SPEC 3.3: Numbers, Units).
 ///
 /// Numbers are validated by value. A floating-point type accepts xsd:float, double, decimal and the integer types; an integer type accepts
-/// all integer types. The value must be in the range of the C++ type and, by default, finite. A unit is given by vom:unit or qudt:unit, at
+/// all integer types. The value must be in the range of the C++ type and, by default, finite. A unit is given by vom:unit or qudt:hasUnit, at
 /// least one, and each must be the declared unit. Lists must be well-formed RDF lists of the right length. Bounds are written as decimals
 /// if these are short: `below(360)` becomes `sh:maxExclusive 360`.
 ///

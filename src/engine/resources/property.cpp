@@ -35,8 +35,9 @@ void PropertyResource::describe(const Description& d) const {
   about.link(vocab::rdfs::seeAlso, d.base + thing->self.path);
   if (!value.is_null() && !only_octets)
     rdf::write_value(d.graph, about.subject(), *spec->type, spec->facets, value, thing->names_base(d.base));
+  describe_quantity(about, *spec->type, spec->facets);
   about.when(vocab::dcterms::modified, modified);
-  if (spec->frame) about.add(vocab::lrt_::frame, object_term(d.graph, *spec->frame, d.base));
+  if (spec->frame) about.add(frame_predicate(*spec->type), object_term(d.graph, *spec->frame, d.base));
   about.statements(spec->statements, d.base);
   describe_formats(about, d);
 }
@@ -75,10 +76,8 @@ void PropertyResource::describe_formats(About& about, const Description& d) cons
     format.add(vocab::lrt_::elementType, rdf::TermView(element_type)).add(vocab::lrt_::shape, graph.add_list(shape));
     format.add(vocab::lrt_::byteOrder, rdf::TermView(layout.byte_order == Layout::ByteOrder::little_endian ? vocab::lrt_::littleEndian
                                                                                                           : vocab::lrt_::bigEndian));
-    const Unit& unit = layout.unit.empty() ? spec->facets.unit() : layout.unit;
-    if (!unit.vom.empty()) format.add(vocab::vom::unit, rdf::TermView(unit.vom));
-    if (!unit.qudt.empty()) format.add(vocab::qudt::unit, rdf::TermView(unit.qudt));
-    if (spec->frame) format.add(vocab::lrt_::frame, object_term(graph, *spec->frame, d.base));
+    describe_unit(format, layout.unit.empty() ? spec->facets.unit() : layout.unit);
+    if (spec->frame) format.add(frame_predicate(*spec->type), object_term(graph, *spec->frame, d.base));
   };
   for (std::size_t i = 0; i < spec->representations.size() && i < encodings.size(); ++i) {
     const model::RepresentationSpec& representation = spec->representations[i];
