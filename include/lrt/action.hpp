@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cassert>
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <tuple>
@@ -13,7 +15,10 @@
 
 namespace lrt {
 
-/// Handle to an Action of a Thing. Unit and bounds are those of the input.
+/// Handle to an Action of a Thing. Unit and bounds are those of the input. available() works before and after Server::add(), and has no effect once
+/// the thing is removed.
+///
+/// @par Threads  Set-up: one at a time, before Server::add(). available: any.
 class Action : public model::ResourceHandle<Action, model::ActionSpec> {
  public:
   /// An empty handle, to be assigned later.
@@ -31,6 +36,33 @@ class Action : public model::ResourceHandle<Action, model::ActionSpec> {
   Action& policy(ActionPolicy p) {
     return edit("policy", [&](auto& s) { s.policy = p; });
   }
+
+  /// Says whether the action can be invoked now. Default: true.
+  ///
+  /// While it is not available, its Thing does not link to it (Link fields, hybrit:action, overviews), a POST is answered 409 with the reason, and
+  /// an invocation that waits in the queue fails with the reason when its turn comes. If this is called on the thread where the action's lambda
+  /// runs, the lambda is not called after it. Running invocations continue. The action itself still answers GET, with the reason in
+  /// lrt:unavailable, so that a client that knows it learns why. Observers of the Thing, of its state and of the action get the new
+  /// representation.
+  ///
+  /// @param reason  a string literal, for people: "the gripper is empty". Only its address is stored, so that nothing is allocated; for several
+  ///                reasons write several calls.
+  /// @par Threads  Any; the last call counts.
+  /// @par Time     No lock, no allocation; a system call only if the state changes while something is observed and the engine sleeps.
+  /// @par Implements  R1.10, paper 5.4
+  template <class Reason>
+  Action& available(bool yes, Reason&& reason) noexcept {
+    using Text = std::remove_reference_t<Reason>;
+    if constexpr (!std::is_array_v<Text> || !std::is_same_v<std::remove_extent_t<Text>, const char>) {
+      static_assert(rdf::detail::always_false<Reason>,
+                    "lrt: the reason of available() is stored as an address; write a string literal: available(false, \"the gripper is empty\")");
+    } else {
+      assert(spec_ && "lrt: the handle is empty; assign what Thing::action returns");
+      if (spec_) spec_->availability.set(yes ? nullptr : reason);
+    }
+    return *this;
+  }
+  Action& available(bool yes) noexcept { return available(yes, "the robot does not offer it now"); }
 
  private:
   friend class Thing;

@@ -1,8 +1,10 @@
 #include <lrt/engine/engine.hpp>
 
+#include <atomic>
 #include <cmath>
 #include <functional>
 #include <stdexcept>
+#include <string_view>
 #include <thread>
 
 #include "tests/support/bench.hpp"
@@ -591,4 +593,185 @@ TEST_CASE("a client that leaves does not stop its invocation", "[engine][R0.8]")
   a.open[0].succeed();
   a.bench.collect();
   CHECK(a.status("i1") == "succeeded");
+}
+
+namespace {
+
+/// A thing "arm" with an action "grip" that the robot offers or not.
+struct Gripping {
+  explicit Gripping(engine::EngineOptions options = {}) : bench(std::move(options)) {
+    Thing thing{"arm"};
+    grip = thing.action("grip", [this](Responder done) { open.push_back(std::move(done)); }).predicate(Iri{"http://example.org/grips"});
+    thing.action("home", [] {});
+    bench.add(std::move(thing));
+  }
+  int post() { return bench.ask("POST /arm/actions/grip").status; }
+  Action grip;
+  std::vector<Responder> open;
+  Bench bench;
+};
+
+}  // namespace
+
+TEST_CASE("an action that is not available is neither linked nor invoked, and says why", "[engine][R1.10]") {
+  Gripping robot;
+  Bench& bench = robot.bench;
+  const std::string before = bench.get("/arm").field("ETag");
+  const std::string action_before = bench.get("/arm/actions/grip").field("ETag");
+  CHECK(missing(bench.get("/arm"), "<arm> hybrit:action <arm/actions/grip> ; <http://example.org/grips> <arm/actions/grip> .") == "");
+  robot.grip.available(false, "the gripper is empty");
+
+  const Answer refused = bench.ask("POST /arm/actions/grip");
+  CHECK(refused.status == 409);
+  CHECK(refused.body.find("action \\\"/arm/actions/grip\\\" is not available now: the gripper is empty") != std::string::npos);
+  CHECK(bench.ask("POST /arm/actions/grip\nContent-Type: application/json\n\n]").status == 409);  // judged before the body
+  CHECK(bench.ask("POST /arm/actions/grip\nPrefer: respond-async").status == 409);
+  CHECK(robot.open.empty());
+
+  const std::string iri = "http://localhost/arm/actions/grip";
+  for (const char* path : {"/arm", "/arm/state"}) {
+    CAPTURE(path);
+    const Answer a = bench.get(path);
+    CHECK(a.body.find("grip") == std::string::npos);
+    CHECK_FALSE(a.links_to(iri, "related"));
+    CHECK(bench.ask(std::string("OPTIONS ") + path).field("Link").find("grip") == std::string::npos);
+  }
+  CHECK(bench.get("/arm").field("ETag") != before);
+  CHECK(bench.get("/arm").links_to("http://localhost/arm/actions/home", "related"));
+  CHECK(bench.ask("GET /arm\nAccept: application/json").body.find("grip") == std::string::npos);
+
+  const Answer action = bench.get("/arm/actions/grip");
+  CHECK(action.status == 200);
+  CHECK(action.field("ETag") != action_before);
+  CHECK(missing(action, "<arm/actions/grip> a hybrit:Action ; lrt:unavailable \"the gripper is empty\" .") == "");
+  CHECK(bench.ask("GET /arm/actions/grip\nAccept: application/json").body.find(R"("unavailable":"the gripper is empty")") != std::string::npos);
+
+  robot.grip.available(true);
+  CHECK(bench.get("/arm").field("ETag") == before);
+  CHECK(bench.get("/arm/actions/grip").field("ETag") == action_before);
+  CHECK(robot.post() == 204);
+  CHECK(robot.open.size() == 1);
+}
+
+TEST_CASE("observers of a thing, its state and the action get the new representation when its availability changes", "[engine][R0.12]") {
+  Gripping robot;
+  Bench& bench = robot.bench;
+  const char* const path = GENERATE("/arm", "/arm/state", "/arm/actions/grip");
+  CAPTURE(path);
+  const engine::Channel channel = bench.open(path);
+  bench.messages(channel);
+  for (int i = 0; i < 100; ++i) {  // the scanner sleeps
+    bench.look();
+    CHECK(bench.messages(channel).empty());
+  }
+  robot.grip.available(false, "the gripper is empty");
+  bench.look();
+  std::vector<std::string> messages = bench.messages(channel);
+  REQUIRE(messages.size() == 1);
+  CHECK(messages[0] == bench.get(path).body);
+  CHECK((messages[0].find("hybrit:action <http://localhost/arm/actions/grip>") == std::string::npos));
+  robot.grip.available(false, "the gripper is empty");
+  bench.look();
+  CHECK(bench.messages(channel).empty());
+  robot.grip.available(false, "the gripper is closed");
+  bench.look();
+  CHECK(bench.messages(channel).size() == (std::string_view(path) == "/arm/actions/grip" ? 1 : 0));
+  robot.grip.available(true);
+  bench.look();
+  messages = bench.messages(channel);
+  REQUIRE(messages.size() == 1);
+  CHECK(messages[0].find("unavailable") == std::string::npos);
+  CHECK(messages[0] == bench.get(path).body);
+}
+
+TEST_CASE("a change of availability wakes a sleeping engine once, and only if something is observed", "[engine][R0.12]") {
+  struct Counter final : Waker {
+    void wake() noexcept override { ++calls; }
+    int calls = 0;
+  };
+  Gripping robot;
+  const auto waker = std::make_shared<Counter>();
+  robot.bench.engine.set_waker(waker);
+  robot.grip.available(false, "the gripper is empty");
+  robot.grip.available(true);
+  CHECK(waker->calls == 0);
+  const engine::Channel channel = robot.bench.open("/arm");
+  for (int i = 0; i < 100; ++i) {
+    robot.bench.look();
+    robot.bench.messages(channel);
+  }
+  CHECK_FALSE(robot.bench.engine.next_deadline());
+  waker->calls = 0;
+  robot.grip.available(false, "the gripper is empty");
+  robot.grip.available(true);
+  robot.grip.available(false, "the gripper is empty");
+  CHECK(waker->calls == 1);
+  CHECK(robot.bench.messages(channel).size() == 1);
+}
+
+TEST_CASE("an action that becomes unavailable continues what runs and fails what waits", "[engine][R0.6]") {
+  Gripping robot;
+  Bench& bench = robot.bench;
+  REQUIRE(robot.post() == 204);
+  REQUIRE(robot.post() == 202);  // in the queue
+  const Bench::Sent waiting = bench.send("POST /arm/actions/grip\nPrefer: wait=10");
+  robot.grip.available(false, "the gripper is empty");
+  REQUIRE(robot.open.size() == 1);
+  robot.open[0].progress(0.5);
+  CHECK(missing(bench.get("/arm/actions/grip/i1"), "<arm/actions/grip/i1> lrt:status lrt:running ; lrt:progress \"0.5\"^^xsd:double .") == "");
+  robot.open[0].succeed();
+  bench.run();
+  CHECK(missing(bench.get("/arm/actions/grip/i1"), "<arm/actions/grip/i1> lrt:status lrt:succeeded .") == "");
+  const Answer queued = bench.get("/arm/actions/grip/i2");
+  CHECK(missing(queued, "<arm/actions/grip/i2> lrt:status lrt:failed ; lrt:error \"not available now: the gripper is empty\" .") == "");
+  CHECK(queued.body.find("startedAtTime") == std::string::npos);
+  CHECK(bench.answer(waiting)->status == 409);
+  CHECK(robot.open.size() == 1);
+}
+
+TEST_CASE("an action that becomes unavailable before its lambda is called does not call it", "[engine][R0.6]") {
+  Gripping robot;
+  const Bench::Sent sent = robot.bench.send("POST /arm/actions/grip");
+  REQUIRE_FALSE(robot.bench.answer(sent));
+  robot.grip.available(false, "the gripper is empty");
+  robot.bench.run();
+  CHECK(robot.open.empty());
+  const auto answer = robot.bench.answer(sent);
+  REQUIRE(answer);
+  CHECK(answer->status == 409);
+  CHECK(answer->body.find("the gripper is empty") != std::string::npos);
+}
+
+TEST_CASE("an action may be unavailable from its registration, and after its thing is gone nothing happens", "[engine]") {
+  Bench bench;
+  Thing thing{"arm"};
+  Action grip = thing.action("grip", [] {}).available(false, "home first");
+  bench.add(std::move(thing));
+  CHECK(bench.get("/arm").body.find("grip") == std::string::npos);
+  CHECK(bench.ask("POST /arm/actions/grip").status == 409);
+  bench.engine.remove("arm").value();
+  grip.available(true);
+  CHECK(bench.get("/").status == 200);
+}
+
+TEST_CASE("available() may be called from any thread while clients read and invoke", "[engine]") {
+  Gripping robot;
+  std::atomic<bool> stop{false};
+  std::vector<std::thread> threads;
+  for (const bool yes : {true, false})
+    threads.emplace_back([&stop, yes, grip = robot.grip]() mutable {
+      while (!stop) grip.available(yes, "the gripper is empty");
+    });
+  const engine::Channel channel = robot.bench.open("/arm");
+  for (int i = 0; i < 200; ++i) {
+    robot.bench.get("/arm");
+    const int status = robot.post();
+    CHECK((status == 204 || status == 202 || status == 409 || status == 429));
+    robot.bench.look();
+    robot.bench.messages(channel);
+  }
+  stop = true;
+  for (std::thread& t : threads) t.join();
+  robot.grip.available(true);
+  CHECK(robot.bench.get("/arm").body.find("grip") != std::string::npos);
 }

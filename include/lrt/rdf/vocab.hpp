@@ -383,6 +383,7 @@ LRT_TERM(lrt, shape);
 LRT_TERM(lrt, byteOrder);
 LRT_TERM(lrt, littleEndian);
 LRT_TERM(lrt, bigEndian);
+LRT_TERM(lrt, unavailable);
 }  // namespace lrt_
 
 #undef LRT_TERM

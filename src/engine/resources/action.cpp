@@ -1,5 +1,6 @@
 #include "src/engine/resources/action.hpp"
 
+#include <lrt/base/utf8.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/value_codec.hpp>
@@ -153,6 +154,7 @@ void ActionResource::describe(const Description& d) const {
     About(d.graph, body).link(vocab::dcterms::conformsTo, shapes + input_shape());
   }
   about.add(vocab::lrt_::policy, rdf::literal(policy_name(*spec)));
+  if (!unavailable.empty()) about.add(vocab::lrt_::unavailable, rdf::literal(unavailable));
   about.statements(spec->statements, d.base);
   for (const auto& i : invocations) about.link(vocab::lrt_::invocation, d.base + i->path);
   const auto shape = [&](const std::string& name, const rdf::Type* type, const rdf::Facets& facets) {
@@ -173,6 +175,7 @@ void ActionResource::summarize(Overview& o) const {
   o.schema("input", spec->input, spec->facets);
   o.schema("output", spec->output, spec->output_facets);
   o.json("asynchronous", spec->asynchronous ? "true" : "false");
+  o.text("unavailable", unavailable);
 }
 
 void ActionResource::overview(Overview& o) const {
@@ -184,6 +187,21 @@ void ActionResource::overview(Overview& o) const {
 
 std::string ActionResource::shape_name(std::string_view what) const {
   return thing->shape_name("actions", "/" + spec->path + "/" + std::string(what));
+}
+
+bool ActionResource::take_availability() {
+  const char* const reason = spec->availability.reason();
+  std::string_view now = reason ? reason : "";
+  now = now.substr(0, utf8::find_invalid(now).value_or(now.size()));
+  if (reason && now.empty()) now = "not available";
+  if (now == unavailable) return false;
+  unavailable = now;
+  return true;
+}
+
+void ActionResource::set_observed(bool observed, ChangeScanner& scanner) {
+  if (observed) scanner.watch_availability();
+  else scanner.unwatch_availability();
 }
 
 void ActionResource::path_changed() {

@@ -17,6 +17,7 @@
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/base/unique_function.hpp>
+#include <lrt/model/detail/availability.hpp>
 #include <lrt/model/detail/slot.hpp>
 #include <lrt/model/representation.hpp>
 #include <lrt/model/statement.hpp>
@@ -109,6 +110,7 @@ struct ActionSpec : ResourceSpec {
   rdf::Facets facets, output_facets;     ///< of the input and of the output
   ActionPolicy policy;
   bool asynchronous = false;
+  Availability availability;
   /// Starts an invocation. It or a responder finishes the link. Exceptions of user code pass through.
   UniqueFunction<void(const rdf::Value&, const std::shared_ptr<InvocationLink>&)> start;
 };
