@@ -102,9 +102,13 @@ class ActionResource final : public Resource {
   std::deque<InvocationResource*> queue;                       ///< pending ones that wait for their turn
   std::size_t active = 0;                                      ///< handed to the host and not ended
   std::string unavailable;                                     ///< why it is not available; empty: it is
+  rdf::Graph effects;                                          ///< of the user's Turtle, with IRIs below placeholder_base
 
  private:
   std::string shape_name(std::string_view what) const;
+  void describe_binding(const Description& d, rdf::TermId node, const std::string& shapes) const;
+  void describe_parts(About& about, const Description& d) const;
+  void describe_effects(About& about, const Description& d, const std::string& shapes) const;
 };
 
 }  // namespace lrt::engine
