@@ -70,7 +70,8 @@ bool ChangeScanner::is_due(TimePoint now) const noexcept {
 }
 
 bool ChangeScanner::has_changes() const {
-  return availability_signal_->has_change() || std::any_of(properties_.begin(), properties_.end(), [](const PropertyResource* p) { return has_change(*p); }) ||
+  return availability_signal_->has_change() ||
+         std::any_of(properties_.begin(), properties_.end(), [](const PropertyResource* p) { return has_change(*p); }) ||
          std::any_of(invocations_.begin(), invocations_.end(),
                      [](const InvocationResource* i) { return !i->finished() && i->control->fraction() != i->progress; });
 }

@@ -19,13 +19,15 @@ namespace lrt::engine {
 
 class InvocationResource;
 
-/// Finds what the robot has changed in observed resources, and which actions are available. It scans by itself, every scan period, while there are changes; after enough
-/// scans without one it sleeps until publish() wakes it. So a loop at 1 kHz makes no system call, and a quiet robot costs no scan.
+/// Finds what the robot has changed in observed resources, and which actions are available. It scans by itself, every scan period, while there
+/// are changes; after enough scans without one it sleeps until publish() wakes it. So a loop at 1 kHz makes no system call, and a quiet robot
+/// costs no scan.
 class ChangeScanner {
  public:
   using Instant = std::chrono::steady_clock::time_point;
 
-  ChangeScanner(PropertyValues& values, Registry& registry, const HostCalls& calls, const subscription::SubscriptionOptions& options, const Clock& clock)
+  ChangeScanner(PropertyValues& values, Registry& registry, const HostCalls& calls,
+                const subscription::SubscriptionOptions& options, const Clock& clock)
       : values_(values), registry_(registry), calls_(calls), options_(options), clock_(clock) {
     availability_signal_->attach(wake_signal_);
   }

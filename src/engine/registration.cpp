@@ -87,7 +87,8 @@ std::string read_only_field(const rdf::Type& type) {
 Result<void> check_action(const model::ActionSpec& action, const std::string& name) {
   if (action.first_error) return unexpected(action.first_error->code, name + ": " + action.first_error->message);
   for (const model::EffectSpec& effect : action.effects)
-    if (effect.from_input && !action.input) return unexpected(Errc::invalid_option, name + ": there is no input that its effect could have");
+    if (effect.from_input && !action.input)
+      return unexpected(Errc::invalid_option, name + ": there is no input that its effect could have");
   for (const auto& [field, value] : action.headers) {
     http::Fields fields;
     const bool is_name = !field.empty() && detail::token_end(field, 0) == field.size();
