@@ -1,4 +1,4 @@
-// expect: the reason of available\(\) is stored as an address; write a string literal
+// expect: the reason of available\(\) is stored as an address
 #include <lrt/thing.hpp>
 
 #include <string>
