@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <utility>
+#include <vector>
 
 namespace vocab = lrt::vocab;
 
@@ -32,10 +33,14 @@ lrt::Result<std::array<JointParameters, joint_count>> LinkedArm::parameters(cons
 
 LinkedArm::LinkedArm(RightArm& arm, lrt::urdf::Robot description) : arm_(arm), robot_(std::move(description)) {
   robot_.thing().title("Baxter's right arm");
+  lrt::Action move_all = robot_.thing().action("moveTo", [this](const JointAngles& target, lrt::Responder done) { move_to(target, done); })
+                             .title("Move all joints")
+                             .policy(lrt::ActionPolicy::preempt());
   for (std::size_t i = 0; i < joint_count; ++i) {
     const std::size_t index = robot_.model().variables[i];
+    const std::string rotation = robot_.joint_path(index) + "/rotation";
     robot_.position(index).on_write([this, i](double target_rad) {
-      moves_[i] = {};  // a running `rotate` gets another target now: it fails
+      take_over(i);
       arm_.move_to(i, target_rad);
     });
     lrt::Thing& joint = robot_.joint(index);
@@ -43,27 +48,53 @@ LinkedArm::LinkedArm(RightArm& arm, lrt::urdf::Robot description) : arm_(arm), r
         .predicate(vocab::ros::friction)
         .between(0, arm_.greatest_friction(i))
         .on_write([this, i](double coefficient) { arm_.set_friction(i, coefficient); });
-    joint.action("rotate", [this, i](float target_deg, lrt::Responder done) { rotate(i, target_deg, std::move(done)); })
-        .unit(lrt::unit::degree)
-        .at_least(0)
-        .below(360)
-        .policy(lrt::ActionPolicy::preempt());
+    lrt::Action rotate_one = joint.action("rotate", [this, i](float target_deg, lrt::Responder done) { rotate(i, target_deg, std::move(done)); })
+                                 .unit(lrt::unit::degree)
+                                 .at_least(0)
+                                 .below(360)
+                                 .effect(rotation, lrt::from_input)
+                                 .policy(lrt::ActionPolicy::preempt());
+    move_all.composed_of(rotate_one).effect(rotation);
   }
 }
 
-/// Figure 5: the target angle is taken modulo 360 degrees, as an angle that the joint can reach.
-void LinkedArm::rotate(std::size_t index, double target_deg, lrt::Responder done) {
+std::optional<double> LinkedArm::reachable_rad(std::size_t index, double target_deg) const noexcept {
+  const JointParameters& joint = arm_.parameters(index);
   for (const double turn : {0.0, -360.0}) {
-    if (arm_.move_to(index, (target_deg + turn) * pi / 180) != MoveResult::accepted) continue;
-    done.on_cancel([this, index] { arm_.stop(index); });
-    moves_[index] = std::move(done);
-    return;
+    const double target_rad = (target_deg + turn) * pi / 180;
+    if (target_rad >= joint.lower_rad && target_rad <= joint.upper_rad) return target_rad;
   }
+  return std::nullopt;
+}
+
+lrt::Error LinkedArm::outside_limits(std::size_t index, double target_deg) const {
   const JointParameters& joint = arm_.parameters(index);
   char text[160];
   std::snprintf(text, sizeof text, "%g degrees is outside the limits of %s: %.1f to %.1f degrees, modulo 360", target_deg,
                 RightArm::name(index), joint.lower_rad * 180 / pi, joint.upper_rad * 180 / pi);
-  done.fail({lrt::Errc::refused, text});
+  return {lrt::Errc::refused, text};
+}
+
+void LinkedArm::take_over(std::size_t index) {
+  std::exchange(moves_[index], {}).fail(std::string(RightArm::name(index)) + " was given another target by a later command");
+}
+
+/// Figure 5: the target angle is taken modulo 360 degrees, as an angle that the joint can reach.
+void LinkedArm::rotate(std::size_t index, double target_deg, lrt::Responder done) {
+  const std::optional<double> target_rad = reachable_rad(index, target_deg);
+  if (!target_rad) return done.fail(outside_limits(index, target_deg));
+  take_over(index);
+  arm_.move_to(index, *target_rad);
+  done.on_cancel([this, index] { arm_.stop(index); });
+  moves_[index] = std::move(done);
+}
+
+/// All joints rotate at the same time, or none does.
+void LinkedArm::move_to(const JointAngles& target, const lrt::Responder& done) {
+  for (std::size_t i = 0; i < joint_count; ++i)
+    if (!reachable_rad(i, target.degrees[i])) return done.fail(outside_limits(i, target.degrees[i]));
+  const std::vector<lrt::Responder> parts = done.split(joint_count);
+  for (std::size_t i = 0; i < joint_count; ++i) rotate(i, target.degrees[i], parts[i]);
 }
 
 lrt::Result<void> LinkedArm::add_to(lrt::Server& server) {
@@ -88,3 +119,12 @@ void LinkedArm::publish() noexcept {
 }
 
 }  // namespace baxter
+
+void lrt::rdf::traits<baxter::JointAngles>::describe(Record& r) {
+  for (std::size_t i = 0; i < baxter::joint_count; ++i)
+    r.field(baxter::RightArm::name(i), [i](const baxter::JointAngles& a) { return a.degrees[i]; },
+            [i](baxter::JointAngles& a, float degrees) { a.degrees[i] = degrees; })
+        .unit(lrt::unit::degree)
+        .at_least(0)
+        .below(360);
+}

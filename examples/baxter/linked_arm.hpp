@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 
 #include <lrt/lrt.hpp>
@@ -11,8 +12,14 @@
 
 namespace baxter {
 
+/// The input of `moveTo`: for each joint an angle as `rotate` takes it.
+struct JointAngles {
+  std::array<float, joint_count> degrees{};
+};
+
 /// Makes a RightArm a tree of Linked Robotic Things below /baxter. lrt::urdf adds the joints and links of its description, as in Figures 2b and
-/// 3 of the paper. This class adds the actions, as in Figure 5. Everything runs on the thread that steps the arm and polls the server.
+/// 3 of the paper. This class adds the actions: `rotate` of each joint, as in Figure 5, and `moveTo` of the robot, which is composed of
+/// them. Everything runs on the thread that steps the arm and polls the server.
 class LinkedArm {
  public:
   /// @param description  the robot of this arm
@@ -30,11 +37,22 @@ class LinkedArm {
   void publish() noexcept;
 
  private:
+  /// The angle that the joint can reach, among those that are equal modulo 360 degrees.
+  std::optional<double> reachable_rad(std::size_t index, double target_deg) const noexcept;
+  lrt::Error outside_limits(std::size_t index, double target_deg) const;
   void rotate(std::size_t index, double target_deg, lrt::Responder done);
+  void move_to(const JointAngles& target, const lrt::Responder& done);
+  /// The joint gets another target: the command that moves it fails.
+  void take_over(std::size_t index);
 
   RightArm& arm_;
   lrt::urdf::Robot robot_;
-  std::array<lrt::Responder, joint_count> moves_;  ///< of each joint: its running `rotate`, or empty
+  std::array<lrt::Responder, joint_count> moves_;  ///< of each joint: its running `rotate` or its part of a running `moveTo`, or empty
 };
 
 }  // namespace baxter
+
+template <>
+struct lrt::rdf::traits<baxter::JointAngles> : lrt::rdf::Record<baxter::JointAngles> {
+  static void describe(Record& r);
+};

@@ -1,19 +1,30 @@
 #pragma once
 
+#include <cassert>
+#include <cstddef>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 
 #include <lrt/model/detail/spec.hpp>
 #include <lrt/model/resource_handle.hpp>
+#include <lrt/property.hpp>
 #include <lrt/rdf/traits.hpp>
 #include <lrt/responder.hpp>
 
 namespace lrt {
 
-/// Handle to an Action of a Thing. Unit and bounds are those of the input.
+/// In Action::effect(): the value that the invocation was given.
+struct FromInput {};
+inline constexpr FromInput from_input{};
+
+/// Handle to an Action of a Thing. Unit and bounds are those of the input. available() works before and after Server::add(), and has no effect once
+/// the thing is removed.
+///
+/// @par Threads  Set-up: one at a time, before Server::add(). available: any.
 class Action : public model::ResourceHandle<Action, model::ActionSpec> {
  public:
   /// An empty handle, to be assigned later.
@@ -32,9 +43,91 @@ class Action : public model::ResourceHandle<Action, model::ActionSpec> {
     return edit("policy", [&](auto& s) { s.policy = p; });
   }
 
+  /// States the effect: what a successful invocation changes. A client finds the action that leads to its goal by it. hybrit:produces links to
+  /// a shape that refers to the property by ssn:forProperty, and that the property's representation conforms to afterwards. Each call adds an
+  /// effect.
+  ///
+  ///     joint.action("rotate", ...).effect(rotation, lrt::from_input);   // the property then has the value of the input, in its own unit
+  ///     gripper.action("open", ...).effect(state, GripperState::open);   // then has this value
+  ///     arm.action("calibrate", ...).effect(offset);                     // then has another value
+  ///
+  /// @param property  a handle; or, without a value, the path of a property below the server's root: "baxter/right_s1/rotation"
+  /// @par Errors  expected_iri (a path), invalid_option (from_input without an input): by Server::add()
+  /// @par Implements  paper 5.4, Figure 5a
+  template <class Self, class T>
+  Action& effect(const model::PropertyHandle<Self, T>& property) {
+    return add_effect({location_of(property)});
+  }
+  template <class Self, class T>
+  Action& effect(const model::PropertyHandle<Self, T>& property, FromInput) {
+    return add_effect({location_of(property), true});
+  }
+  template <class Self, class T>
+  Action& effect(const model::PropertyHandle<Self, T>& property, const std::common_type_t<T>& value) {
+    return add_effect({location_of(property), false, property.spec_, rdf::traits<T>::encode(value)});
+  }
+  Action& effect(std::string_view property) { return add_effect(property, false); }
+  Action& effect(std::string_view property, FromInput) { return add_effect(property, true); }
+  /// States the effect by a shape in Turtle, with the name `<#effect>`. The base is the action, so `<../rotation>` is the property "rotation" of
+  /// its thing.
+  /// @par Errors  expected_rdf: by Server::add()
+  Action& effect_turtle(std::string text) {
+    return edit("effect_turtle", [&](auto& s) { s.effect_turtle.push_back(std::move(text)); });
+  }
+
+  /// A header field of the request in the action's binding (http-core:headers), for example one that a proxy or an authorizer requires. lrt states
+  /// Content-Type, if there is an input, and Accept, both with text/turtle; a field with one of these names replaces lrt's.
+  /// @par Errors  expected_http: by Server::add()
+  Action& header(std::string name, std::string value) {
+    return edit("header", [&](auto& s) { s.headers.emplace_back(std::move(name), std::move(value)); });
+  }
+
+  /// States that this action is composed of another one (dcterms:hasPart), as moving an arm is of turning its joints. Each call adds one. How the
+  /// lambda does it is its own affair; Responder::split() passes progress and cancellation through.
+  /// @param part  a handle; or the path of an action below the server's root: "baxter/right_s1/actions/rotate"
+  /// @par Errors  expected_iri (a path): by Server::add()
+  /// @par Implements  paper 5.4
+  Action& composed_of(const Action& part);
+  Action& composed_of(std::string_view part);
+
+  /// Says whether the action can be invoked now. Default: true.
+  ///
+  /// While it is not available, its Thing does not link to it (Link fields, hybrit:action, overviews), a POST is answered 409 with the reason, and
+  /// an invocation that waits in the queue fails with the reason when its turn comes. If this is called on the thread where the action's lambda
+  /// runs, the lambda is not called after it. Running invocations continue. The action itself still answers GET, with the reason in
+  /// lrt:unavailable, so that a client that knows it learns why. Observers of the Thing, of its state and of the action get the new
+  /// representation.
+  ///
+  /// @param reason  a string literal, for people: "the gripper is empty". Only its address is stored, so that nothing is allocated; for several
+  ///                reasons write several calls.
+  /// @par Threads  Any; the last call counts.
+  /// @par Time     No lock, no allocation; a system call only if the state changes while something is observed and the engine sleeps.
+  /// @par Implements  R1.10, paper 5.4
+  template <class Reason>
+  Action& available(bool yes, Reason&& reason) noexcept {
+    using Text = std::remove_reference_t<Reason>;
+    if constexpr (!std::is_array_v<Text> || !std::is_same_v<std::remove_extent_t<Text>, const char>) {
+      static_assert(rdf::detail::always_false<Reason>,
+                    "lrt: the reason of available() is stored as an address; write a string literal: available(false, \"the gripper is empty\")");
+    } else {
+      assert(spec_ && "lrt: the handle is empty; assign what Thing::action returns");
+      if (spec_) spec_->availability.set(yes ? nullptr : reason);
+    }
+    return *this;
+  }
+  Action& available(bool yes) noexcept { return available(yes, "the robot does not offer it now"); }
+
  private:
   friend class Thing;
   explicit Action(std::shared_ptr<model::ActionSpec> spec) noexcept : ResourceHandle(std::move(spec)) {}
+
+  template <class Handle>
+  static std::string location_of(const Handle& resource) {
+    assert(resource.spec_ && "lrt: the handle is empty; assign what Thing::property or Thing::action returns");
+    return resource.spec_ ? resource.spec_->location : std::string();
+  }
+  Action& add_effect(model::EffectSpec effect);
+  Action& add_effect(std::string_view property, bool input);
 };
 
 namespace model {

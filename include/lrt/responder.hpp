@@ -1,9 +1,11 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <lrt/base/error.hpp>
 #include <lrt/base/result.hpp>
@@ -89,6 +91,20 @@ class Responder : public model::ResponderBase {
  public:
   using ResponderBase::ResponderBase;
   void succeed() const { finish(rdf::Value()); }
+
+  /// Splits the invocation into parts, for an action that is composed of others (Action::composed_of): give each part to the code of one of
+  /// them, which uses it as the responder of an invocation of its own.
+  ///
+  /// The invocation succeeds when all parts have succeeded. When a part fails or its last copy is destroyed, the invocation fails with its error,
+  /// and the other parts are cancelled; their on_cancel hooks run on the thread of that call. Its progress is the mean of theirs. When it is
+  /// cancelled, all parts are. Of no parts it succeeds at once. Afterwards use the parts instead of this responder.
+  ///
+  ///     std::vector<lrt::Responder> parts = done.split(2);
+  ///     rotate(shoulder, angles.shoulder, parts[0]);
+  ///     rotate(elbow, angles.elbow, parts[1]);
+  ///
+  /// @par Implements  paper 5.4
+  std::vector<Responder> split(std::size_t parts) const;
 };
 
 /// Ends an invocation of an asynchronous action that produces a T.

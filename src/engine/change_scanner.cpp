@@ -6,6 +6,7 @@
 
 #include "src/engine/resources/action.hpp"
 #include "src/engine/resources/property.hpp"
+#include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
 
@@ -47,6 +48,15 @@ void ChangeScanner::unwatch(InvocationResource& invocation) {
   invocations_.erase(std::find(invocations_.begin(), invocations_.end(), &invocation));
 }
 
+void ChangeScanner::watch_availability() {
+  if (++availability_watchers_ == 1) availability_signal_->set_observed(true);
+  start();
+}
+
+void ChangeScanner::unwatch_availability() {
+  if (--availability_watchers_ == 0) availability_signal_->set_observed(false);
+}
+
 void ChangeScanner::start() noexcept {
   wake_signal_->stay_awake();
   scanning_ = true;
@@ -56,11 +66,12 @@ void ChangeScanner::start() noexcept {
 
 bool ChangeScanner::is_due(TimePoint now) const noexcept {
   if (scanning_) return next_scan_ <= now.steady;
-  return !wake_signal_->asleep() && !(properties_.empty() && invocations_.empty());
+  return !wake_signal_->asleep() && !watches_nothing();
 }
 
 bool ChangeScanner::has_changes() const {
-  return std::any_of(properties_.begin(), properties_.end(), [](const PropertyResource* p) { return has_change(*p); }) ||
+  return availability_signal_->has_change() ||
+         std::any_of(properties_.begin(), properties_.end(), [](const PropertyResource* p) { return has_change(*p); }) ||
          std::any_of(invocations_.begin(), invocations_.end(),
                      [](const InvocationResource* i) { return !i->finished() && i->control->fraction() != i->progress; });
 }
@@ -70,6 +81,7 @@ void ChangeScanner::scan(TimePoint now, bool had_changes) {
   next_scan_ = now.steady + options_.scan_period;
   const Instant until = values_.catch_up_end();  // of all properties together
   bool changes = had_changes;
+  changes |= take_availability();
   for (PropertyResource* property : properties_) {
     if (property->spec->slot ? !property->spec->slot->has_change() : !property->spec->changes->take()) continue;
     changes = true;
@@ -84,13 +96,25 @@ void ChangeScanner::scan(TimePoint now, bool had_changes) {
   const Instant after = clock_.now().steady;
   next_scan_ = std::max(next_scan_, after + 4 * (after - now.steady));
   idle_scans_ = changes ? 0 : idle_scans_ + 1;
-  if (properties_.empty() && invocations_.empty()) {
+  if (watches_nothing()) {
     scanning_ = false;
   } else if (!options_.always_scan && idle_scans_ > options_.idle_scans_before_sleep) {
     wake_signal_->sleep();
     if (has_changes()) wake_signal_->stay_awake();  // published between the scan and the sleep
     else scanning_ = false;
   }
+}
+
+bool ChangeScanner::take_availability() {
+  if (!availability_signal_->take()) return false;
+  std::vector<ActionResource*> changed;
+  for (const auto& [path, thing] : registry_.things())
+    for (const auto& action : thing->actions)
+      if (action->take_availability()) changed.push_back(action.get());
+  if (changed.empty()) return false;
+  registry_.structure_changed();  // their Things link to others now
+  for (ActionResource* action : changed) action->mark_changed();
+  return true;
 }
 
 void ChangeScanner::sample_later(PropertyResource& property, TimePoint now) {

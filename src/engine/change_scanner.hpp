@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -18,19 +19,26 @@ namespace lrt::engine {
 
 class InvocationResource;
 
-/// Finds what the robot has changed in observed resources. It scans by itself, every scan period, while there are changes; after enough
-/// scans without one it sleeps until publish() wakes it. So a loop at 1 kHz makes no system call, and a quiet robot costs no scan.
+/// Finds what the robot has changed in observed resources, and which actions are available. It scans by itself, every scan period, while there
+/// are changes; after enough scans without one it sleeps until publish() wakes it. So a loop at 1 kHz makes no system call, and a quiet robot
+/// costs no scan.
 class ChangeScanner {
  public:
   using Instant = std::chrono::steady_clock::time_point;
 
-  ChangeScanner(PropertyValues& values, const Registry& registry, const HostCalls& calls, const subscription::SubscriptionOptions& options, const Clock& clock)
-      : values_(values), registry_(registry), calls_(calls), options_(options), clock_(clock) {}
+  ChangeScanner(PropertyValues& values, Registry& registry, const HostCalls& calls,
+                const subscription::SubscriptionOptions& options, const Clock& clock)
+      : values_(values), registry_(registry), calls_(calls), options_(options), clock_(clock) {
+    availability_signal_->attach(wake_signal_);
+  }
 
   void watch(PropertyResource& property);
   void unwatch(PropertyResource& property);
   void watch(InvocationResource& invocation);
   void unwatch(InvocationResource& invocation);
+  /// Of a resource whose representations say which actions are available.
+  void watch_availability();
+  void unwatch_availability();
 
   /// Scans at once and then by itself.
   void start() noexcept;
@@ -39,25 +47,33 @@ class ChangeScanner {
   /// Takes over what has changed.
   /// @param had_changes  others have found some already
   void scan(TimePoint now, bool had_changes);
+  /// Takes over which actions the robot has made available or unavailable.
+  /// @return  something has changed
+  bool take_availability();
   /// Reads pulled properties whose sample period is over.
   void read_samples(TimePoint now);
   std::optional<Instant> next_deadline() const;
 
   const std::shared_ptr<model::WakeSignal>& wake_signal() const noexcept { return wake_signal_; }
+  /// That some action's availability has changed.
+  const std::shared_ptr<model::ChangeSignal>& availability_signal() const noexcept { return availability_signal_; }
 
  private:
   bool has_changes() const;
+  bool watches_nothing() const noexcept { return properties_.empty() && invocations_.empty() && availability_watchers_ == 0; }
   void sample_later(PropertyResource& property, TimePoint now);
 
   PropertyValues& values_;
-  const Registry& registry_;
+  Registry& registry_;
   const HostCalls& calls_;
   const subscription::SubscriptionOptions& options_;
   const Clock& clock_;
   const std::shared_ptr<model::WakeSignal> wake_signal_ = std::make_shared<model::WakeSignal>();
+  const std::shared_ptr<model::ChangeSignal> availability_signal_ = std::make_shared<model::ChangeSignal>();
 
   std::vector<PropertyResource*> properties_;
   std::vector<InvocationResource*> invocations_;
+  std::size_t availability_watchers_ = 0;
   DeadlineQueue<ResourceId> samples_;
   bool scanning_ = false;  ///< by itself
   Instant next_scan_{};

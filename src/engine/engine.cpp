@@ -176,6 +176,7 @@ std::optional<http::Response> Engine::Impl::read_page(Context& context, std::str
 
 void Engine::Impl::take_messages(TimePoint now) {
   if (const auto& inbox = parts.calls.inbox(); !inbox->empty()) inbox->run_all(now);
+  parts.scanner.take_availability();
 }
 
 Result<void> Engine::Impl::add(std::vector<Thing> things) {

@@ -12,7 +12,19 @@
 
 namespace lrt::engine {
 
+namespace {
+
+/// What a command meets while the robot does not offer the action; nullopt: it offers it.
+std::optional<Error> unavailable(const model::ActionSpec& action) {
+  const char* reason = action.availability.reason();
+  if (!reason) return std::nullopt;
+  return Error{Errc::refused, std::string("not available now: ") + reason};
+}
+
+}  // namespace
+
 Outcome Invocations::invoke(ActionResource& action, Context& context) {
+  if (const auto error = unavailable(*action.spec)) return responses_.problem(context, 409, "action \"" + action.path + "\" is " + error->message);
   rdf::Value input;
   if (action.spec->input) {
     auto read = bodies_.read_value(context, *action.spec->input, action.spec->facets);
@@ -106,6 +118,7 @@ void Invocations::launch(InvocationResource& invocation, TimePoint now) {
   calls_.run(action.thing->where(*action.spec), [this, ref = Ref(invocation), inbox = calls_.inbox(), spec = action.spec, control = invocation.control,
                                      token = invocation.token, input = invocation.input]() mutable {
     if (!token->take()) return;
+    if (auto error = unavailable(*spec)) return control->finish(Unexpected{*std::move(error)});
     inbox->put([this, ref](TimePoint at) {
       if (InvocationResource* i = registry_.find(ref)) started(*i, at);
     });

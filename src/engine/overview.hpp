@@ -48,6 +48,7 @@ class Overview {
   void schema(std::string_view key, const rdf::Type* type, const rdf::Facets& facets);
   /// The title among the user's triples, and the domain types: the user's and those of a record.
   void described(const std::vector<Statement>& statements, const std::vector<std::string>& classes, const rdf::Type* type);
+  const Registry& registry() const noexcept { return engine_.registry; }
   std::string iri(const Resource& resource) const { return base_ + resource.path; }
   std::string iri(const Object& object) const;
 

@@ -104,7 +104,11 @@ Result<void> Parts::add(Thing thing) {
     if (p->slot) p->slot->attach(scanner.wake_signal());
     if (p->changes) p->changes->attach(scanner.wake_signal());
   }
-  for (const auto& a : node.spec->actions) seal(*a, "action", "actions/");
+  for (const auto& a : node.spec->actions) {
+    seal(*a, "action", "actions/");
+    a->availability.attach(scanner.availability_signal());
+  }
+  for (const auto& a : node.actions) a->take_availability();
   for (const auto& c : node.spec->collections) seal(*c, "collection", "");
   registry.add_thing(*std::move(built));
   for (const auto& p : node.properties) values.take_published(*p);  // what was published before

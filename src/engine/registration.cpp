@@ -9,10 +9,13 @@
 #include <lrt/base/iri.hpp>
 #include <lrt/base/media_type.hpp>
 #include <lrt/base/utf8.hpp>
+#include <lrt/http/message.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/plain.hpp>
 
+#include "src/base/ascii.hpp"
+#include "src/engine/resources/action.hpp"
 #include "src/engine/variants.hpp"
 
 namespace lrt::engine {
@@ -76,6 +79,22 @@ std::string read_only_field(const rdf::Type& type) {
   for (const rdf::FieldType& field : type.fields) {
     if (field.read_only) return field.name;
     if (const std::string inner = read_only_field(*field.type); !inner.empty()) return field.name + "/" + inner;
+  }
+  return {};
+}
+
+/// What only an action has.
+Result<void> check_action(const model::ActionSpec& action, const std::string& name) {
+  if (action.first_error) return unexpected(action.first_error->code, name + ": " + action.first_error->message);
+  for (const model::EffectSpec& effect : action.effects)
+    if (effect.from_input && !action.input)
+      return unexpected(Errc::invalid_option, name + ": there is no input that its effect could have");
+  for (const auto& [field, value] : action.headers) {
+    http::Fields fields;
+    const bool is_name = !field.empty() && detail::token_end(field, 0) == field.size();
+    if (is_name) fields.add(field, value);
+    if (!is_name || fields.find(field) != value || utf8::find_invalid(value))
+      return unexpected(Errc::expected_http, name + ": expected a header field, found \"" + field + ": " + value + "\"");
   }
   return {};
 }
@@ -144,6 +163,7 @@ Result<void> check(model::ThingSpec& described) {
   }
   for (const auto& a : spec->actions) {
     if (Result<void> e = check_resource(*a); !e) return e;
+    if (Result<void> e = check_action(*a, "action \"" + spec->path + "/actions/" + a->path + "\""); !e) return e;
     if (a->input)
       if (Result<void> e = check_input("the input of action \"" + spec->path + "/actions/" + a->path + "\"", *a->input); !e) return e;
     for (const auto& [facets, type, what] : {std::tuple(&a->facets, a->input, "input"), std::tuple(&a->output_facets, a->output, "output")}) {
@@ -169,6 +189,16 @@ Result<rdf::Graph> read_shapes(const model::ThingSpec& spec, const std::string& 
   return read_documents(spec.shapes, blueprint_path, "thing \"" + spec.path + "\", its shapes");
 }
 
+Result<rdf::Graph> read_effects(const model::ActionSpec& action, const std::string& path) {
+  const std::string name = "action \"" + path.substr(1) + "\", its effect";
+  Result<rdf::Graph> read = read_documents(action.effect_turtle, path, name);
+  if (!read || action.effect_turtle.empty()) return read;
+  const auto effect = read->find(rdf::iri(std::string(placeholder_base) + path + "#effect"));
+  if (!effect || read->match(*effect, std::nullopt, std::nullopt).empty())
+    return unexpected(Errc::expected_rdf, name + ": it does not describe <#effect>");
+  return read;
+}
+
 Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>& spec) {
   if (!spec) return unexpected(Errc::closed, "the thing was given away already");
   if (spec->first_error) return Unexpected{*spec->first_error};
@@ -178,7 +208,14 @@ Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>
   if (!statements) return Unexpected{std::move(statements).error()};
   Result<rdf::Graph> shapes = read_shapes(*spec, path + "/blueprint");
   if (!shapes) return Unexpected{std::move(shapes).error()};
+  std::vector<rdf::Graph> effects;
+  for (const auto& a : spec->actions) {
+    Result<rdf::Graph> read = read_effects(*a, path + "/actions/" + a->path);
+    if (!read) return Unexpected{std::move(read).error()};
+    effects.push_back(*std::move(read));
+  }
   auto node = std::make_unique<ThingNode>(std::move(spec));
+  for (std::size_t i = 0; i < effects.size(); ++i) node->actions[i]->effects = std::move(effects[i]);
   node->statements = *std::move(statements);
   node->user_shapes = *std::move(shapes);
   return node;

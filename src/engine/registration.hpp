@@ -18,5 +18,9 @@ Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>
 /// @param blueprint_path  their base
 /// @par Errors  expected_rdf
 Result<rdf::Graph> read_shapes(const model::ThingSpec& spec, const std::string& blueprint_path);
+/// What the user says in Turtle of an action's effect, with IRIs below placeholder_base.
+/// @param path  of the action: their base
+/// @par Errors  expected_rdf, also if `<#effect>` is not described
+Result<rdf::Graph> read_effects(const model::ActionSpec& action, const std::string& path);
 
 }  // namespace lrt::engine

@@ -89,12 +89,6 @@ void ResourceSpec::report(const char* call, const char* what) const noexcept {
   }
 }
 
-SharedInvocation::~SharedInvocation() { finish(unexpected(Errc::dropped, "the responder was destroyed before succeed() or fail()")); }
-
-void SharedInvocation::finish(Result<rdf::Value> result) noexcept {
-  if (!finished_.exchange(true, std::memory_order_acq_rel)) link_->finish(std::move(result));
-}
-
 }  // namespace model
 
 Thing::Thing(std::string_view path) : spec_(std::make_unique<model::ThingSpec>()) {
@@ -138,10 +132,15 @@ void Thing::remember(Error error) {
   if (!spec_->first_error) spec_->first_error = std::move(error);
 }
 
-void Thing::set_path(model::ResourceSpec& spec, std::string_view path, const char* what) {
+/// @param folder  of lrt, before the name: "actions/"
+void Thing::set_path(model::ResourceSpec& spec, std::string_view path, const char* what, const char* folder) {
   Result<std::string> encoded = model::encode_path(path);
-  if (encoded) spec.path = *std::move(encoded);
-  else remember({encoded.error().code, std::string(what) + " of thing \"" + spec_->path + "\": " + encoded.error().message,
+  if (encoded) {
+    spec.path = *std::move(encoded);
+    spec.location = "/" + spec_->path + "/" + folder + spec.path;
+    return;
+  }
+  remember({encoded.error().code, std::string(what) + " of thing \"" + spec_->path + "\": " + encoded.error().message,
                  encoded.error().offset});
 }
 
@@ -156,7 +155,7 @@ std::shared_ptr<model::PropertySpec> Thing::new_property(std::string_view path, 
 
 std::shared_ptr<model::ActionSpec> Thing::new_action(std::string_view path) {
   auto spec = std::make_shared<model::ActionSpec>();
-  set_path(*spec, path, "action");
+  set_path(*spec, path, "action", "actions/");
   spec_->actions.push_back(spec);
   return spec;
 }

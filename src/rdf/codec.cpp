@@ -50,6 +50,7 @@ const Prefixes& default_prefixes() {
       {"xsd", "http://www.w3.org/2001/XMLSchema#"},
       {"prov", "http://www.w3.org/ns/prov#"},
       {"sosa", "http://www.w3.org/ns/sosa/"},
+      {"ssn", "http://www.w3.org/ns/ssn/"},
       {"qudt", "http://qudt.org/schema/qudt/"},
       {"unit", "http://qudt.org/vocab/unit/"},
       {"quantitykind", "http://qudt.org/vocab/quantitykind/"},

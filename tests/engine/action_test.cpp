@@ -1,13 +1,20 @@
 #include <lrt/engine/engine.hpp>
 
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <functional>
 #include <stdexcept>
+#include <string_view>
 #include <thread>
+#include <vector>
+
+#include <lrt/shacl/validator.hpp>
 
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/sample_robot.hpp"
+#include "tests/support/together.hpp"
 
 using namespace lrt;
 using namespace lrt::test;
@@ -591,4 +598,309 @@ TEST_CASE("a client that leaves does not stop its invocation", "[engine][R0.8]")
   a.open[0].succeed();
   a.bench.collect();
   CHECK(a.status("i1") == "succeeded");
+}
+
+namespace {
+
+/// A thing "arm" with an action "grip" that the robot offers or not.
+struct Gripping {
+  explicit Gripping(engine::EngineOptions options = {}) : bench(std::move(options)) {
+    Thing thing{"arm"};
+    grip = thing.action("grip", [this](Responder done) { open.push_back(std::move(done)); }).predicate(Iri{"http://example.org/grips"});
+    thing.action("home", [] {});
+    bench.add(std::move(thing));
+  }
+  int post() { return bench.ask("POST /arm/actions/grip").status; }
+  Action grip;
+  std::vector<Responder> open;
+  Bench bench;
+};
+
+}  // namespace
+
+TEST_CASE("an action that is not available is neither linked nor invoked, and says why", "[engine][R1.10]") {
+  Gripping robot;
+  Bench& bench = robot.bench;
+  const std::string before = bench.get("/arm").field("ETag");
+  const std::string action_before = bench.get("/arm/actions/grip").field("ETag");
+  CHECK(missing(bench.get("/arm"), "<arm> hybrit:action <arm/actions/grip> ; <http://example.org/grips> <arm/actions/grip> .") == "");
+  robot.grip.available(false, "the gripper is empty");
+
+  const Answer refused = bench.ask("POST /arm/actions/grip");
+  CHECK(refused.status == 409);
+  CHECK(refused.body.find("action \\\"/arm/actions/grip\\\" is not available now: the gripper is empty") != std::string::npos);
+  CHECK(bench.ask("POST /arm/actions/grip\nContent-Type: application/json\n\n]").status == 409);  // judged before the body
+  CHECK(bench.ask("POST /arm/actions/grip\nPrefer: respond-async").status == 409);
+  CHECK(robot.open.empty());
+
+  const std::string iri = "http://localhost/arm/actions/grip";
+  for (const char* path : {"/arm", "/arm/state"}) {
+    CAPTURE(path);
+    const Answer a = bench.get(path);
+    CHECK(a.body.find("grip") == std::string::npos);
+    CHECK_FALSE(a.links_to(iri, "related"));
+    CHECK(bench.ask(std::string("OPTIONS ") + path).field("Link").find("grip") == std::string::npos);
+  }
+  CHECK(bench.get("/arm").field("ETag") != before);
+  CHECK(bench.get("/arm").links_to("http://localhost/arm/actions/home", "related"));
+  CHECK(bench.ask("GET /arm\nAccept: application/json").body.find("grip") == std::string::npos);
+
+  const Answer action = bench.get("/arm/actions/grip");
+  CHECK(action.status == 200);
+  CHECK(action.field("ETag") != action_before);
+  CHECK(missing(action, "<arm/actions/grip> a hybrit:Action ; lrt:unavailable \"the gripper is empty\" .") == "");
+  CHECK(bench.ask("GET /arm/actions/grip\nAccept: application/json").body.find(R"("unavailable":"the gripper is empty")") != std::string::npos);
+
+  robot.grip.available(true);
+  CHECK(bench.get("/arm").field("ETag") == before);
+  CHECK(bench.get("/arm/actions/grip").field("ETag") == action_before);
+  CHECK(robot.post() == 204);
+  CHECK(robot.open.size() == 1);
+}
+
+TEST_CASE("observers of a thing, its state and the action get the new representation when its availability changes", "[engine][R0.12]") {
+  Gripping robot;
+  Bench& bench = robot.bench;
+  const char* const path = GENERATE("/arm", "/arm/state", "/arm/actions/grip");
+  CAPTURE(path);
+  const engine::Channel channel = bench.open(path);
+  bench.messages(channel);
+  for (int i = 0; i < 100; ++i) {  // the scanner sleeps
+    bench.look();
+    CHECK(bench.messages(channel).empty());
+  }
+  robot.grip.available(false, "the gripper is empty");
+  bench.look();
+  std::vector<std::string> messages = bench.messages(channel);
+  REQUIRE(messages.size() == 1);
+  CHECK(messages[0] == bench.get(path).body);
+  CHECK((messages[0].find("hybrit:action <http://localhost/arm/actions/grip>") == std::string::npos));
+  robot.grip.available(false, "the gripper is empty");
+  bench.look();
+  CHECK(bench.messages(channel).empty());
+  robot.grip.available(false, "the gripper is closed");
+  bench.look();
+  CHECK(bench.messages(channel).size() == (std::string_view(path) == "/arm/actions/grip" ? 1 : 0));
+  robot.grip.available(true);
+  bench.look();
+  messages = bench.messages(channel);
+  REQUIRE(messages.size() == 1);
+  CHECK(messages[0].find("unavailable") == std::string::npos);
+  CHECK(messages[0] == bench.get(path).body);
+}
+
+TEST_CASE("a change of availability wakes a sleeping engine once, and only if something is observed", "[engine][R0.12]") {
+  struct Counter final : Waker {
+    void wake() noexcept override { ++calls; }
+    int calls = 0;
+  };
+  Gripping robot;
+  const auto waker = std::make_shared<Counter>();
+  robot.bench.engine.set_waker(waker);
+  robot.grip.available(false, "the gripper is empty");
+  robot.grip.available(true);
+  CHECK(waker->calls == 0);
+  const engine::Channel channel = robot.bench.open("/arm");
+  for (int i = 0; i < 100; ++i) {
+    robot.bench.look();
+    robot.bench.messages(channel);
+  }
+  CHECK_FALSE(robot.bench.engine.next_deadline());
+  waker->calls = 0;
+  robot.grip.available(false, "the gripper is empty");
+  robot.grip.available(true);
+  robot.grip.available(false, "the gripper is empty");
+  CHECK(waker->calls == 1);
+  CHECK(robot.bench.messages(channel).size() == 1);
+}
+
+TEST_CASE("an action that becomes unavailable continues what runs and fails what waits", "[engine][R0.6]") {
+  Gripping robot;
+  Bench& bench = robot.bench;
+  REQUIRE(robot.post() == 204);
+  REQUIRE(robot.post() == 202);  // in the queue
+  const Bench::Sent waiting = bench.send("POST /arm/actions/grip\nPrefer: wait=10");
+  robot.grip.available(false, "the gripper is empty");
+  REQUIRE(robot.open.size() == 1);
+  robot.open[0].progress(0.5);
+  CHECK(missing(bench.get("/arm/actions/grip/i1"), "<arm/actions/grip/i1> lrt:status lrt:running ; lrt:progress \"0.5\"^^xsd:double .") == "");
+  robot.open[0].succeed();
+  bench.run();
+  CHECK(missing(bench.get("/arm/actions/grip/i1"), "<arm/actions/grip/i1> lrt:status lrt:succeeded .") == "");
+  const Answer queued = bench.get("/arm/actions/grip/i2");
+  CHECK(missing(queued, "<arm/actions/grip/i2> lrt:status lrt:failed ; lrt:error \"not available now: the gripper is empty\" .") == "");
+  CHECK(queued.body.find("startedAtTime") == std::string::npos);
+  CHECK(bench.answer(waiting)->status == 409);
+  CHECK(robot.open.size() == 1);
+}
+
+TEST_CASE("an action that becomes unavailable before its lambda is called does not call it", "[engine][R0.6]") {
+  Gripping robot;
+  const Bench::Sent sent = robot.bench.send("POST /arm/actions/grip");
+  REQUIRE_FALSE(robot.bench.answer(sent));
+  robot.grip.available(false, "the gripper is empty");
+  robot.bench.run();
+  CHECK(robot.open.empty());
+  const auto answer = robot.bench.answer(sent);
+  REQUIRE(answer);
+  CHECK(answer->status == 409);
+  CHECK(answer->body.find("the gripper is empty") != std::string::npos);
+}
+
+TEST_CASE("an action may be unavailable from its registration, and after its thing is gone nothing happens", "[engine]") {
+  Bench bench;
+  Thing thing{"arm"};
+  Action grip = thing.action("grip", [] {}).available(false, "home first");
+  bench.add(std::move(thing));
+  CHECK(bench.get("/arm").body.find("grip") == std::string::npos);
+  CHECK(bench.ask("POST /arm/actions/grip").status == 409);
+  bench.engine.remove("arm").value();
+  grip.available(true);
+  CHECK(bench.get("/").status == 200);
+}
+
+TEST_CASE("available() may be called from any thread while clients read and invoke", "[engine]") {
+  Gripping robot;
+  std::atomic<bool> stop{false};
+  std::vector<std::thread> threads;
+  for (const bool yes : {true, false})
+    threads.emplace_back([&stop, yes, grip = robot.grip]() mutable {
+      while (!stop) grip.available(yes, "the gripper is empty");
+    });
+  const engine::Channel channel = robot.bench.open("/arm");
+  for (int i = 0; i < 200; ++i) {
+    robot.bench.get("/arm");
+    const int status = robot.post();
+    CHECK((status == 204 || status == 202 || status == 409 || status == 429));
+    robot.bench.look();
+    robot.bench.messages(channel);
+  }
+  stop = true;
+  for (std::thread& t : threads) t.join();
+  robot.grip.available(true);
+  CHECK(robot.bench.get("/arm").body.find("grip") != std::string::npos);
+}
+
+TEST_CASE("an action states its effect on properties as shapes that they conform to afterwards", "[engine][R1.10]") {
+  Bench bench;
+  Thing thing{"arm"};
+  double position = 1;
+  std::string mode = "open";
+  const auto angle = thing.property("angle", [&] { return position; }, unit::radian);
+  const auto state = thing.property("mode", [&] { return mode; });
+  thing.action("turn", [&](double to) { position = to; }).effect(angle, from_input).effect(state);
+  thing.action("close", [&] { mode = "closed"; }).effect(state, "closed").effect(angle, 0).effect_turtle("<#effect> <http://example.org/leaves> <../mode> .");
+  thing.action("hand", [] {}).effect("hand/grip");
+  bench.add(std::move(thing));
+  CHECK(missing(bench.get("/arm/actions/turn"),
+                "<arm/actions/turn> hybrit:produces <arm/actions/turn#effect-1> , <arm/actions/turn#effect-2> ; hybrit:consumes _:input ."
+                "<arm/actions/turn#effect-1> a sh:NodeShape ; ssn:forProperty <arm/angle> ; sh:node <arm/blueprint#angle> ; lrt:valueFrom _:input ."
+                "<arm/actions/turn#effect-2> ssn:forProperty <arm/mode> ; sh:node <arm/blueprint#mode> .") == "");
+  const Answer closing = bench.get("/arm/actions/close");
+  CHECK(missing(closing, "<arm/actions/close> hybrit:produces <arm/actions/close#effect> . <arm/actions/close#effect> <http://example.org/leaves> <arm/mode> .") == "");
+  // Nothing of it is a claim about the present: no validator of all graphs finds a violation.
+  CHECK_FALSE(closing.says("sh:target"));
+
+  const auto conforms = [&](const std::string& property, const std::string& effect) {
+    const auto compiled = shacl::Shapes::compile(together(bench.get("/arm/blueprint").graph(), closing.graph())).value();
+    const rdf::Graph data = bench.get("/arm/" + property).graph();
+    return shacl::validate(compiled, data, rdf::iri("http://localhost/arm/" + property), rdf::iri("http://localhost/arm/actions/close#" + effect))
+        .value()
+        .conforms();
+  };
+  CHECK_FALSE(conforms("mode", "effect-1"));
+  CHECK_FALSE(conforms("angle", "effect-2"));
+  mode = "closed";
+  position = 0;
+  CHECK(conforms("mode", "effect-1"));
+  CHECK(conforms("angle", "effect-2"));
+
+  // A property that is not there yet is linked nevertheless.
+  CHECK(missing(bench.get("/arm/actions/hand"), "<arm/actions/hand#effect-1> ssn:forProperty <hand/grip> .") == "");
+  CHECK_FALSE(bench.get("/arm/actions/hand").says("sh:node "));
+  Thing hand{"hand"};
+  hand.property("grip", [] { return 1.0; });
+  bench.add(std::move(hand));
+  CHECK(missing(bench.get("/arm/actions/hand"), "<arm/actions/hand#effect-1> sh:node <hand/blueprint#grip> .") == "");
+}
+
+TEST_CASE("the effect of a record is stated for each of its fields", "[engine][R1.10]") {
+  Bench bench;
+  Thing thing{"arm"};
+  std::vector<std::array<double, 2>> path = {{1, 2}};
+  const auto points = thing.property("path", [&] { return path; });
+  thing.action("reset", [&] { path = {{0, 0}, {3, 4}}; }).effect(points, {{0, 0}, {3, 4}});
+  bench.add(std::move(thing));
+  const auto conforms = [&] {
+    const auto compiled = shacl::Shapes::compile(together(bench.get("/arm/blueprint").graph(), bench.get("/arm/actions/reset").graph())).value();
+    const rdf::Graph data = bench.get("/arm/path").graph();
+    return shacl::validate(compiled, data, rdf::iri("http://localhost/arm/path"), rdf::iri("http://localhost/arm/actions/reset#effect-1")).value().conforms();
+  };
+  CHECK_FALSE(conforms());
+  CHECK(bench.ask("POST /arm/actions/reset").status == 204);
+  CHECK(conforms());
+}
+
+TEST_CASE("an effect, header field or part that cannot be published is an error of add()", "[engine]") {
+  const auto error = [](auto describe) {
+    Bench bench;
+    Thing thing{"arm"};
+    Action turn = thing.action("turn", [](double) {}), home = thing.action("home", [] {});
+    const auto angle = thing.property("angle", [] { return 1.0; });
+    describe(turn, home, angle);
+    const Result<void> added = bench.engine.add(std::move(thing));
+    return added ? std::string("none") : std::string(to_string(added.error().code)) + " " + added.error().message;
+  };
+  CHECK(error([](auto&, auto&, auto&) {}) == "none");
+  CHECK(error([](auto&, auto& home, auto& angle) { home.effect(angle, from_input); }) ==
+        "invalid_option action \"arm/actions/home\": there is no input that its effect could have");
+  CHECK(error([](auto& turn, auto&, auto&) { turn.effect("arm//angle"); }).find("expected_iri action \"arm/actions/turn\": path \"arm//angle\"") == 0);
+  CHECK(error([](auto& turn, auto&, auto&) { turn.composed_of("/"); }).find("expected_iri") == 0);
+  CHECK(error([](auto& turn, auto&, auto&) { turn.effect_turtle("<#effect> a ."); }).find("expected_rdf action \"arm/actions/turn\", its effect") == 0);
+  CHECK(error([](auto& turn, auto&, auto&) { turn.effect_turtle("<> a <http://example.org/x> ."); }) ==
+        "expected_rdf action \"arm/actions/turn\", its effect: it does not describe <#effect>");
+  CHECK(error([](auto& turn, auto&, auto&) { turn.header("X Y", "1"); }) == "expected_http action \"arm/actions/turn\": expected a header field, found \"X Y: 1\"");
+  CHECK(error([](auto& turn, auto&, auto&) { turn.header("X", "1\r\nY: 2"); }).find("expected_http") == 0);
+  CHECK(error([](auto& turn, auto&, auto&) { turn.header("", "1"); }).find("expected_http") == 0);
+}
+
+TEST_CASE("a binding has the header fields of the request, which works", "[engine][R1.10]") {
+  Bench bench;
+  Thing thing{"arm"};
+  thing.action("turn", [](double) {}).header("Prefer", "respond-async").header("ACCEPT", "application/json");
+  thing.action("home", [] {});
+  bench.add(std::move(thing));
+  const auto fields = [&](const std::string& action) {
+    const rdf::Graph graph = bench.get(action).graph();
+    const auto binding = graph.object(rdf::iri("http://localhost" + action), vocab::hybrit::binding).value();
+    std::string all;
+    auto cell = graph.object(binding, vocab::http_core::headers).value();
+    while (cell.text != vocab::rdf_::nil.text) {
+      const auto header = graph.object(cell, vocab::rdf_::first).value();
+      CHECK(graph.object(header, vocab::rdf_::type).value().text == vocab::http_core::RequestHeader.text);
+      all += std::string(graph.object(header, vocab::http_core::fieldName).value().text) + ": " +
+             std::string(graph.object(header, vocab::http_core::fieldValue).value().text) + "\n";
+      cell = graph.object(cell, vocab::rdf_::rest).value();
+    }
+    return all;
+  };
+  CHECK(fields("/arm/actions/home") == "Accept: text/turtle\n");
+  const std::string turn = fields("/arm/actions/turn");
+  CHECK(turn == "Content-Type: text/turtle\nPrefer: respond-async\nACCEPT: application/json\n");
+  CHECK(bench.ask("POST /arm/actions/turn\n" + turn + "\n<> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> 1 .").status == 202);
+  CHECK(bench.ask("GET /arm/actions/turn\nAccept: application/json").says(R"("headers":{"Prefer":"respond-async","ACCEPT":"application/json"})"));
+}
+
+TEST_CASE("an action links to the actions that it is composed of, also where those have moved aside", "[engine][R1.10]") {
+  Bench bench;
+  Thing thing{"arm"}, joint{"arm/j1"};
+  Action turn = joint.action("turn", [] {});
+  thing.action("move", [] {}).composed_of(turn).composed_of("arm/j2/actions/turn");
+  bench.add(std::move(thing));
+  CHECK(missing(bench.get("/arm/actions/move"), "<arm/actions/move> dcterms:hasPart <arm/j1/actions/turn> , <arm/j2/actions/turn> .") == "");
+  bench.add(std::move(joint));
+  CHECK(missing(bench.get("/arm/actions/move"), "<arm/j1/actions/turn> a hybrit:Action .") == "");
+  CHECK(bench.ask("GET /arm/actions/move\nAccept: application/json").says(R"("parts":[{"href":"http://localhost/arm/j1/actions/turn","kind":"action")"));
+  bench.add(Thing("arm/j1/actions/turn"));
+  CHECK(missing(bench.get("/arm/actions/move"), "<arm/actions/move> dcterms:hasPart <arm/j1/actions-lrt/turn> .") == "");
 }

@@ -789,3 +789,14 @@ TEST_CASE("publishing, subscribing and cancelling at once loses nothing that is 
   arm.bench.look();
   CHECK(arm.bench.messages(last).back().find("-42") != std::string::npos);
 }
+
+TEST_CASE("available() allocates nothing, also while its thing is observed", "[engine][subscription]") {
+  Bench bench;
+  Thing thing{"arm"};
+  Action grip = thing.action("grip", [] {});
+  bench.add(std::move(thing));
+  bench.open("/arm");
+  const std::size_t before = allocations;
+  for (int i = 0; i < 100; ++i) grip.available(i % 2 == 0, "the gripper is empty");
+  CHECK(allocations == before);
+}

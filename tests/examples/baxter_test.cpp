@@ -11,6 +11,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/message.hpp"
+#include "tests/support/together.hpp"
 
 using namespace lrt::test;
 
@@ -292,4 +293,130 @@ TEST_CASE("every Thing of Baxter conforms to its blueprint", "[examples][R1.11]"
     INFO(report->to_text());
     CHECK(report->conforms());
   }
+}
+
+namespace {
+
+/// A body for moveTo: each angle as `rotate` takes it.
+std::string angles(const std::array<double, baxter::joint_count>& degrees) {
+  std::string body = "POST /baxter/actions/moveTo\nContent-Type: application/json\n\n{";
+  for (std::size_t i = 0; i < degrees.size(); ++i)
+    body += std::string(i ? "," : "") + '"' + baxter::RightArm::name(i) + "\":" + std::to_string(degrees[i]);
+  return body + "}";
+}
+
+double progress(Robot& robot, const std::string& location) {
+  const lrt::rdf::Graph graph = robot.get(location.substr(18)).graph();
+  return std::stod(std::string(graph.object(lrt::rdf::iri(location), lrt::vocab::lrt_::progress).value().text));
+}
+
+bool is_moving(const baxter::RightArm& arm) {
+  for (std::size_t i = 0; i < baxter::joint_count; ++i)
+    if (arm.moving(i)) return true;
+  return false;
+}
+
+}  // namespace
+
+TEST_CASE("rotate says which property it changes, and how; its effect holds when it has succeeded", "[examples][R1.10]") {
+  Robot robot;
+  const Answer action = robot.get("/baxter/right_s1/actions/rotate");
+  CHECK(missing(action,
+                "<right_s1/actions/rotate> hybrit:produces <right_s1/actions/rotate#effect-1> ; hybrit:consumes _:input ."
+                "<right_s1/actions/rotate#effect-1> a sh:NodeShape ; <http://www.w3.org/ns/ssn/forProperty> <right_s1/rotation> ;"
+                " sh:node <right_s1/blueprint#rotation> ; lrt:valueFrom _:input .",
+                base) == "");
+  CHECK(robot.rotate("right_s1", "43.6").status == 204);
+  for (int i = 0; i < 60'000 && (i < 10 || robot.arm.moving(baxter::right_s1)); ++i) robot.step();
+  const auto compiled = lrt::shacl::Shapes::compile(together(robot.get("/baxter/right_s1/blueprint").graph(), action.graph()));
+  REQUIRE(compiled);
+  const std::string joint = std::string(base) + "right_s1";
+  const lrt::rdf::Graph state = robot.get("/baxter/right_s1/rotation").graph();
+  const auto report = lrt::shacl::validate(*compiled, state, lrt::rdf::iri(joint + "/rotation"), lrt::rdf::iri(joint + "/actions/rotate#effect-1"));
+  REQUIRE(report);
+  INFO(report->to_text());
+  CHECK(report->conforms());
+}
+
+TEST_CASE("moveTo is composed of the joints' rotate, and takes an angle for each", "[examples][R1.10]") {
+  Robot robot;
+  const Answer a = robot.get("/baxter/actions/moveTo");
+  CHECK(missing(robot.get("/baxter"), "<http://example.org/baxter> hybrit:action <actions/moveTo> .", base) == "");
+  for (std::size_t i = 0; i < baxter::joint_count; ++i) {
+    const std::string joint = baxter::RightArm::name(i);
+    CHECK(missing(a,
+                  "<actions/moveTo> a hybrit:AsynchronousAction ; dcterms:hasPart <" + joint + "/actions/rotate> ; hybrit:produces _:effect ."
+                  "_:effect <http://www.w3.org/ns/ssn/forProperty> <" + joint + "/rotation> . <" + joint + "/actions/rotate> a hybrit:Action .",
+                  base) == "");
+    CHECK(robot.ask("GET /baxter/actions/moveTo\nAccept: application/json").says("\"href\":\"http://example.org/baxter/" + joint + "/actions/rotate\""));
+  }
+  CHECK(robot.ask(angles({0, 0, 0, 0, 0, 0, 360})).status == 422);
+  CHECK(robot.ask("POST /baxter/actions/moveTo\nContent-Type: application/json\n\n{\"right_s0\":1}").status == 422);
+  const Answer refused = robot.ask(angles({10, 10, 10, 10, 10, 10, 180}));  // 180 degrees is too far for right_w2
+  CHECK(refused.status == 409);
+  CHECK(refused.says("right_w2"));
+  CHECK_FALSE(is_moving(robot.arm));
+}
+
+TEST_CASE("moveTo moves all joints, its progress is theirs, and it ends with the last", "[examples][R0.8]") {
+  Robot robot;
+  const std::array<double, baxter::joint_count> target = {10, 350, 20, 30, 340, 5, 0};
+  const Answer a = robot.ask(angles(target));
+  REQUIRE(a.status == 204);
+  const std::string location = a.field("Location");
+  robot.step();
+  for (std::size_t i = 0; i + 1 < baxter::joint_count; ++i) CHECK(robot.arm.moving(i));
+  double last = 0;
+  bool one_rests = false, others_move = false;
+  for (int n = 0; n < 1'000 && is_moving(robot.arm); ++n) {
+    for (int i = 0; i < 50; ++i) robot.step();
+    const double now = progress(robot, location);
+    CHECK(now >= last);
+    last = now;
+    if (!is_moving(robot.arm)) break;
+    one_rests |= !robot.arm.moving(baxter::right_s0);
+    others_move = true;
+    CHECK(now > 0);
+    CHECK(now < 1);
+    CHECK(robot.status(location) == "running");
+  }
+  CHECK((one_rests && others_move));
+  robot.step();
+  CHECK(robot.status(location) == "succeeded");
+  CHECK(progress(robot, location) == 1);
+  for (std::size_t i = 0; i < baxter::joint_count; ++i)
+    CHECK(robot.arm.position(i) == Approx((target[i] > 180 ? target[i] - 360 : target[i]) * pi / 180).margin(1e-9));
+}
+
+TEST_CASE("cancelling moveTo stops all joints", "[examples][R0.5]") {
+  Robot robot;
+  const std::string location = robot.ask(angles({40, 40, 40, 40, 40, 40, 40})).field("Location");
+  for (int i = 0; i < 200; ++i) robot.step();
+  CHECK(is_moving(robot.arm));
+  CHECK(robot.ask("DELETE " + location.substr(18)).status == 204);
+  for (int i = 0; i < 5'000; ++i) robot.step();
+  CHECK_FALSE(is_moving(robot.arm));
+  CHECK(robot.status(location) == "cancelled");
+  for (std::size_t i = 0; i < baxter::joint_count; ++i) CHECK(robot.arm.position(i) < 39 * pi / 180);
+}
+
+TEST_CASE("a command to one joint takes over from moveTo, which fails and stops the others", "[examples][R0.5]") {
+  Robot robot;
+  const std::string location = robot.ask(angles({40, 40, 40, 40, 40, 40, 40})).field("Location");
+  for (int i = 0; i < 200; ++i) robot.step();
+  const std::string rotate = robot.rotate("right_s1", "20").field("Location");
+  CHECK(robot.status(location) == "failed");
+  CHECK(robot.get(location.substr(18)).says("right_s1 was given another target"));
+  for (int i = 0; i < 20'000 && is_moving(robot.arm); ++i) robot.step();
+  robot.step();
+  CHECK(robot.status(rotate) == "succeeded");
+  CHECK(robot.arm.position(baxter::right_s1) == Approx(20 * pi / 180));
+  CHECK(robot.arm.position(baxter::right_s0) < 39 * pi / 180);
+
+  // And the other way round.
+  const std::string again = robot.rotate("right_s1", "50").field("Location");
+  for (int i = 0; i < 100; ++i) robot.step();
+  const std::string all = robot.ask(angles({5, 5, 5, 5, 5, 5, 5})).field("Location");
+  CHECK(robot.status(again) == "failed");
+  CHECK(robot.status(all) == "running");
 }

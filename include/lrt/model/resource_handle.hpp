@@ -9,6 +9,10 @@
 
 #include <lrt/model/detail/spec.hpp>
 
+namespace lrt {
+class Action;
+}
+
 namespace lrt::model {
 
 /// Whether a callable that returns R can refuse by it, or never refuses.
@@ -113,6 +117,9 @@ class ResourceHandle {
   }
 
   std::shared_ptr<Spec> spec_;
+
+ private:
+  friend class ::lrt::Action;  // reads the properties that it changes
 };
 
 }  // namespace lrt::model

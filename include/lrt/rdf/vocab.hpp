@@ -361,6 +361,10 @@ LRT_TERM(http_core, body);
 LRT_TERM(http_core, Response);
 LRT_TERM(http_core, statusCodeValue);
 LRT_TERM(http_core, reasonPhrase);
+LRT_TERM(http_core, headers);
+LRT_TERM(http_core, RequestHeader);
+LRT_TERM(http_core, fieldName);
+LRT_TERM(http_core, fieldValue);
 }  // namespace http_core
 
 #define LRT_VOCAB_http_methods "http://www.w3.org/2011/http-methods#"
@@ -370,6 +374,11 @@ LRT_TERM(http_methods, POST);
 LRT_TERM(http_methods, PUT);
 LRT_TERM(http_methods, DELETE);
 }  // namespace http_methods
+
+#define LRT_VOCAB_ssn "http://www.w3.org/ns/ssn/"
+namespace ssn {
+LRT_TERM(ssn, forProperty);
+}
 
 #define LRT_VOCAB_lrt "https://w3id.org/lrt/ns#"
 namespace lrt_ {
@@ -453,6 +462,8 @@ LRT_TERM(lrt, shape);
 LRT_TERM(lrt, byteOrder);
 LRT_TERM(lrt, littleEndian);
 LRT_TERM(lrt, bigEndian);
+LRT_TERM(lrt, unavailable);
+LRT_TERM(lrt, valueFrom);
 }  // namespace lrt_
 
 #undef LRT_TERM
@@ -477,6 +488,7 @@ LRT_TERM(lrt, bigEndian);
 #undef LRT_VOCAB_xhv
 #undef LRT_VOCAB_http_core
 #undef LRT_VOCAB_http_methods
+#undef LRT_VOCAB_ssn
 #undef LRT_VOCAB_lrt
 
 }  // namespace lrt::vocab

@@ -1,5 +1,12 @@
 #include "src/engine/resources/action.hpp"
 
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/utf8.hpp>
+#include <lrt/http/message.hpp>
+#include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/value_codec.hpp>
@@ -8,7 +15,9 @@
 #include "src/engine/description.hpp"
 #include "src/engine/overview.hpp"
 #include "src/engine/parts.hpp"
+#include "src/engine/registration.hpp"
 #include "src/engine/resources/blueprint.hpp"
+#include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
@@ -141,18 +150,12 @@ void ActionResource::describe(const Description& d) const {
   const std::string shapes = thing->names_base(d.base) + "#";
   if (spec->input) about.link(vocab::hybrit::consumes, shapes + input_shape());
   if (spec->output) about.link(vocab::hybrit::produces, shapes + output_shape());
+  describe_parts(about, d);
   const rdf::TermId binding = d.graph.fresh_blank();
   about.add(vocab::hybrit::binding, binding);
-  About request(d.graph, binding);
-  request.a(vocab::http_core::Request)
-      .add(vocab::http_core::mthd, rdf::TermView(vocab::http_methods::POST))
-      .link(vocab::http_core::requestURI, d.base + path);
-  if (spec->input) {
-    const rdf::TermId body = d.graph.fresh_blank();
-    request.add(vocab::http_core::body, body);
-    About(d.graph, body).link(vocab::dcterms::conformsTo, shapes + input_shape());
-  }
+  describe_binding(d, binding, shapes);
   about.add(vocab::lrt_::policy, rdf::literal(policy_name(*spec)));
+  if (!unavailable.empty()) about.add(vocab::lrt_::unavailable, rdf::literal(unavailable));
   about.statements(spec->statements, d.base);
   for (const auto& i : invocations) about.link(vocab::lrt_::invocation, d.base + i->path);
   const auto shape = [&](const std::string& name, const rdf::Type* type, const rdf::Facets& facets) {
@@ -160,6 +163,88 @@ void ActionResource::describe(const Description& d) const {
   };
   shape(input_shape(), spec->input, spec->facets);
   shape(output_shape(), spec->output, spec->output_facets);
+  describe_effects(about, d, shapes);
+}
+
+/// The request that invokes it (HTTP Vocabulary in RDF 1.0).
+void ActionResource::describe_binding(const Description& d, rdf::TermId node, const std::string& shapes) const {
+  About request(d.graph, node);
+  request.a(vocab::http_core::Request)
+      .add(vocab::http_core::mthd, rdf::TermView(vocab::http_methods::POST))
+      .link(vocab::http_core::requestURI, d.base + path);
+  std::vector<rdf::TermId> headers;
+  const auto add = [&](std::string_view name, std::string_view value) {
+    About header(d.graph, d.graph.fresh_blank());
+    header.a(vocab::http_core::RequestHeader)
+        .add(vocab::http_core::fieldName, rdf::literal(name))
+        .add(vocab::http_core::fieldValue, rdf::literal(value));
+    headers.push_back(header.subject());
+  };
+  const auto add_own = [&](std::string_view name) {
+    const auto is_it = [&](const auto& header) { return http::iequals(header.first, name); };
+    if (std::none_of(spec->headers.begin(), spec->headers.end(), is_it)) add(name, rdf::media_type(rdf::Syntax::turtle));
+  };
+  if (spec->input) add_own("Content-Type");
+  add_own("Accept");
+  for (const auto& [name, value] : spec->headers) add(name, value);
+  request.add(vocab::http_core::headers, d.graph.add_list(headers));
+  if (!spec->input) return;
+  const rdf::TermId body = d.graph.fresh_blank();
+  request.add(vocab::http_core::body, body);
+  About(d.graph, body).link(vocab::dcterms::conformsTo, shapes + input_shape());
+}
+
+/// The actions that it is composed of.
+void ActionResource::describe_parts(About& about, const Description& d) const {
+  for (const std::string& location : spec->parts) {
+    const Resource* part = d.engine.registry.find_usual(location, vocab::hybrit::Action.text);
+    about.link(vocab::dcterms::hasPart, d.base + (part ? part->path : location));
+    if (part) describe_types_of(*part, d);
+  }
+}
+
+namespace {
+
+/// That a node has the triples of another one, as constraints of a shape.
+void must_have(rdf::Graph& graph, rdf::TermId shape, const rdf::Graph& from, rdf::TermId node) {
+  for (const rdf::Triple& t : from.match(node, std::nullopt, std::nullopt)) {
+    About constraint(graph, graph.fresh_blank());
+    About(graph, shape).add(vocab::sh::property, constraint.subject());
+    constraint.add(vocab::sh::path, from.term(t.predicate));
+    if (!from.term(t.object).is_blank()) {
+      constraint.add(vocab::sh::hasValue, from.term(t.object));
+      continue;
+    }
+    const rdf::TermId inner = graph.fresh_blank();
+    constraint.add(vocab::sh::qualifiedValueShape, inner).add(vocab::sh::qualifiedMinCount, rdf::literal("1", vocab::xsd::integer));
+    must_have(graph, inner, from, t.object);
+  }
+}
+
+}  // namespace
+
+/// What it produces besides an output: shapes that properties conform to afterwards. They have no target, because they hold only then.
+void ActionResource::describe_effects(About& about, const Description& d, const std::string& shapes) const {
+  if (!effects.empty()) {
+    about.link(vocab::hybrit::produces, d.base + path + "#effect");
+    add_placed(d.graph, effects, d.base);
+  }
+  std::size_t number = 0;
+  for (const model::EffectSpec& effect : spec->effects) {
+    About shape(d.graph, d.base + path + "#effect-" + std::to_string(++number));
+    d.graph.add(about.subject(), d.graph.intern(vocab::hybrit::produces), shape.subject());
+    shape.a(vocab::sh::NodeShape).link(vocab::ssn::forProperty, d.base + effect.property);
+    if (const Resource* r = d.engine.registry.find_usual(effect.property, vocab::hybrit::Property.text)) {
+      const auto& property = static_cast<const PropertyResource&>(*r);
+      shape.link(vocab::sh::node, property.thing->names_base(d.base) + "#" + property.spec->path);
+    }
+    if (effect.from_input) shape.link(vocab::lrt_::valueFrom, shapes + input_shape());
+    if (!effect.value) continue;
+    rdf::Graph value;
+    const rdf::TermId node = value.fresh_blank();
+    rdf::write_value(value, node, *effect.spec->type, effect.spec->facets, *effect.value, thing->names_base(d.base));
+    must_have(d.graph, shape.subject(), value, node);
+  }
 }
 
 void ActionResource::describe_types(About& about) const {
@@ -173,6 +258,7 @@ void ActionResource::summarize(Overview& o) const {
   o.schema("input", spec->input, spec->facets);
   o.schema("output", spec->output, spec->output_facets);
   o.json("asynchronous", spec->asynchronous ? "true" : "false");
+  o.text("unavailable", unavailable);
 }
 
 void ActionResource::overview(Overview& o) const {
@@ -180,13 +266,39 @@ void ActionResource::overview(Overview& o) const {
   o.begin_array("invocations");
   for (const auto& i : invocations) o.link({}, *i);
   o.end_array();
+  if (!spec->headers.empty()) {
+    o.begin_object("headers");
+    for (const auto& [name, value] : spec->headers) o.text(name, value);
+    o.end_object();
+  }
+  if (spec->parts.empty()) return;
+  o.begin_array("parts");
+  for (const std::string& location : spec->parts)
+    if (const Resource* part = o.registry().find_usual(location, vocab::hybrit::Action.text)) o.link({}, *part);
+  o.end_array();
 }
 
 std::string ActionResource::shape_name(std::string_view what) const {
   return thing->shape_name("actions", "/" + spec->path + "/" + std::string(what));
 }
 
+bool ActionResource::take_availability() {
+  const char* const reason = spec->availability.reason();
+  std::string_view now = reason ? reason : "";
+  now = now.substr(0, utf8::find_invalid(now).value_or(now.size()));
+  if (reason && now.empty()) now = "not available";
+  if (now == unavailable) return false;
+  unavailable = now;
+  return true;
+}
+
+void ActionResource::set_observed(bool observed, ChangeScanner& scanner) {
+  if (observed) scanner.watch_availability();
+  else scanner.unwatch_availability();
+}
+
 void ActionResource::path_changed() {
+  if (Result<rdf::Graph> read = read_effects(*spec, path)) effects = *std::move(read);  // the texts were judged before
   mark_changed();
   for (const auto& i : invocations) i->mark_changed();
 }

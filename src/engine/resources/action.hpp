@@ -84,21 +84,31 @@ class ActionResource final : public Resource {
   std::string_view kind() const noexcept override { return "action"; }
   void summarize(Overview& o) const override;
   void overview(Overview& o) const override;
-  std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
+  std::uint64_t state(std::uint64_t structure) const noexcept override { return structure + revision; }
   void link_related(http::LinkWriter& links, const std::string& base) const override;
   bool observable() const noexcept override { return true; }
   bool is_urgent() const noexcept override { return true; }
+  void set_observed(bool observed, ChangeScanner& scanner) override;
   void path_changed() override;
   Iri saved_type() const noexcept override { return vocab::hybrit::Action; }
+
+  /// Takes over what the robot says of its availability.
+  /// @return  it has changed
+  bool take_availability();
 
   const std::shared_ptr<model::ActionSpec> spec;
   const rdf::Type invocation_type;                             ///< of its invocations as records
   std::list<std::unique_ptr<InvocationResource>> invocations;  ///< oldest first
   std::deque<InvocationResource*> queue;                       ///< pending ones that wait for their turn
   std::size_t active = 0;                                      ///< handed to the host and not ended
+  std::string unavailable;                                     ///< why it is not available; empty: it is
+  rdf::Graph effects;                                          ///< of the user's Turtle, with IRIs below placeholder_base
 
  private:
   std::string shape_name(std::string_view what) const;
+  void describe_binding(const Description& d, rdf::TermId node, const std::string& shapes) const;
+  void describe_parts(About& about, const Description& d) const;
+  void describe_effects(About& about, const Description& d, const std::string& shapes) const;
 };
 
 }  // namespace lrt::engine

@@ -70,7 +70,7 @@ void describe_structure(const ThingNode& thing, const Description& d) {
       for (const std::string& p : r->spec->predicates) must_have(graph, shape, Iri(std::string_view(p)), d.base + r->path);
     }
   };
-  links(thing.actions, vocab::hybrit::action, vocab::hybrit::Action);
+  links(thing.available_actions(), vocab::hybrit::action, vocab::hybrit::Action);
   links(thing.properties, vocab::hybrit::property, vocab::hybrit::Property);
   links(thing.collections, vocab::lrt_::collection, vocab::ldp::BasicContainer);
   for (const ThingNode* child : thing.children)

@@ -4,6 +4,7 @@
 
 #include <lrt/engine/engine.hpp>
 
+#include "src/engine/change_scanner.hpp"
 #include "src/engine/description.hpp"
 #include "src/engine/overview.hpp"
 #include "src/engine/registry.hpp"
@@ -18,6 +19,7 @@ namespace lrt::engine {
 void ThingResource::describe(const Description& d) const {
   const ThingNode& node = *thing;
   const model::ThingSpec& spec = *node.spec;
+  const std::vector<ActionResource*> actions = node.available_actions();
   About about(d.graph, d.base + path);
   describe_types(about);
   about.add(vocab::dcterms::title, rdf::literal(spec.title));
@@ -25,7 +27,7 @@ void ThingResource::describe(const Description& d) const {
   about.link(vocab::hybrit::subscriptions, d.base + node.subscriptions.path);  // R1.8
   about.link(vocab::lrt_::state, d.base + node.state.path);
   if (node.parent) about.link(vocab::dcterms::isPartOf, d.base + node.parent->self.path);
-  for (const auto& a : node.actions) about.link(vocab::hybrit::action, d.base + a->path);        // R1.10
+  for (const ActionResource* a : actions) about.link(vocab::hybrit::action, d.base + a->path);        // R1.10
   for (const auto& p : node.properties) about.link(vocab::hybrit::property, d.base + p->path);  // R1.9
   for (const auto& c : node.collections) about.link(vocab::lrt_::collection, d.base + c->path);
   for (const ThingNode* child : node.children) about.link(vocab::dcterms::hasPart, d.base + child->self.path);
@@ -33,14 +35,14 @@ void ThingResource::describe(const Description& d) const {
     for (const auto& r : resources)
       for (const std::string& predicate : r->spec->predicates) about.link(Iri(std::string_view(predicate)), d.base + r->path);
   };
-  domain_links(node.actions);
+  domain_links(actions);
   domain_links(node.properties);
   domain_links(node.collections);
   about.statements(spec.statements, d.base);
   add_placed(d.graph, node.statements, d.base);
 
   // The types of what it links to.
-  for (const auto& a : node.actions) describe_types_of(*a, d);
+  for (const ActionResource* a : actions) describe_types_of(*a, d);
   for (const auto& p : node.properties) describe_types_of(*p, d);
   for (const auto& c : node.collections) describe_types_of(*c, d);
   for (const ThingNode* child : node.children) describe_types_of(child->self, d);
@@ -65,7 +67,7 @@ void ThingResource::overview(Overview& o) const {
   else o.link("blueprint", node.spec->blueprint, node.blueprint.kind());
   o.link("subscriptions", node.subscriptions);
   o.links("properties", node.properties);
-  o.links("actions", node.actions);
+  o.links("actions", node.available_actions());
   o.links("collections", node.collections);
   o.begin_array("things");
   for (const ThingNode* child : node.children) o.link({}, child->self);
@@ -77,13 +79,18 @@ void ThingResource::link_related(http::LinkWriter& links, const std::string& bas
   links.add(base + node.state.path, "related");
   links.add(base + node.blueprint.path, "related");
   links.add(base + node.subscriptions.path, "related");
-  for (const auto& a : node.actions) links.add(base + a->path, "related");
+  for (const ActionResource* a : node.available_actions()) links.add(base + a->path, "related");
   for (const auto& p : node.properties) links.add(base + p->path, "related");
   for (const auto& c : node.collections) links.add(base + c->path, "related");
   for (const ThingNode* child : node.children) links.add(base + child->self.path, "related");
 }
 
 std::string ThingResource::up() const { return thing->parent ? thing->parent->self.path : "/"; }
+
+void ThingResource::set_observed(bool observed, ChangeScanner& scanner) {
+  if (observed) scanner.watch_availability();
+  else scanner.unwatch_availability();
+}
 
 // ------------------------------------------------------------------------------------------------------------- its state
 
@@ -119,6 +126,7 @@ void StateResource::for_each_property(FunctionRef<void(PropertyResource&)> visit
 }
 
 void StateResource::set_observed(bool observed, ChangeScanner& scanner) {
+  thing->self.set_observed(observed, scanner);
   for (const auto& p : thing->in_state) p->set_watched(observed, scanner);
 }
 
@@ -160,6 +168,13 @@ std::string ThingNode::shape_name(std::string name, std::string_view rest) const
          std::any_of(spec->collections.begin(), spec->collections.end(), is_users))
     name += name_aside;
   return name.append(rest);
+}
+
+std::vector<ActionResource*> ThingNode::available_actions() const {
+  std::vector<ActionResource*> available;
+  for (const auto& a : actions)
+    if (a->unavailable.empty()) available.push_back(a.get());
+  return available;
 }
 
 std::vector<Resource*> ThingNode::resources() {

@@ -35,6 +35,7 @@ class ThingResource final : public Resource {
   std::string up() const override;
   Iri saved_type() const noexcept override { return vocab::hybrit::RoboticThing; }
   bool observable() const noexcept override { return true; }
+  void set_observed(bool observed, ChangeScanner& scanner) override;
 };
 
 /// A Thing with the values of all its Properties (lrt:state).
@@ -69,6 +70,8 @@ struct ThingNode {
   Dispatch where(const model::ResourceSpec& resource) const noexcept { return resource.dispatch.value_or(spec->dispatch); }
   /// The name of a shape that is not that of a property or collection of the user: "actions" + "/turn/input", "actions-lrt" + "/turn/input".
   std::string shape_name(std::string name, std::string_view rest = {}) const;
+  /// The actions that are available now.
+  std::vector<ActionResource*> available_actions() const;
   /// All its resources that have been there since its registration.
   std::vector<Resource*> resources();
 

@@ -17,6 +17,7 @@
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/base/unique_function.hpp>
+#include <lrt/model/detail/availability.hpp>
 #include <lrt/model/detail/slot.hpp>
 #include <lrt/model/representation.hpp>
 #include <lrt/model/statement.hpp>
@@ -65,6 +66,7 @@ class HandleLog {
 /// What all registered resources have in common.
 struct ResourceSpec {
   std::string path;                      ///< percent-encoded, relative to its thing
+  std::string location;                  ///< its usual path below the root: "/arm/angle", "/arm/actions/turn"
   std::vector<std::string> classes;      ///< further rdf:types
   std::vector<std::string> predicates;   ///< domain predicates from the thing to it
   std::vector<Statement> statements;
@@ -103,12 +105,26 @@ struct PropertySpec : ResourceSpec {
   std::optional<Object> frame;
 };
 
+/// What a successful invocation of an action leaves in a property: any value, the input, or `value`.
+struct EffectSpec {
+  std::string property;                        ///< its location
+  bool from_input = false;
+  std::shared_ptr<const PropertySpec> spec{};  ///< of the property, if there is a value
+  std::optional<rdf::Value> value{};
+};
+
 struct ActionSpec : ResourceSpec {
   const rdf::Type* input = nullptr;      ///< nullptr: no input
   const rdf::Type* output = nullptr;     ///< nullptr: no output
   rdf::Facets facets, output_facets;     ///< of the input and of the output
   ActionPolicy policy;
   bool asynchronous = false;
+  Availability availability;
+  std::vector<EffectSpec> effects;
+  std::vector<std::string> effect_turtle;                       ///< documents; their base is the action
+  std::vector<std::pair<std::string, std::string>> headers;     ///< names and values of header fields of its binding
+  std::vector<std::string> parts;                               ///< locations of the actions that it is composed of
+  std::optional<Error> first_error;
   /// Starts an invocation. It or a responder finishes the link. Exceptions of user code pass through.
   UniqueFunction<void(const rdf::Value&, const std::shared_ptr<InvocationLink>&)> start;
 };

@@ -62,7 +62,8 @@ class ChangeSource {
   std::atomic<WakeSignal*> wake_signal_{nullptr};
 };
 
-/// The flag behind PulledProperty::changed(): the host requests that a pulled property is read again.
+/// A flag that the host sets: PulledProperty::changed() requests that a property is read again, Action::available() that the availability of the
+/// actions is read.
 class ChangeSignal final : public ChangeSource {
  public:
   /// Any thread; wait-free.
