@@ -40,6 +40,7 @@ class Engine::Impl {
   bool stopped = false;
 
  private:
+  Outcome judge(Context& context, const Result<Access>& access);
   Outcome route(Context& context, const Result<Access>& access);
   Outcome dispatch(Context& context);
   std::optional<http::Response> denied(const Context& context, const Result<Access>& access) const;
@@ -51,10 +52,17 @@ class Engine::Impl {
 
 Outcome Engine::Impl::handle(const http::Request& request, const Result<Access>& access, TimePoint now) {
   Context context(request, now);
+  Outcome outcome = judge(context, access);
+  if (auto* response = std::get_if<http::Response>(&outcome)) parts.cors.add_fields(request, *response);
+  if (auto* streamed = std::get_if<Streamed>(&outcome)) parts.cors.add_fields(request, streamed->response);
+  return outcome;
+}
+
+Outcome Engine::Impl::judge(Context& context, const Result<Access>& access) {
   try {
-    take_messages(now);
+    take_messages(context.now);
     if (!stopped) return route(context, access);
-    if (const auto target = http::split_target(request.target)) (void)find_resource(context, *target);
+    if (const auto target = http::split_target(context.request().target)) (void)find_resource(context, *target);
     return parts.responses.stopping(context);
   } catch (const std::exception& e) {
     parts.responses.log(LogLevel::error, std::string("a request failed inside: ") + e.what());
@@ -69,6 +77,7 @@ Outcome Engine::Impl::route(Context& context, const Result<Access>& access) {
   const Result<std::size_t> base = parts.bases.of(request, *target);
   if (!base) return parts.responses.problem(context, 421, base.error().message);
   context.base = *base;
+  if (auto response = parts.cors.preflight(request)) return *std::move(response);
   if (auto response = denied(context, access)) return *std::move(response);
   const bool known = std::find(known_methods.begin(), known_methods.end(), request.method) != known_methods.end();
   if (known && target->path == "*") {
@@ -128,8 +137,7 @@ bool Engine::Impl::is_from_foreign_page(const Context& context) const {
   const auto origin = request.find("Origin");
   if (!origin) return false;
   if (request.count("Origin") == 1 && parts.bases.is_own_origin(*origin, context.base, request)) return false;
-  return std::none_of(parts.options.allowed_origins.begin(), parts.options.allowed_origins.end(),
-                      [&](const std::string& allowed) { return allowed == "*" || http::iequals(*origin, allowed); });
+  return !parts.cors.may_command(*origin);
 }
 
 /// The path of a target without that of the public base, which a proxy may remove or keep. If Things have paths below it, only a proxy that
@@ -272,6 +280,7 @@ void Engine::closed(Channel channel) noexcept { impl_->parts.subscriptions.close
 
 Result<void> Engine::check() const {
   if (Result<void> checked = impl_->parts.bases.check(); !checked) return checked;
+  if (Result<void> checked = impl_->parts.cors.check(); !checked) return checked;
   return impl_->parts.subscriptions.check_options();
 }
 std::vector<subscription::ReadyCallback> Engine::take_callbacks() { return impl_->parts.subscriptions.take_callbacks(); }

@@ -11,6 +11,7 @@
 #include "src/engine/bases.hpp"
 #include "src/engine/bodies.hpp"
 #include "src/engine/change_scanner.hpp"
+#include "src/engine/cors.hpp"
 #include "src/engine/description.hpp"
 #include "src/engine/host_calls.hpp"
 #include "src/engine/invocations.hpp"
@@ -47,6 +48,7 @@ struct Parts {
   const EngineOptions options;
   const Clock& clock;
   Bases bases;                       ///< hosts and base IRIs
+  const Cors cors;                   ///< pages of other origins
   RepresentationCache cache;         ///< representations that are kept
   Registry registry;                 ///< paths, and the tree of Things
   HostCalls calls;                   ///< into user code and back

@@ -131,6 +131,11 @@ class Resource {
   virtual void describe(const Description& d) const = 0;
   /// Its types, stated wherever it is linked to (SPEC 2).
   virtual void describe_types(About& about) const = 0;
+  /// What its container says of it.
+  virtual void describe_as_member(About& about, const Description& d) const {
+    (void)d;
+    describe_types(about);
+  }
   virtual const Variants& variants() const { return overview_variants(); }
   /// What it is in overviews, in one word.
   virtual std::string_view kind() const noexcept = 0;

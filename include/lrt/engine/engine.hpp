@@ -70,6 +70,7 @@ struct EngineOptions : Limits {
   std::shared_ptr<IdSource> ids;                       ///< nullptr: RandomIds
   LogCallback log;
   std::shared_ptr<const PageSource> page;              ///< HTML for people; nullptr: none
+  std::vector<std::string> read_origins;               ///< Security::read_origins
 };
 
 /// User code to be run where its Dispatch says; with io_thread: soon, by the thread that drives the engine. It may also be dropped. It never throws.
