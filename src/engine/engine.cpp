@@ -8,6 +8,7 @@
 #include <lrt/http/target.hpp>
 #include <lrt/http/websocket.hpp>
 #include <lrt/model/statement.hpp>
+#include <lrt/rdf/lexical.hpp>
 
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/thing.hpp"
@@ -32,7 +33,7 @@ class Engine::Impl {
   Result<void> add(std::vector<Thing> things);
   Result<void> remove(std::string_view path);
   void remove_with_children(ThingNode& thing);
-  void listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name);
+  void listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name, Upgrades upgrades);
   /// Runs what other threads have left.
   void take_messages(TimePoint now);
 
@@ -160,8 +161,13 @@ std::optional<http::Response> Engine::Impl::find_resource(Context& context, cons
   }
   if (!context.resource) return parts.responses.problem(context, 404, "there is no resource at \"" + std::string(target.path) + "\"; GET / lists the Things");
   context.resource_id = context.resource->id;
-  if (!target.query.empty() && context.resource->is_container()) return read_page(context, target.query);
-  return std::nullopt;
+  if (target.query.empty()) return std::nullopt;
+  if (const auto links = query_parameter(context.request().target, "links")) {
+    const auto first = rdf::lexical::parse_uint64(*links);
+    if (!first) return parts.responses.problem(context, 400, "links: expected a number");
+    context.first_link = static_cast<std::size_t>(*first);
+  }
+  return context.resource->is_container() ? read_page(context, target.query) : std::nullopt;
 }
 
 /// The parameter `page` of a container.
@@ -216,11 +222,11 @@ void Engine::Impl::remove_with_children(ThingNode& thing) {
   parts.remove(thing);
 }
 
-void Engine::Impl::listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name) {
+void Engine::Impl::listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name, Upgrades upgrades) {
   // What is kept is of the bases that were.
   parts.cache.clear();
   for (const auto& [path, thing] : parts.registry.things()) thing->compiled_shapes.clear();
-  parts.bases.listens_on(address, port, secure, name);
+  parts.bases.listens_on(address, port, secure, name, upgrades);
 }
 
 // ---------------------------------------------------------------------------------------------------------------- Engine
@@ -236,8 +242,8 @@ Result<void> Engine::add(Thing thing) {
 Result<void> Engine::add(std::vector<Thing> things) { return impl_->add(std::move(things)); }
 Result<void> Engine::remove(std::string_view path) { return impl_->remove(path); }
 
-void Engine::listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name) {
-  impl_->listens_on(address, port, secure, name);
+void Engine::listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name, Upgrades upgrades) {
+  impl_->listens_on(address, port, secure, name, upgrades);
 }
 
 void Engine::set_waker(std::shared_ptr<Waker> waker) {

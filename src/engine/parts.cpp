@@ -58,9 +58,11 @@ Parts::Parts(EngineOptions given)
       subscriptions(options, registry, bases, responses, bodies, representations, values, scanner),
       saved(options, registry, bases, responses, subscriptions),
       invocations(options, registry, calls, pending, responses, representations, bodies, scanner),
-      root(registry, TermsResource::location),
+      tree("/all", nullptr, &registry),
+      root(registry, TermsResource::location, tree),
       context(context_text),
       handle_log(std::make_shared<model::HandleLog>(options.log)) {
+  registry.add(tree);
   registry.add(root);
   registry.add(terms);
   registry.add(context);

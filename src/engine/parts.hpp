@@ -21,6 +21,7 @@
 #include "src/engine/representation_cache.hpp"
 #include "src/engine/representations.hpp"
 #include "src/engine/resources/documents.hpp"
+#include "src/engine/resources/tree.hpp"
 #include "src/engine/responses.hpp"
 #include "src/engine/saved_subscriptions.hpp"
 #include "src/engine/subscriptions.hpp"
@@ -63,6 +64,7 @@ struct Parts {
   Subscriptions subscriptions;       ///< notifying subscribers
   SavedSubscriptions saved;          ///< callbacks over a restart
   Invocations invocations;           ///< the life of commands
+  TreeResource tree;                 ///< all Things as one document
   RootResource root;
   TermsResource terms;
   ContextResource context;

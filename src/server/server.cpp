@@ -278,7 +278,11 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       if (Result<void> checked = check_transport(address); !checked) return checked;
       started = transport_->start(*this);
       if (!started && started.error().code != Errc::address_in_use) continue;
-      if (started) engine_.listens_on(address, transport_->port(), options_.security.tls.has_value(), address == given ? std::string_view() : given);
+      if (started) {
+        const transport::Capabilities can = transport_->capabilities();
+        engine_.listens_on(address, transport_->port(), options_.security.tls.has_value(), address == given ? std::string_view() : given,
+                           {can.websocket, can.callback_upgrade});
+      }
       break;
     }
     return started;
