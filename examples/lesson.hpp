@@ -4,7 +4,8 @@
 //
 // A lesson runs a server and a small client, which uses the real port on a thread of its own and prints each request and response. When the
 // client has finished, the lesson ends. With --serve there is no client: the lesson serves on port 8080 until Ctrl-C, for use with curl; with
-// --serve N on port N. --public-base URL and --allowed-host HOST are Listen::public_base and one of Security::allowed_hosts.
+// --serve N on port N. --public-base URL and --allowed-host HOST are Listen::public_base and one of Security::allowed_hosts,
+// --cors ORIGIN is one of Security::read_origins.
 //
 // The output is the same at every run: the client shows any port as 8080, ids as id-1, id-2 ..., times as <time> and entity tags as <tag>. Of
 // the header fields it shows only Content-Type, Allow, Location and the field of show(). It removes the @prefix lines of received Turtle and
@@ -63,6 +64,7 @@ inline lrt::Options options() {
   o.listen.port = port();
   o.listen.public_base = argument("--public-base").value_or("");
   if (const auto host = argument("--allowed-host")) o.security.allowed_hosts = {*host};
+  if (const auto origin = argument("--cors")) o.security.read_origins = {*origin};
   return o;
 }
 

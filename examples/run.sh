@@ -2,7 +2,7 @@
 # Installs what is missing, builds, and serves Baxter's right arm at http://127.0.0.1:8080/ until Ctrl-C.
 #
 #   examples/run.sh [--tls] [arguments of the example: --port N, --bind ADDRESS, --public-base URL, --allowed-host HOST,
-#                    --demo, --allow-callback HOST, --subscriptions FILE, --transport http|libwebsockets]
+#                    --cors ORIGIN, --demo, --allow-callback HOST, --subscriptions FILE, --transport http|libwebsockets]
 #
 # --tls: HTTPS with a development certificate in build/tls; curl --cacert build/tls/ca.pem https://localhost:8080/
 set -eu

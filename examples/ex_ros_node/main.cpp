@@ -1,7 +1,7 @@
 // A node of ROS 1 that makes joints web resources: each joint that a topic names becomes a Thing with its position, velocity and effort, and an
 // action that sends a target to another topic.
 //
-//   ex_ros_node [--port N] [--public-base URL] [--allowed-host HOST]... [--linear JOINT]... [--limits JOINT LOWER UPPER]... [NAME:=VALUE]...
+//   ex_ros_node [--port N] [--public-base URL] [--allowed-host HOST]... [--cors ORIGIN]... [--linear JOINT]... [--limits JOINT LOWER UPPER]... [NAME:=VALUE]...
 //
 // joint_states     sensor_msgs/JointState, in: a joint is added when it is first named, with the values of that message
 // joint_commands   sensor_msgs/JointState, out: one joint and its position for each command
@@ -113,7 +113,7 @@ class LinkedJoints {
 };
 
 int usage() {
-  std::fprintf(stderr, "usage: ex_ros_node [--port N] [--public-base URL] [--allowed-host HOST]... [--linear JOINT]... [--limits JOINT LOWER UPPER]... [NAME:=VALUE]...\n");
+  std::fprintf(stderr, "usage: ex_ros_node [--port N] [--public-base URL] [--allowed-host HOST]... [--cors ORIGIN]... [--linear JOINT]... [--limits JOINT LOWER UPPER]... [NAME:=VALUE]...\n");
   return 2;
 }
 
@@ -138,6 +138,8 @@ int main(int argc, char** argv) {
       options.listen.public_base = argv[++i];
     } else if (word == "--allowed-host" && i + 1 < argc) {
       options.security.allowed_hosts.emplace_back(argv[++i]);
+    } else if (word == "--cors" && i + 1 < argc) {
+      options.security.read_origins.emplace_back(argv[++i]);
     } else if (word == "--linear" && i + 1 < argc) {
       description.linear.insert(argv[++i]);
     } else if (word == "--limits" && i + 3 < argc) {

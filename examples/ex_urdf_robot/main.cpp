@@ -1,6 +1,6 @@
 // Any robot with a URDF as Linked Robotic Things, moved by a recording of its joints or by clients.
 //
-//   ex_urdf_robot [URDF] [CSV] [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]... [--argument NAME=VALUE]...
+//   ex_urdf_robot [URDF] [CSV] [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]... [--cors ORIGIN]... [--argument NAME=VALUE]...
 //                 [--package NAME=DIR]...
 //
 // URDF                    the robot; default: the picker beside this file
@@ -42,6 +42,8 @@ int main(int argc, char** argv) {
       options.listen.public_base = argv[++i];
     } else if (arg == "--allowed-host" && i + 1 < argc) {
       options.security.allowed_hosts.emplace_back(argv[++i]);
+    } else if (arg == "--cors" && i + 1 < argc) {
+      options.security.read_origins.emplace_back(argv[++i]);
     } else if ((arg == "--argument" || arg == "--package") && i + 1 < argc) {
       const std::string given = argv[++i];
       const std::size_t equals = given.find('=');
@@ -54,7 +56,7 @@ int main(int argc, char** argv) {
       if (error != std::errc() || read_to != end) return std::fprintf(stderr, "ex_urdf_robot: --port wants 0 to 65535\n"), 2;
     } else {
       std::fprintf(stderr, "usage: ex_urdf_robot [URDF] [CSV] [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]...\n"
-                           "                     [--argument NAME=VALUE]... [--package NAME=DIR]...\n");
+                           "                     [--cors ORIGIN]... [--argument NAME=VALUE]... [--package NAME=DIR]...\n");
       return arg == "--help" ? 0 : 2;
     }
   }

@@ -251,6 +251,8 @@ class Mount {
     }
     if (to.headers.find("Date") == to.headers.end())
       to.set_header("Date", http::to_http_date(std::chrono::system_clock::now()));
+    // RFC 9110 7.8: a response with Upgrade names it in Connection.
+    if (to.headers.find("Upgrade") != to.headers.end()) to.set_header("Connection", response.close ? "close, Upgrade" : "Upgrade");
     if (response.close && to.headers.find("Connection") == to.headers.end()) to.set_header("Connection", "close");
     return content_type;
   }

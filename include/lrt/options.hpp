@@ -56,6 +56,11 @@ struct Security {
   /// Allows listening on an address that is not a loopback address without TLS and without an authorizer. Then every client that can connect
   /// to the port can move the robot.
   bool allow_unprotected_network = false;
+  /// Pages of other origins ("https://dashboard.example") that may read responses in a browser (GET, HEAD, OPTIONS; CORS), besides those of
+  /// this server and of allowed_origins; "*": any. By default there are none: browsers keep the responses from all other pages. Other clients
+  /// than browsers are not concerned. "*" makes the robot readable by each page that somebody visits whose browser can connect to the robot,
+  /// also where the robot itself cannot be reached from the Internet. Commands, WebSockets and event streams depend on allowed_origins.
+  std::vector<std::string> read_origins;
 };
 
 /// Bounds of what clients can use: memory, connections and time.

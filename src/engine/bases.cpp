@@ -60,11 +60,12 @@ Result<void> Bases::check() const {
   return {};
 }
 
-void Bases::listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name) {
+void Bases::listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name, Upgrades upgrades) {
   const std::string suffix = ":" + std::to_string(port);
   const std::string numeric =
       address.find(':') == std::string_view::npos ? std::string(address) : "[" + std::string(address) + "]";
   port_ = port;
+  upgrades_ = upgrades;
   hosts_.clear();
   const auto accept = [&](std::string_view host) {
     std::string canonical = canonical_host(host, secure);
@@ -142,6 +143,15 @@ std::size_t Bases::intern(std::string base, bool served) {
   }
   served_[number] = served_[number] || served;
   return number;
+}
+
+Upgrades Bases::upgrades(std::string_view base) const {
+  const auto parts = http::split_target(base);
+  const auto host = public_base_.empty() && parts ? http::parse_host(parts->authority) : std::nullopt;
+  if (!host) return upgrades_;
+  const std::uint16_t port = host->port ? *host->port : parts->secure ? 443 : 80;
+  const bool is_guest = port != port_ && std::find(guest_ports_.begin(), guest_ports_.end(), port) != guest_ports_.end();
+  return is_guest ? Upgrades() : upgrades_;
 }
 
 std::string_view Bases::origin(std::size_t number) const {

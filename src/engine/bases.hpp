@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <lrt/base/result.hpp>
+#include <lrt/engine/engine.hpp>
 #include <lrt/http/target.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/subscription/allowed_hosts.hpp>
@@ -28,7 +29,7 @@ class Bases {
 
   /// Where the server listens. All bases that were known are forgotten.
   /// @param name  the host name that has given the numeric address; empty: none
-  void listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name = {});
+  void listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name = {}, Upgrades upgrades = {});
 
   /// The base of a request.
   /// @par Errors  refused: the host is not one of this server's (421)
@@ -37,6 +38,8 @@ class Bases {
   /// @param served  requests may name it; false for a base that only a restored subscription has
   std::size_t intern(std::string base, bool served);
   const std::string& operator[](std::size_t number) const { return bases_[number]; }
+  /// The kinds of Upgrade that a request of this base can have.
+  Upgrades upgrades(std::string_view base) const;
   /// Scheme, host and port of a base.
   std::string_view origin(std::size_t number) const;
   /// Whether a field Origin (RFC 6454 7) names this server: the origin of the request's base or, with a public base, of the name in Host.
@@ -69,6 +72,7 @@ class Bases {
   std::vector<std::string> hosts_;  ///< accepted ones, in lower case, with the port unless it is the scheme's
   std::vector<std::string> public_hosts_;  ///< the public base's and allowed ones, with the port unless it is that of its scheme
   std::uint16_t port_ = 0;
+  Upgrades upgrades_;               ///< of the transport
   std::vector<std::uint16_t> guest_ports_;  ///< of hosts' own HTTP servers that have handed requests over
 };
 

@@ -55,6 +55,7 @@ class Context {
   Resource* resource = nullptr;   ///< nullptr: none was found, or it is gone
   ResourceId resource_id{};       ///< of `resource`, for the time in between
   std::size_t page = 1;           ///< of a container
+  std::size_t first_link = 0;     ///< where the links continue that did not fit in a response before
   bool ignores_conditions = false;  ///< If-Match and If-None-Match were judged already
 
  private:

@@ -8,6 +8,7 @@
 #include <lrt/http/target.hpp>
 #include <lrt/http/websocket.hpp>
 #include <lrt/model/statement.hpp>
+#include <lrt/rdf/lexical.hpp>
 
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/thing.hpp"
@@ -32,7 +33,7 @@ class Engine::Impl {
   Result<void> add(std::vector<Thing> things);
   Result<void> remove(std::string_view path);
   void remove_with_children(ThingNode& thing);
-  void listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name);
+  void listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name, Upgrades upgrades);
   /// Runs what other threads have left.
   void take_messages(TimePoint now);
 
@@ -40,6 +41,7 @@ class Engine::Impl {
   bool stopped = false;
 
  private:
+  Outcome judge(Context& context, const Result<Access>& access);
   Outcome route(Context& context, const Result<Access>& access);
   Outcome dispatch(Context& context);
   std::optional<http::Response> denied(const Context& context, const Result<Access>& access) const;
@@ -51,10 +53,17 @@ class Engine::Impl {
 
 Outcome Engine::Impl::handle(const http::Request& request, const Result<Access>& access, TimePoint now) {
   Context context(request, now);
+  Outcome outcome = judge(context, access);
+  if (auto* response = std::get_if<http::Response>(&outcome)) parts.cors.add_fields(request, *response);
+  if (auto* streamed = std::get_if<Streamed>(&outcome)) parts.cors.add_fields(request, streamed->response);
+  return outcome;
+}
+
+Outcome Engine::Impl::judge(Context& context, const Result<Access>& access) {
   try {
-    take_messages(now);
+    take_messages(context.now);
     if (!stopped) return route(context, access);
-    if (const auto target = http::split_target(request.target)) (void)find_resource(context, *target);
+    if (const auto target = http::split_target(context.request().target)) (void)find_resource(context, *target);
     return parts.responses.stopping(context);
   } catch (const std::exception& e) {
     parts.responses.log(LogLevel::error, std::string("a request failed inside: ") + e.what());
@@ -69,6 +78,7 @@ Outcome Engine::Impl::route(Context& context, const Result<Access>& access) {
   const Result<std::size_t> base = parts.bases.of(request, *target);
   if (!base) return parts.responses.problem(context, 421, base.error().message);
   context.base = *base;
+  if (auto response = parts.cors.preflight(request)) return *std::move(response);
   if (auto response = denied(context, access)) return *std::move(response);
   const bool known = std::find(known_methods.begin(), known_methods.end(), request.method) != known_methods.end();
   if (known && target->path == "*") {
@@ -128,8 +138,7 @@ bool Engine::Impl::is_from_foreign_page(const Context& context) const {
   const auto origin = request.find("Origin");
   if (!origin) return false;
   if (request.count("Origin") == 1 && parts.bases.is_own_origin(*origin, context.base, request)) return false;
-  return std::none_of(parts.options.allowed_origins.begin(), parts.options.allowed_origins.end(),
-                      [&](const std::string& allowed) { return allowed == "*" || http::iequals(*origin, allowed); });
+  return !parts.cors.may_command(*origin);
 }
 
 /// The path of a target without that of the public base, which a proxy may remove or keep. If Things have paths below it, only a proxy that
@@ -152,8 +161,13 @@ std::optional<http::Response> Engine::Impl::find_resource(Context& context, cons
   }
   if (!context.resource) return parts.responses.problem(context, 404, "there is no resource at \"" + std::string(target.path) + "\"; GET / lists the Things");
   context.resource_id = context.resource->id;
-  if (!target.query.empty() && context.resource->is_container()) return read_page(context, target.query);
-  return std::nullopt;
+  if (target.query.empty()) return std::nullopt;
+  if (const auto links = query_parameter(context.request().target, "links")) {
+    const auto first = rdf::lexical::parse_uint64(*links);
+    if (!first) return parts.responses.problem(context, 400, "links: expected a number");
+    context.first_link = static_cast<std::size_t>(*first);
+  }
+  return context.resource->is_container() ? read_page(context, target.query) : std::nullopt;
 }
 
 /// The parameter `page` of a container.
@@ -209,11 +223,11 @@ void Engine::Impl::remove_with_children(ThingNode& thing) {
   parts.remove(thing);
 }
 
-void Engine::Impl::listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name) {
+void Engine::Impl::listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name, Upgrades upgrades) {
   // What is kept is of the bases that were.
   parts.cache.clear();
   for (const auto& [path, thing] : parts.registry.things()) thing->compiled_shapes.clear();
-  parts.bases.listens_on(address, port, secure, name);
+  parts.bases.listens_on(address, port, secure, name, upgrades);
 }
 
 // ---------------------------------------------------------------------------------------------------------------- Engine
@@ -229,8 +243,8 @@ Result<void> Engine::add(Thing thing) {
 Result<void> Engine::add(std::vector<Thing> things) { return impl_->add(std::move(things)); }
 Result<void> Engine::remove(std::string_view path) { return impl_->remove(path); }
 
-void Engine::listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name) {
-  impl_->listens_on(address, port, secure, name);
+void Engine::listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name, Upgrades upgrades) {
+  impl_->listens_on(address, port, secure, name, upgrades);
 }
 
 void Engine::set_waker(std::shared_ptr<Waker> waker) {
@@ -273,6 +287,7 @@ void Engine::closed(Channel channel) noexcept { impl_->parts.subscriptions.close
 
 Result<void> Engine::check() const {
   if (Result<void> checked = impl_->parts.bases.check(); !checked) return checked;
+  if (Result<void> checked = impl_->parts.cors.check(); !checked) return checked;
   return impl_->parts.subscriptions.check_options();
 }
 std::vector<subscription::ReadyCallback> Engine::take_callbacks() { return impl_->parts.subscriptions.take_callbacks(); }

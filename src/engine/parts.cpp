@@ -43,10 +43,11 @@ Parts::Parts(EngineOptions given)
     : options(completed(std::move(given))),
       clock(options.clock ? *options.clock : system_clock()),
       bases(options.public_base, options.allowed_hosts),
+      cors(options),
       cache(options.max_cache_bytes),
       registry(cache),
       calls(options.dispatch, 2 * options.max_waiting_requests),
-      pending(registry, calls, options.max_waiting_requests),
+      pending(registry, calls, cors, options.max_waiting_requests),
       context_text(rdf::json_ld_context(options.prefixes)),
       responses(options, bases, TermsResource::location, std::string(ContextResource::location) + "?v=" + version_of(context_text)),
       values(calls, registry, options, clock),
@@ -57,9 +58,11 @@ Parts::Parts(EngineOptions given)
       subscriptions(options, registry, bases, responses, bodies, representations, values, scanner),
       saved(options, registry, bases, responses, subscriptions),
       invocations(options, registry, calls, pending, responses, representations, bodies, scanner),
-      root(registry, TermsResource::location),
+      tree("/all", nullptr, &registry),
+      root(registry, TermsResource::location, tree),
       context(context_text),
       handle_log(std::make_shared<model::HandleLog>(options.log)) {
+  registry.add(tree);
   registry.add(root);
   registry.add(terms);
   registry.add(context);

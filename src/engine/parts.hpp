@@ -11,6 +11,7 @@
 #include "src/engine/bases.hpp"
 #include "src/engine/bodies.hpp"
 #include "src/engine/change_scanner.hpp"
+#include "src/engine/cors.hpp"
 #include "src/engine/description.hpp"
 #include "src/engine/host_calls.hpp"
 #include "src/engine/invocations.hpp"
@@ -20,6 +21,7 @@
 #include "src/engine/representation_cache.hpp"
 #include "src/engine/representations.hpp"
 #include "src/engine/resources/documents.hpp"
+#include "src/engine/resources/tree.hpp"
 #include "src/engine/responses.hpp"
 #include "src/engine/saved_subscriptions.hpp"
 #include "src/engine/subscriptions.hpp"
@@ -47,6 +49,7 @@ struct Parts {
   const EngineOptions options;
   const Clock& clock;
   Bases bases;                       ///< hosts and base IRIs
+  const Cors cors;                   ///< pages of other origins
   RepresentationCache cache;         ///< representations that are kept
   Registry registry;                 ///< paths, and the tree of Things
   HostCalls calls;                   ///< into user code and back
@@ -61,6 +64,7 @@ struct Parts {
   Subscriptions subscriptions;       ///< notifying subscribers
   SavedSubscriptions saved;          ///< callbacks over a restart
   Invocations invocations;           ///< the life of commands
+  TreeResource tree;                 ///< all Things as one document
   RootResource root;
   TermsResource terms;
   ContextResource context;

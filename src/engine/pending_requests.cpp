@@ -30,6 +30,7 @@ Context* PendingRequests::resume(Ticket ticket, TimePoint now) {
 void PendingRequests::respond(Ticket ticket, http::Response response, std::optional<Channel> channel) {
   const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
   if (found == pending_.end()) return;
+  if (response.status != 101) cors_.add_fields(found->second.context.request(), response);
   remove(found);
   replies_.push_back({ticket, std::move(response), channel});
 }

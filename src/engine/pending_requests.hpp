@@ -15,6 +15,7 @@
 #include <lrt/engine/handler.hpp>
 
 #include "src/engine/context.hpp"
+#include "src/engine/cors.hpp"
 #include "src/engine/host_calls.hpp"
 #include "src/engine/registry.hpp"
 
@@ -28,8 +29,8 @@ class PendingRequests {
   /// @param runs  the call that the request waits for has begun, and continues; false: it will not run
   using Timeout = UniqueFunction<void(Ticket, Context&, bool runs)>;
 
-  PendingRequests(const Registry& registry, const HostCalls& calls, std::size_t max_pending)
-      : registry_(registry), calls_(calls), max_pending_(max_pending) {}
+  PendingRequests(const Registry& registry, const HostCalls& calls, const Cors& cors, std::size_t max_pending)
+      : registry_(registry), calls_(calls), cors_(cors), max_pending_(max_pending) {}
 
   /// Keeps a request for at most that time.
   /// @param where  its call runs. Requests for the I/O thread have a limit of their own, so that a stop can be invoked while a thousand
@@ -67,6 +68,7 @@ class PendingRequests {
 
   const Registry& registry_;
   const HostCalls& calls_;
+  const Cors& cors_;
   const std::size_t max_pending_;
   std::uint64_t next_ticket_ = 1;
   Requests pending_;

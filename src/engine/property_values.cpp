@@ -103,8 +103,9 @@ void PropertyValues::refresh(Resource& resource, Encodings encodings, Done done)
   };
   auto join = std::make_shared<Join>();
   join->done = std::move(done);
-  const auto one_done = [join](const Result<void>& result, TimePoint now) {
-    if (!result && join->result) join->result = result;
+  const auto one_done = [join, tolerates = resource.tolerates_failures()](const Result<void>& result, TimePoint now) {
+    const bool fails = !result && (!tolerates || result.error().code == Errc::timed_out);
+    if (fails && join->result) join->result = result;
     if (--join->open == 0) join->done(join->result, now);
   };
   const bool values = resource.reads() == Resource::Reads::values;

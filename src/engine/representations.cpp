@@ -10,6 +10,7 @@
 #include <lrt/http/range.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/engine/bases.hpp"
 #include "src/engine/overview.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
@@ -50,7 +51,8 @@ http::Response Representations::options(const Context& context) const {
   http::Response response;
   response.status = 204;
   responses_.add_allow(response.fields, *context.resource);
-  add_links(response.fields, *context.resource, context.base, context.page);
+  add_upgrade(response.fields, context);
+  add_links(response.fields, *context.resource, context.base, context.page, context.first_link);
   return response;
 }
 
@@ -156,13 +158,20 @@ http::Response Representations::respond_with(const Representation& representatio
       responses_.add_types(response.fields, &resource);
       response.fields.add("ETag", representation.tag);
       response.fields.add("Vary", context.vary());
-      response.fields.add("Cache-Control", resource.cache_control());
+      response.fields.add("Cache-Control", cache_control_of(context));
+      add_upgrade(response.fields, context);
       return response;
     }
   }
   http::Response response;
   response.fields = representation.fields;
   response.body = representation.body;
+  if (resource.document()) response.fields.set("Cache-Control", cache_control_of(context));
+  add_upgrade(response.fields, context);
+  if (context.first_link != 0) {
+    response.fields.remove("Link");
+    add_links(response.fields, resource, context.base, representation.page, context.first_link);
+  }
   if (minimal) response.fields.add("Preference-Applied", context.wants_minimal() ? "return=minimal" : "return=representation");
   // RFC 9110 14: a part, if the client has the rest of the same representation.
   const auto range_field = request.find("Range");
@@ -251,10 +260,27 @@ Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Var
     if (variant == Variant(rdf::Syntax::rdf_xml) && graph.size() > options_.max_rdf_xml_triples)
       return unexpected(Errc::limit_exceeded, std::to_string(graph.size()) + " triples are too many for RDF/XML, which takes " +
                                                   std::to_string(options_.max_rdf_xml_triples) + ", but not for text/turtle");
-    text = responses_.write(graph, variant, base);
+    if (rdf::has_named_graphs(variant.syntax()) && !resource.described_resources().empty())
+      text = rdf::write(dataset_of(resource, base, std::move(graph)), variant.syntax(), options_.prefixes);
+    else
+      text = responses_.write(graph, variant, base);
   }
   if (!text) return Unexpected{std::move(text).error()};
+  if (const std::size_t max = resource.max_bytes(options_); text->size() > max)
+    return unexpected(Errc::limit_exceeded, "the document has more than " + std::to_string(max) + " bytes; its parts can be read one by one");
   return std::make_shared<const std::string>(*std::move(text));
+}
+
+/// The graph, and once more the triples of each resource in it in a graph of its own: a query of the default graph finds what other syntaxes
+/// have, and one of named graphs finds where it is from.
+rdf::Dataset Representations::dataset_of(const Resource& resource, std::size_t base, rdf::Graph all) const {
+  rdf::Dataset dataset{std::move(all), {}};
+  for (const Resource* part : resource.described_resources()) {
+    rdf::Graph graph;
+    part->describe({graph, view_.bases[base], 1, view_});
+    dataset.named.emplace_back(view_.bases[base] + part->path, std::move(graph));
+  }
+  return dataset;
 }
 
 const std::shared_ptr<const std::string>& Representations::event_of(Representation& kept) {
@@ -319,7 +345,7 @@ std::optional<http::Response> Representations::failed_precondition(const Context
 // ---------------------------------------------------------------------------------------------------------------- links
 
 /// RFC 8288 links of a resource: R0.9, LDP 4.2.1.4, 5.2.1.4.
-void Representations::add_links(http::Fields& fields, const Resource& resource, std::size_t base_number, std::size_t page) const {
+void Representations::add_links(http::Fields& fields, const Resource& resource, std::size_t base_number, std::size_t page, std::size_t first_link) const {
   const std::string& base = view_.bases[base_number];
   const std::string self = base + resource.path;
   http::LinkWriter links(options_.max_link_bytes);
@@ -335,6 +361,9 @@ void Representations::add_links(http::Fields& fields, const Resource& resource, 
     links.add(resource.thing->names_base(base), vocab::ldp::constrainedBy.text);
   if (resource.is_container()) {
     if (page == minimal_page) return links.finish(fields, self, "describedby");
+  }
+  links.skip(first_link);
+  if (resource.is_container()) {
     const std::vector<Resource*> members = resource.members();
     const std::size_t pages = page_count(members.size(), options_.max_page_members);
     if (pages > 1) {
@@ -352,7 +381,25 @@ void Representations::add_links(http::Fields& fields, const Resource& resource, 
   const Variants& variants = resource.variants();
   for (std::size_t i = 0; i < variants.types.size(); ++i)
     if (!variants.variants[i].is_profile() && !resource.document()) links.add(variant_iri(self, variants.types[i], page), "alternate", variants.types[i]);
-  links.finish(fields, self, "describedby");
+  links.finish_in_parts(fields, [&](std::size_t next) { return self + (page > 1 ? "?page=" + std::to_string(page) + "&links=" : "?links=") + std::to_string(next); });
+}
+
+/// What a document is under a target that names its version does not change (RFC 8246).
+std::string_view Representations::cache_control_of(const Context& context) const {
+  if (context.resource->document()) {
+    const std::string versioned = responses_.context_iri(context.base);
+    const std::string_view target = context.request().target, version = std::string_view(versioned).substr(versioned.find('?'));
+    if (target.size() > version.size() && target.substr(target.size() - version.size()) == version) return "max-age=31536000, immutable";
+  }
+  return context.resource->cache_control();
+}
+
+/// RFC 9110 7.8: how the resource can be watched on this connection.
+void Representations::add_upgrade(http::Fields& fields, const Context& context) const {
+  if (!context.resource->observable()) return;
+  const Upgrades can = view_.bases.upgrades(view_.bases[context.base]);
+  const bool callback = can.callback && view_.makes_callbacks;
+  if (can.websocket || callback) fields.add("Upgrade", !callback ? "websocket" : !can.websocket ? "callback" : "websocket, callback");
 }
 
 }  // namespace lrt::engine

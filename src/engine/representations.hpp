@@ -62,7 +62,10 @@ class Representations {
 
   /// The graph of a resource.
   void describe(rdf::Graph& graph, const Resource& resource, std::size_t base, std::size_t page = 1) const {
-    resource.describe({graph, view_.bases[base], page, view_});
+    const Description d{graph, view_.bases[base], page, view_};
+    resource.describe(d);
+    About about(graph, d.base + resource.path);
+    resource.describe_controls(about, d);
   }
 
  private:
@@ -71,7 +74,11 @@ class Representations {
   Result<Bytes> body_of(Resource& resource, std::size_t base, Variant variant, std::size_t page) const;
   Representation html_page(Resource& resource, std::size_t base, std::size_t page) const;
   http::Fields structure_fields(const Resource& resource, std::size_t base, std::size_t page, std::string_view cache_control) const;
-  void add_links(http::Fields& fields, const Resource& resource, std::size_t base, std::size_t page) const;
+  rdf::Dataset dataset_of(const Resource& resource, std::size_t base, rdf::Graph all) const;
+  /// @param first  of its links after those that each response has
+  void add_links(http::Fields& fields, const Resource& resource, std::size_t base, std::size_t page, std::size_t first = 0) const;
+  std::string_view cache_control_of(const Context& context) const;
+  void add_upgrade(http::Fields& fields, const Context& context) const;
 
   const EngineOptions& options_;
   const EngineView& view_;

@@ -4,6 +4,8 @@
 #include <map>
 #include <stdexcept>
 
+#include "src/engine/bases.hpp"
+#include "src/engine/description.hpp"
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
@@ -28,6 +30,13 @@ std::string Methods::text() const {
 Outcome Resource::put(Context&, Parts&) { announced_only(*this, "PUT"); }
 Outcome Resource::post(Context&, Parts&) { announced_only(*this, "POST"); }
 Outcome Resource::remove(Context&, Parts&) { announced_only(*this, "DELETE"); }
+
+void Resource::describe_controls(About& about, const Description& d) const {
+  if (!observable()) return;
+  if (thing && this != &thing->self) about.link(vocab::hybrit::subscriptions, d.base + thing->subscriptions.path);
+  if (d.engine.bases.upgrades(d.base).websocket)  // "http://robot" to "ws://robot", "https://robot" to "wss://robot"
+    about.add(vocab::hybrit::websocketUrl, rdf::literal("ws" + d.base.substr(4) + path, vocab::xsd::anyURI));
+}
 
 std::size_t Resource::usual_size() const noexcept { return path.size() - times_aside * name_aside.size(); }
 

@@ -29,6 +29,7 @@ struct EngineView;
 class About;
 class ChangeScanner;
 class Context;
+struct EngineOptions;
 class Overview;
 class PropertyResource;
 class Registry;
@@ -129,8 +130,17 @@ class Resource {
 
   // What it describes.
   virtual void describe(const Description& d) const = 0;
+  /// What a client can do with it, in its own representation only: how to watch it, and how to write it.
+  virtual void describe_controls(About& about, const Description& d) const;
+  /// Resources whose triples it has in one document. TriG and N-Quads also have a graph for each.
+  virtual std::vector<const Resource*> described_resources() const { return {}; }
   /// Its types, stated wherever it is linked to (SPEC 2).
   virtual void describe_types(About& about) const = 0;
+  /// What its container says of it.
+  virtual void describe_as_member(About& about, const Description& d) const {
+    (void)d;
+    describe_types(about);
+  }
   virtual const Variants& variants() const { return overview_variants(); }
   /// What it is in overviews, in one word.
   virtual std::string_view kind() const noexcept = 0;
@@ -148,6 +158,11 @@ class Resource {
   /// Changes whenever a representation might have changed.
   /// @param structure  Registry::structure()
   virtual std::uint64_t state(std::uint64_t structure) const noexcept { return structure; }
+  /// Of a representation; more: 406.
+  virtual std::size_t max_bytes(const EngineOptions& options) const noexcept {
+    (void)options;
+    return static_cast<std::size_t>(-1);
+  }
   virtual std::string_view cache_control() const noexcept { return "no-cache"; }
   virtual bool is_rdf_source() const noexcept { return true; }
   /// The bytes of a resource that is a fixed document instead of a graph.
@@ -173,6 +188,8 @@ class Resource {
   };
   virtual Reads reads() const noexcept { return Reads::nothing; }
   virtual void for_each_property(FunctionRef<void(PropertyResource&)> visit) const { (void)visit; }
+  /// It is represented also if some property cannot be read, without its value.
+  virtual bool tolerates_failures() const noexcept { return false; }
   /// Takes over what other threads have left, where that calls no user code.
   virtual void refresh() {}
 

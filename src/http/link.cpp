@@ -54,10 +54,12 @@ bool LinkWriter::put(const std::string& link) {
   if (joins) (lines_.back() += ", ") += link;
   else lines_.push_back(link);
   used_ += cost;
+  ++count_;
   return true;
 }
 
 void LinkWriter::take_back() {
+  --count_;
   std::string& line = lines_.back();
   const std::size_t at = line.rfind('<');
   if (at < 2) {
@@ -70,6 +72,7 @@ void LinkWriter::take_back() {
 }
 
 void LinkWriter::add(std::string_view target, std::string_view rel, std::string_view type) {
+  if (left_to_skip_ > 0) return void(--left_to_skip_);
   if (!cut_) cut_ = !put(format_link(target, rel, type));  // what follows a cut is left out too: the rest is a tail, not a choice
 }
 
@@ -79,6 +82,24 @@ void LinkWriter::finish(Fields& fields, std::string_view rest, std::string_view 
     const bool fits_at_all = link.size() + line_overhead <= std::min(budget_, line_limit);
     while (fits_at_all && !put(link)) take_back();
   }
+  flush(fields);
+}
+
+void LinkWriter::skip(std::size_t n) {
+  skipped_ = left_to_skip_ = n;
+  required_ = count_;
+}
+
+void LinkWriter::finish_in_parts(Fields& fields, const std::function<std::string(std::size_t)>& rest) {
+  while (cut_ && count_ > required_) {
+    const std::string link = format_link(rest(skipped_ + count_ - required_), "next");
+    if (put(link)) break;
+    take_back();
+  }
+  flush(fields);
+}
+
+void LinkWriter::flush(Fields& fields) {
   for (const std::string& line : lines_) fields.add("Link", line);
   lines_.clear();
   used_ = 0;

@@ -10,6 +10,8 @@ std::string_view media_type(Syntax syntax) noexcept {
     case Syntax::n_triples: return "application/n-triples";
     case Syntax::rdf_xml: return "application/rdf+xml";
     case Syntax::json_ld: return "application/ld+json";
+    case Syntax::trig: return "application/trig";
+    case Syntax::n_quads: return "application/n-quads";
   }
   return {};
 }
@@ -18,7 +20,7 @@ const std::vector<Syntax>& available_syntaxes() {
   static const std::vector<Syntax> syntaxes = [] {
     std::vector<Syntax> all = {Syntax::turtle, Syntax::n_triples};
     if (has_rdf_xml()) all.push_back(Syntax::rdf_xml);
-    all.push_back(Syntax::json_ld);
+    for (const Syntax s : {Syntax::json_ld, Syntax::trig, Syntax::n_quads}) all.push_back(s);
     return all;
   }();
   return syntaxes;
@@ -64,8 +66,10 @@ Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& opti
     return unexpected(Errc::expected_iri, "base is no absolute IRI: \"" + std::string(options.base) + "\"");
   }
   switch (syntax) {
-    case Syntax::turtle: return read_turtle(text, options);
-    case Syntax::n_triples: return read_n_triples(text, options);
+    case Syntax::turtle:
+    case Syntax::trig: return read_turtle(text, options);
+    case Syntax::n_triples:
+    case Syntax::n_quads: return read_n_triples(text, options);
     case Syntax::rdf_xml: return read_rdf_xml(text, options);
     case Syntax::json_ld: return read_json_ld(text, options);
   }
@@ -74,12 +78,20 @@ Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& opti
 
 Result<std::string> write(const Graph& graph, Syntax syntax, const Prefixes& prefixes, std::string_view context) {
   switch (syntax) {
-    case Syntax::turtle: return write_turtle(graph, prefixes);
-    case Syntax::n_triples: return write_n_triples(graph);
+    case Syntax::turtle:
+    case Syntax::trig: return write_turtle(graph, prefixes);
+    case Syntax::n_triples:
+    case Syntax::n_quads: return write_n_triples(graph);
     case Syntax::rdf_xml: return write_rdf_xml(graph, prefixes);
     case Syntax::json_ld: return write_json_ld(graph, prefixes, context);
   }
   return unexpected(Errc::unsupported_syntax, "unknown syntax");
+}
+
+Result<std::string> write(const Dataset& dataset, Syntax syntax, const Prefixes& prefixes) {
+  if (syntax == Syntax::trig) return write_trig(dataset, prefixes);
+  if (syntax == Syntax::n_quads) return write_n_quads(dataset);
+  return unexpected(Errc::unsupported_syntax, std::string(media_type(syntax)) + " has no named graphs");
 }
 
 }  // namespace lrt::rdf

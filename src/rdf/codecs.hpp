@@ -10,6 +10,8 @@ namespace lrt::rdf {
 
 Result<std::string> write_turtle(const Graph& graph, const Prefixes& prefixes);
 Result<std::string> write_n_triples(const Graph& graph);
+Result<std::string> write_trig(const Dataset& dataset, const Prefixes& prefixes);
+Result<std::string> write_n_quads(const Dataset& dataset);
 Result<std::string> write_json_ld(const Graph& graph, const Prefixes& prefixes, std::string_view context);
 Result<Graph> read_json_ld(std::string_view text, const ReadOptions& options);
 

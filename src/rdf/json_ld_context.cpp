@@ -32,7 +32,8 @@ constexpr Term terms[] = {
     link("property", v::hybrit::property), link("action", v::hybrit::action), link("blueprint", v::hybrit::blueprint),
     link("subscriptions", v::hybrit::subscriptions), link("binding", v::hybrit::binding), link("consumes", v::hybrit::consumes),
     link("produces", v::hybrit::produces), link("onResource", v::hybrit::onResource),
-    typed("callbackURL", v::hybrit::callbackURL, v::xsd::anyURI), plain("mediaType", v::hybrit::mediaType),
+    typed("callbackURL", v::hybrit::callbackURL, v::xsd::anyURI), typed("websocketUrl", v::hybrit::websocketUrl, v::xsd::anyURI),
+    link("all", v::lrt_::all), link("invocationOf", v::lrt_::invocationOf), plain("mediaType", v::hybrit::mediaType),
 
     plain("Invocation", v::lrt_::Invocation), link("state", v::lrt_::state), link("invocation", v::lrt_::invocation),
     one_of("status", v::lrt_::status), plain("pending", v::lrt_::pending), plain("running", v::lrt_::running),

@@ -48,6 +48,40 @@ class TurtleWriter : GraphWriter {
   TurtleWriter(const Graph& graph, const Prefixes& prefixes) : GraphWriter(graph), prefixes_(prefixes) {}
 
   Result<std::string> write() {
+    if (Result<void> written = write_blocks(); !written) return Unexpected{std::move(written).error()};
+    return document(prefixes_, out_);
+  }
+  /// The triples alone. Marks the prefixes that they use in a table of the same prefixes.
+  Result<std::string> write_part(PrefixTable& prefixes) {
+    if (Result<void> written = write_blocks(); !written) return Unexpected{std::move(written).error()};
+    for (const PrefixTable::Prefix& prefix : prefixes_.all())
+      if (prefix.used) prefixes.find(prefix.name)->used = true;
+    return std::move(out_);
+  }
+
+  /// A document of this text, which begins with the prefixes that are used.
+  static std::string document(const PrefixTable& prefixes, std::string_view body) {
+    std::size_t size = body.size() + 1;
+    for (const PrefixTable::Prefix& prefix : prefixes.all()) {
+      if (prefix.used) size += prefix.name.size() + prefix.iri.size() + 16;
+    }
+    std::string text;
+    text.reserve(size);
+    for (const PrefixTable::Prefix& prefix : prefixes.all()) {
+      if (!prefix.used) continue;
+      text.append("@prefix ");
+      text.append(prefix.name);
+      text.append(": <");
+      text.append(prefix.iri);
+      text.append("> .\n");
+    }
+    if (!text.empty()) text.push_back('\n');
+    text.append(body);
+    return text;
+  }
+
+ private:
+  Result<void> write_blocks() {
     out_.reserve(128 + 96 * graph_.size());
     find_nested();
     for (const Triple& t : graph_.triples()) {
@@ -59,10 +93,9 @@ class TurtleWriter : GraphWriter {
       }
     }
     if (fault_) return unwritable(graph_.term(*fault_), fault_of(graph_.term(*fault_)));
-    return document();
+    return {};
   }
 
- private:
   void indent(int depth) {
     out_.push_back('\n');
     out_.append(static_cast<std::size_t>(depth) * 4, ' ');
@@ -199,28 +232,23 @@ class TurtleWriter : GraphWriter {
     }
   }
 
-  std::string document() {
-    std::size_t size = out_.size() + 1;
-    for (const PrefixTable::Prefix& prefix : prefixes_.all()) {
-      if (prefix.used) size += prefix.name.size() + prefix.iri.size() + 16;
-    }
-    std::string text;
-    text.reserve(size);
-    for (const PrefixTable::Prefix& prefix : prefixes_.all()) {
-      if (!prefix.used) continue;
-      text.append("@prefix ");
-      text.append(prefix.name);
-      text.append(": <");
-      text.append(prefix.iri);
-      text.append("> .\n");
-    }
-    if (!text.empty()) text.push_back('\n');
-    text.append(out_);
-    return text;
-  }
-
   PrefixTable prefixes_;
 };
+
+/// The graph with other labels of its blank nodes, which no graph of another number has.
+Graph relabelled(const Graph& graph, std::size_t number) {
+  const std::string prefix = "g" + std::to_string(number) + "_";
+  Graph other;
+  const auto copy = [&](TermId id) {
+    const TermView term = graph.term(id);
+    return other.intern(term.is_blank() ? blank(prefix + std::to_string(static_cast<std::uint32_t>(id))) : term);
+  };
+  for (const Triple& t : graph.triples()) {
+    const TermId s = copy(t.subject), p = copy(t.predicate), o = copy(t.object);
+    other.add(s, p, o);
+  }
+  return other;
+}
 
 }  // namespace
 
@@ -230,9 +258,32 @@ Unexpected unwritable(const TermView& term, std::string_view why) {
 
 Result<std::string> write_turtle(const Graph& graph, const Prefixes& prefixes) { return TurtleWriter(graph, prefixes).write(); }
 
-Result<std::string> write_n_triples(const Graph& graph) {
-  std::string out;
-  out.reserve(160 * graph.size());
+Result<std::string> write_trig(const Dataset& dataset, const Prefixes& prefixes) {
+  PrefixTable used(prefixes);
+  std::string body;
+  const auto append = [&](const Graph& graph, std::size_t number) -> Result<void> {
+    const Graph own = relabelled(graph, number);
+    Result<std::string> part = TurtleWriter(own, prefixes).write_part(used);
+    if (!part) return Unexpected{std::move(part).error()};
+    body += *part;
+    return {};
+  };
+  if (Result<void> written = append(dataset.default_graph, 0); !written) return Unexpected{std::move(written).error()};
+  for (std::size_t i = 0; i < dataset.named.size(); ++i) {
+    const auto& [name, graph] = dataset.named[i];
+    if (!iri::is_absolute(name)) return unwritable(iri(name), "expected an absolute IRI");
+    body.append(body.empty() ? "<" : "\n<").append(name).append("> {\n");
+    if (Result<void> written = append(graph, i + 1); !written) return Unexpected{std::move(written).error()};
+    body += "}\n";
+  }
+  return TurtleWriter::document(used, body);
+}
+
+namespace {
+
+/// Appends a line for each triple.
+/// @param graph_name  with a space after it, "<http://robot/arm> "; empty: the default graph
+Result<void> append_lines(std::string& out, const Graph& graph, std::string_view graph_name) {
   std::vector<std::uint32_t> names(graph.term_count(), 0);  // new labels of blank nodes with labels that N-Triples does not allow
   std::uint32_t labels = 0;
   const auto append = [&](TermId id) {
@@ -250,13 +301,34 @@ Result<std::string> write_n_triples(const Graph& graph) {
     return std::string_view();
   };
   for (const Triple& t : graph.triples()) {
-    const char* after = " ";
     for (const TermId id : {t.subject, t.predicate, t.object}) {
       if (const std::string_view fault = append(id); !fault.empty()) return unwritable(graph.term(id), fault);
-      out += after;
+      out += ' ';
     }
-    out += ".\n";
+    out.append(graph_name).append(".\n");
   }
+  return {};
+}
+
+}  // namespace
+
+Result<std::string> write_n_triples(const Graph& graph) {
+  std::string out;
+  out.reserve(160 * graph.size());
+  if (Result<void> written = append_lines(out, graph, {}); !written) return Unexpected{std::move(written).error()};
+  return out;
+}
+
+Result<std::string> write_n_quads(const Dataset& dataset) {
+  std::string out;
+  out.reserve(400 * dataset.default_graph.size());
+  Result<void> written = append_lines(out, relabelled(dataset.default_graph, 0), {});
+  for (std::size_t i = 0; written && i < dataset.named.size(); ++i) {
+    const auto& [name, graph] = dataset.named[i];
+    if (!iri::is_absolute(name)) return unwritable(iri(name), "expected an absolute IRI");
+    written = append_lines(out, relabelled(graph, i + 1), "<" + name + "> ");
+  }
+  if (!written) return Unexpected{std::move(written).error()};
   return out;
 }
 

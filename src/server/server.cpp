@@ -278,7 +278,11 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       if (Result<void> checked = check_transport(address); !checked) return checked;
       started = transport_->start(*this);
       if (!started && started.error().code != Errc::address_in_use) continue;
-      if (started) engine_.listens_on(address, transport_->port(), options_.security.tls.has_value(), address == given ? std::string_view() : given);
+      if (started) {
+        const transport::Capabilities can = transport_->capabilities();
+        engine_.listens_on(address, transport_->port(), options_.security.tls.has_value(), address == given ? std::string_view() : given,
+                           {can.websocket, can.callback_upgrade});
+      }
       break;
     }
     return started;
@@ -335,6 +339,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     options.public_base = options_.listen.public_base;
     options.allowed_hosts = options_.security.allowed_hosts;
     options.allowed_origins = options_.security.allowed_origins;
+    options.read_origins = options_.security.read_origins;
     options.authorize = options_.security.authorize;
     options.challenge = options_.security.challenge;
     options.dispatch = options_.threads.dispatch;

@@ -29,6 +29,8 @@ using namespace lrt::test;
 
 namespace {
 
+const std::vector<std::string> callback_receivers = {"127.0.0.1"};
+
 /// Something that answers requests for one sample robot.
 class Target {
  public:
@@ -59,6 +61,9 @@ class EngineTarget final : public Target {
   static engine::EngineOptions options(const Clock& clock) {
     engine::EngineOptions o;
     o.clock = &clock;
+    o.callbacks.allow = callback_receivers;
+    o.read_origins = {"*"};
+    o.allowed_origins = {"https://dashboard.example"};
     return o;
   }
   Bench bench_;
@@ -70,6 +75,9 @@ Options server_options(const Clock& clock) {
   o.threads.io = Io::in_poll;
   o.clock = &clock;
   o.ids = std::make_shared<FixedIds>();
+  o.callbacks.allow = callback_receivers;
+  o.security.read_origins = {"*"};
+  o.security.allowed_origins = {"https://dashboard.example"};
   return o;
 }
 

@@ -67,6 +67,31 @@ TEST_CASE("GET with Upgrade: callback makes a subscription, described in the res
   CHECK(arm.bench.get("/arm/subscriptions").linked("related").size() == 3);
 }
 
+TEST_CASE("the container has all of Figure 4, and its entity tag does not change with a notification", "[engine][paper 5.3][R0.11]") {
+  Arm arm;
+  const Answer empty = arm.bench.get("/arm/subscriptions");
+  REQUIRE(arm.bench.ask("GET /arm/angle" + callback).status == 201);
+  REQUIRE(arm.bench.upgrade("/arm/angle", "Accept: application/n-triples\n").channel);
+  const Answer listed = arm.bench.get("/arm/subscriptions");
+  CHECK(missing(listed, "<arm/subscriptions> a ldp:Container ; ldp:contains <arm/subscriptions/i1> , <arm/subscriptions/i2> ."
+                        "<arm/subscriptions/i1> a hybrit:Subscription , hybrit:WebCallback ; hybrit:onResource <arm/angle> ;"
+                        "  hybrit:callbackURL \"http://127.0.0.1:9/receiver\"^^xsd:anyURI ; hybrit:mediaType \"text/turtle\" ; dcterms:identifier \"i1\" ."
+                        "<arm/subscriptions/i2> a hybrit:Subscription , hybrit:WebSocket ; hybrit:onResource <arm/angle> ;"
+                        "  hybrit:mediaType \"application/n-triples\" ; dcterms:identifier \"i2\" .") == "");
+  for (const char* counter : {"lrt:delivered", "lrt:dropped", "dcterms:created", "lrt:lastError"}) CHECK_FALSE(listed.says(counter));
+  const auto due = arm.due();
+  REQUIRE(due.size() == 1);
+  REQUIRE(arm.notice(due[0]));
+  arm.receipt(due[0], {204, {}});
+  arm.publish(20);
+  (void)arm.due();
+  CHECK(arm.describe("i1").find("lrt:delivered 1") != std::string::npos);
+  CHECK(arm.bench.get("/arm/subscriptions").tag() == listed.tag());
+  REQUIRE(arm.bench.ask("DELETE /arm/subscriptions/i1").status == 204);
+  REQUIRE(arm.bench.ask("DELETE /arm/subscriptions/i2").status == 204);
+  CHECK(arm.bench.get("/arm/subscriptions").tag() == empty.tag());
+}
+
 TEST_CASE("a callback that is missing, no URL or not allowed makes nothing", "[engine][R0.13]") {
   Arm arm;
   const auto status = [&](const std::string& field) { return arm.bench.ask("GET /arm/angle\nUpgrade: callback" + field).status; };

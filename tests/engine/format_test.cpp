@@ -324,7 +324,7 @@ TEST_CASE("octets of a matrix have the shape of the present value, and a ragged 
   rows = {{1, 2}};
   const Answer put = bench.ask("PUT /a/m\nContent-Type: application/octet-stream\n\n" + octets().body);
   CHECK(put.status == 415);
-  CHECK(put.field("Accept") == "text/turtle, application/n-triples, application/rdf+xml, application/ld+json, application/json, text/plain, application/cbor");
+  CHECK(put.field("Accept") == "text/turtle, application/n-triples, application/rdf+xml, application/ld+json, application/trig, application/n-quads, application/json, text/plain, application/cbor");
   CHECK(bench.ask("PUT /a/row\nContent-Type: application/octet-stream\n\n" + std::string("\0\0\x80?\0\0\0@\0\0\0\xC0", 12)).status == 204);
   CHECK(rows == std::vector<std::vector<float>>{{1, 2, -2}});
 }

@@ -63,7 +63,9 @@ TEST_CASE("the context is a resource that may be kept, and changes its name when
   const Answer context = r.bench.get(iri.substr(16));
   CHECK(context.status == 200);
   CHECK(context.field("Content-Type") == "application/ld+json");
-  CHECK(context.field("Cache-Control") == "max-age=86400");
+  CHECK(context.field("Cache-Control") == "max-age=31536000, immutable");  // RFC 8246: the query names the version
+  CHECK(r.bench.ask("GET " + iri.substr(16) + "\nIf-None-Match: " + context.tag()).field("Cache-Control") == "max-age=31536000, immutable");
+  CHECK(r.bench.get("/ns/context.jsonld?v=another").field("Cache-Control") == "max-age=86400");
   CHECK(context.field("Allow") == "GET, HEAD, OPTIONS");
   CHECK(context.body == rdf::json_ld_context());
   CHECK(r.bench.get("/ns/context.jsonld").body == context.body);

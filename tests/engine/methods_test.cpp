@@ -55,7 +55,7 @@ TEST_CASE("OPTIONS on every resource has the methods that it allows, and GET and
     const bool posts = expected.count("POST") != 0;
     CHECK(options.has("Accept-Post") == posts);
     if (posts) {
-      std::set<std::string> types = {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json"};
+      std::set<std::string> types = {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "application/trig", "application/n-quads"};
       if (std::string(resource.path).find("subscriptions") == std::string::npos) types.insert({"application/json", "text/plain", "application/cbor"});
       CHECK(options.members("Accept-Post") == types);
     }

@@ -34,7 +34,8 @@ bool contains(const std::string& text, const std::string& part) { return text.fi
 TEST_CASE("the overview of the root links to the Things", "[engine][R0.4]") {
   Robot r;
   CHECK(r.json("/") ==
-        R"({"href":"http://localhost/","kind":"root","methods":["GET","HEAD","OPTIONS"],"title":"Robotic Things","count":1,)"
+        R"({"href":"http://localhost/","kind":"root","methods":["GET","HEAD","OPTIONS"],"title":"Robotic Things",)"
+                        R"("all":{"href":"http://localhost/all","kind":"all","methods":["GET","HEAD","OPTIONS"]},"count":1,)"
         R"("things":[{"href":"http://localhost/arm","kind":"thing","methods":["GET","HEAD","OPTIONS"],"title":"arm",)"
         R"("types":["http://ros.org/#RevoluteJoint"]}]})");
 }

@@ -49,7 +49,9 @@ struct Pending {
   Registry registry{cache};
   HostCalls calls{Dispatch::in_poll, 2};
   TermsResource resource;
-  PendingRequests pending{registry, calls, 3};
+  EngineOptions options;
+  Cors cors{options};
+  PendingRequests pending{registry, calls, cors, 3};
   std::string mark;
 };
 

@@ -189,7 +189,7 @@ TEST_CASE("what is no JSON, not of the type or in another unit is refused with i
   CHECK(r.send("PUT", "/arm/angle", "application/octet-stream", std::string(8, '\0')).status == 415);
   const Answer a = r.send("PUT", "/arm/angle", "application/xml", "1");
   CHECK(a.status == 415);
-  CHECK(a.field("Accept") == "text/turtle, application/n-triples, application/rdf+xml, application/ld+json, application/json, text/plain, application/cbor");
+  CHECK(a.field("Accept") == "text/turtle, application/n-triples, application/rdf+xml, application/ld+json, application/trig, application/n-quads, application/json, text/plain, application/cbor");
   CHECK(r.robot.angle == 10);
   std::string many = "[0";
   for (int i = 0; i < 10'001; ++i) many += ",0";

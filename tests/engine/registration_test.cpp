@@ -115,7 +115,7 @@ TEST_CASE("things nest by their paths, whatever the order of registration", "[en
   bench.add(Thing{"a/b"});
   bench.add(Thing{"a/bb"});
   bench.add(Thing{"a"});
-  CHECK(bench.get("/").linked("related") == std::vector<std::string>{"http://localhost/a"});
+  CHECK(bench.get("/").linked("related") == std::vector<std::string>{"http://localhost/a", "http://localhost/all"});
   const auto parts = [&](const char* path) {
     const std::string self = std::string("http://localhost") + path;
     const rdf::Graph graph = bench.get(path).graph();
@@ -142,7 +142,7 @@ TEST_CASE("several things are added at once, or none of them", "[engine][R0.3]")
   CHECK(bench.engine.add(batch("x")).error().code == Errc::duplicate_path);
   for (const char* path : {"/a", "/a/b", "/x"}) CHECK(bench.get(path).status == 404);
   CHECK(bench.get("/a/b/c").status == 200);  // what was there before stays, in the root as before
-  CHECK(bench.get("/").linked("related") == std::vector<std::string>{"http://localhost/a/b/c"});
+  CHECK(bench.get("/").linked("related") == std::vector<std::string>{"http://localhost/a/b/c", "http://localhost/all"});
   REQUIRE(bench.engine.add(batch("y")));
   for (const char* path : {"/a", "/a/b", "/a/b/c", "/x", "/y"}) CHECK(bench.get(path).status == 200);
   CHECK(missing(bench.get("/a/b"), "<a/b> dcterms:hasPart <a/b/c> .") == "");

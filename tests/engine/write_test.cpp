@@ -56,7 +56,7 @@ TEST_CASE("PUT may echo what GET gave, in every syntax", "[engine][rdf_xml][R0.5
   Robot r;
   r.robot.pose.tolerance = 0.25;
   for (const char* path : {"/arm/angle", "/arm/count", "/arm/name", "/arm/mode", "/arm/pose", "/arm/gains"})
-    for (const char* type : {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json"}) {
+    for (const char* type : {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "application/trig", "application/n-quads"}) {
       CAPTURE(path, type);
       const Answer before = r.bench.ask(std::string("GET ") + path + "\nAccept: " + type);
       const Answer put = r.bench.ask(std::string("PUT ") + path + "\nContent-Type: " + type + "\nIf-Match: " + before.tag() + "\n\n" + before.body);
@@ -229,7 +229,7 @@ TEST_CASE("broken Turtle is 400 with its line, and nothing is called", "[engine]
 
 TEST_CASE("other media types and codings are 415, with those that are accepted", "[engine][rdf_xml][R0.6]") {
   Robot r;
-  const std::set<std::string> types = {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json",
+  const std::set<std::string> types = {"text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "application/trig", "application/n-quads",
                                        "application/json", "text/plain", "application/cbor"};
   for (const char* head : {"Content-Type: application/xml", "Content-Type: text/csv", "X: y", "Content-Type: nonsense", "Content-Type: text/turtle, text/plain",
                            "Content-Type: text/turtle; charset=latin-1", "Content-Type: text/turtle\nContent-Type: text/turtle"}) {

@@ -19,6 +19,13 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
+/// Connects to no host.
+class NoDeliverer final : public lrt::delivery::Deliverer {
+ public:
+  void notify(lrt::subscription::Channel, std::string_view) override {}
+  void stop() noexcept override {}
+};
+
 /// The example's program without its port and its sleep.
 class Robot {
  public:
@@ -29,6 +36,8 @@ class Robot {
     options.ids = std::make_shared<FixedIds>();
     options.listen.public_base = "http://example.org";
     options.security.allowed_hosts = {"localhost"};  // the Host of RequestText
+    options.callbacks.allow = {"www.example.org"};
+    options.callbacks.deliverer = [](auto&&...) -> lrt::Result<std::unique_ptr<lrt::delivery::Deliverer>> { return std::make_unique<NoDeliverer>(); };
     options.listen.transport = [this](lrt::transport::TransportOptions t) {
       auto made = std::make_unique<lrt::transport::Loopback>(std::move(t));
       loopback_ = made.get();
@@ -106,6 +115,23 @@ TEST_CASE("Figure 3, corrected: the rotation of right_s1", "[examples][R1.5][R1.
                 "  spatial:rotationAngle [ a maths:Scalar ; vom:numericalValue \"0\"^^xsd:float ; vom:unit maths:Radian ] ;"
                 "  spatial:rotationAxis [ a maths:Vector3D ; maths:x \"0\"^^xsd:float ; maths:y \"0\"^^xsd:float ; maths:z \"1\"^^xsd:float ] .",
                 base) == "");
+}
+
+// Corrections: the base of the container ends with a slash, so that members are below it, and the observed resource is the Property of right_s1.
+TEST_CASE("Figure 4, corrected: a callback on the rotation of right_s1, as the container lists it", "[examples][paper 5.3][R0.16][R1.8]") {
+  Robot robot;
+  const Answer made = robot.ask("GET /baxter/right_s1/rotation\nUpgrade: callback\nCallback: http://www.example.org/receiver\nAccept: text/turtle");
+  REQUIRE(made.status == 201);
+  const std::string member = made.field("Location"), container = std::string(base) + "right_s1/subscriptions";
+  REQUIRE(member.compare(0, container.size() + 1, container + "/") == 0);
+  const Answer listed = robot.get("/baxter/right_s1/subscriptions");
+  CHECK(missing(listed,
+                "<right_s1/subscriptions> a ldp:Container ; ldp:contains <" + member + "> . <" + member + "> a hybrit:Subscription , hybrit:WebCallback ;"
+                "  hybrit:onResource <right_s1/rotation> ; hybrit:callbackURL \"http://www.example.org/receiver\"^^xsd:anyURI ;"
+                "  hybrit:mediaType \"text/turtle\" ; dcterms:identifier \"" + member.substr(container.size() + 1) + "\" .",
+                base) == "");
+  for (int i = 0; i < 300; ++i) robot.step();
+  CHECK(robot.get("/baxter/right_s1/subscriptions").tag() == listed.tag());
 }
 
 TEST_CASE("Figure 5a, corrected: what rotate takes and how it is invoked", "[examples][R1.10]") {

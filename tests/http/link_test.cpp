@@ -100,3 +100,45 @@ TEST_CASE("a link longer than a line is cut, and so is what follows", "[http][R0
   CHECK(writer.cut());
   CHECK(fields.block() == "Link: </a>; rel=\"related\", </rest>; rel=\"next\"\r\n");
 }
+
+TEST_CASE("links that do not fit are in further responses, each once, after those that every response has", "[http][R0.9]") {
+  for (const std::size_t budget : {200U, 999U, 4096U, 8192U})
+    for (const std::size_t count : {0U, 1U, 20U, 400U}) {
+      CAPTURE(budget, count);
+      std::string found;
+      std::size_t next = 0, responses = 0;
+      do {
+        http::LinkWriter writer(budget);
+        writer.add("/type", "type");
+        writer.skip(next);
+        for (std::size_t i = 0; i < count; ++i) writer.add("/" + std::to_string(i), "related");
+        next = 0;
+        std::string last;
+        http::Fields fields;
+        writer.finish_in_parts(fields, [&](std::size_t n) {
+          next = n;
+          return last = "/?links=" + std::to_string(n);
+        });
+        const std::string all = fields.joined("Link");
+        CHECK(all.find("</type>; rel=\"type\"") == 0);
+        if (next != 0) CHECK(all.find("<" + last + ">; rel=\"next\"") != std::string::npos);
+        found += all;
+        REQUIRE(++responses <= count + 1);
+      } while (next != 0);
+      for (std::size_t i = 0; i < count; ++i) {
+        const std::string link = "</" + std::to_string(i) + ">";
+        CHECK(found.find(link) != std::string::npos);
+        CHECK(found.find(link) == found.rfind(link));
+      }
+    }
+}
+
+TEST_CASE("where not even one link fits, there is no next", "[http][R0.9]") {
+  http::LinkWriter writer(60);
+  writer.add("/type", "type");
+  writer.skip(0);
+  writer.add("/" + std::string(100, 'a'), "related");
+  http::Fields fields;
+  writer.finish_in_parts(fields, [](std::size_t n) { return "/?links=" + std::to_string(n); });
+  CHECK(fields.joined("Link") == "</type>; rel=\"type\"");
+}

@@ -53,6 +53,7 @@ struct Limits {
   std::size_t max_body_triples = 10'000;               ///< of a request body; more: 413
   std::size_t max_body_text_bytes = 16 * 1024 * 1024;  ///< of a request body's IRIs and literals, written out; more: 413
   std::size_t max_list_members = 10'000;               ///< of one list in a request body; more: 413
+  std::size_t max_all_bytes = 16 * 1024 * 1024;        ///< of a document of a Thing and all Things below it; more: 406
 };
 
 /// The rules of one server; see the groups of lrt::Options, from which Server makes them.
@@ -70,6 +71,13 @@ struct EngineOptions : Limits {
   std::shared_ptr<IdSource> ids;                       ///< nullptr: RandomIds
   LogCallback log;
   std::shared_ptr<const PageSource> page;              ///< HTML for people; nullptr: none
+  std::vector<std::string> read_origins;               ///< Security::read_origins
+};
+
+/// The kinds of `Upgrade` that a transport can carry (R0.12, R0.13).
+struct Upgrades {
+  bool websocket = false;
+  bool callback = true;
 };
 
 /// User code to be run where its Dispatch says; with io_thread: soon, by the thread that drives the engine. It may also be dropped. It never throws.
@@ -101,7 +109,8 @@ class Engine final : public Handler {
 
   /// Where the server listens, for the base of representations and the hosts that are accepted.
   /// @param name  the host name that has given the numeric address; empty: none
-  void listens_on(std::string_view address, std::uint16_t port, bool secure = false, std::string_view name = {});
+  /// @param upgrades  what responses offer (RFC 9110 7.8)
+  void listens_on(std::string_view address, std::uint16_t port, bool secure = false, std::string_view name = {}, Upgrades upgrades = {});
   /// Called when a job or Responder has left something for next_reply().
   void set_waker(std::shared_ptr<Waker> waker);
 

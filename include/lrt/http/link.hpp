@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,16 +23,25 @@ class LinkWriter {
   void add(std::string_view target, std::string_view rel, std::string_view type = {});
   /// Appends the lines to `fields`; when links were left out, with one to `rest` as the last, for which space was reserved.
   void finish(Fields& fields, std::string_view rest, std::string_view rest_rel = "next");
+  /// From here on links may be left out: the first `n`, which a response before had, and those that do not fit.
+  void skip(std::size_t n);
+  /// Appends the lines; when links were left out at the end, the last one links with rel="next" to where they are.
+  /// @param rest  the IRI of a response whose writer skips that many links
+  void finish_in_parts(Fields& fields, const std::function<std::string(std::size_t)>& rest);
   bool cut() const noexcept { return cut_; }
 
  private:
   bool put(const std::string& link);
   void take_back();
+  void flush(Fields& fields);
 
   std::size_t budget_;
   std::size_t used_ = 0;
   std::vector<std::string> lines_;
   bool cut_ = false;
+  std::size_t skipped_ = 0, left_to_skip_ = 0;
+  std::size_t count_ = 0;     // links that were put
+  std::size_t required_ = 0;  // of these, before skip()
 };
 
 }  // namespace lrt::http

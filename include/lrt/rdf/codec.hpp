@@ -13,12 +13,12 @@
 namespace lrt::rdf {
 
 /// The RDF syntaxes that lrt knows.
-enum class Syntax : unsigned char { turtle, n_triples, rdf_xml, json_ld };
+enum class Syntax : unsigned char { turtle, n_triples, rdf_xml, json_ld, trig, n_quads };
 /// Those that this build reads and writes, in the order in which they are offered: RDF/XML is absent without Redland
 /// (CMake option LRT_REDLAND).
 const std::vector<Syntax>& available_syntaxes();
 
-/// "text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json".
+/// "text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "application/trig", "application/n-quads".
 std::string_view media_type(Syntax syntax) noexcept;
 /// The available syntax of a media type without parameters, in lower case.
 std::optional<Syntax> syntax_of(std::string_view media_type) noexcept;
@@ -46,7 +46,8 @@ struct ReadOptions {
 /// than 255 bytes; Turtle brackets nested more than 1000 deep; RDF/XML a document type declaration. A literal may have U+0000
 /// (RDF 1.1), but not in RDF/XML, and it is no xsd:string then. Blank nodes are called b0, b1, ... in order of appearance.
 ///
-/// Turtle and N-Triples are read in one pass, without recursion. Redland reads RDF/XML.
+/// Turtle and N-Triples are read in one pass, without recursion. Redland reads RDF/XML. Of TriG and N-Quads only a default graph is read,
+/// without braces: a document with a named graph is no valid Turtle or N-Triples, and is refused as such.
 ///
 /// Fixed limits keep the time of a document close to proportional to its size. More than these is Errc::limit_exceeded:
 ///
@@ -74,6 +75,8 @@ Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& opti
 /// Writes a graph. Deterministic: the same triples in the same order give the same bytes. IRIs are written absolute or with a prefix,
 /// never relative. Only used prefixes are declared.
 ///
+/// TriG and N-Quads have the graph as their default graph: TriG as Turtle, N-Quads as N-Triples.
+///
 /// JSON-LD is compacted with the terms of json_ld_context(). A literal becomes a JSON number only if every reader gets the same literal back.
 ///
 /// @param context  JSON-LD: the IRI of json_ld_context(prefixes), which the document refers to. If it is empty, or if an IRI has a prefix as
@@ -84,6 +87,17 @@ Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& opti
 /// @par Time     Turtle, N-Triples, JSON-LD: 3 us for 12 triples; JSON-LD with its context inside: 8. RDF/XML: 150, and it is read back.
 Result<std::string> write(const Graph& graph, Syntax syntax, const Prefixes& prefixes = default_prefixes(),
                           std::string_view context = {});
+
+/// Graphs of one document. Blank nodes belong to their graph, also where labels are equal.
+struct Dataset {
+  Graph default_graph;
+  std::vector<std::pair<std::string, Graph>> named;  ///< by IRI
+};
+/// Whether documents can have named graphs: TriG and N-Quads.
+constexpr bool has_named_graphs(Syntax syntax) noexcept { return syntax == Syntax::trig || syntax == Syntax::n_quads; }
+/// Writes a dataset in TriG or N-Quads.
+/// @par Errors  as write() of a graph; unsupported_syntax: the syntax has no named graphs
+Result<std::string> write(const Dataset& dataset, Syntax syntax, const Prefixes& prefixes = default_prefixes());
 
 /// The JSON-LD context of lrt, as a document of type application/ld+json. It contains the prefixes, `id` and `type`, and the local names of
 /// terms of hybrit, lrt, vom and other vocabularies. Links, times and units are typed, so that their values are strings. A prefix with

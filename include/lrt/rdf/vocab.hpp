@@ -281,6 +281,7 @@ LRT_TERM(hybrit, produces);
 LRT_TERM(hybrit, onResource);
 LRT_TERM(hybrit, callbackURL);
 LRT_TERM(hybrit, mediaType);
+LRT_TERM(hybrit, websocketUrl);
 }  // namespace hybrit
 
 #define LRT_VOCAB_vom "http://vocab.arvida.de/2015/06/vom/vocab#"
@@ -464,6 +465,8 @@ LRT_TERM(lrt, littleEndian);
 LRT_TERM(lrt, bigEndian);
 LRT_TERM(lrt, unavailable);
 LRT_TERM(lrt, valueFrom);
+LRT_TERM(lrt, all);
+LRT_TERM(lrt, invocationOf);
 }  // namespace lrt_
 
 #undef LRT_TERM

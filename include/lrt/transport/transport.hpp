@@ -71,6 +71,7 @@ struct Capabilities {
   bool websocket = false;     ///< can accept upgrades
   bool tls = false;           ///< can serve TransportOptions::tls
   bool on_host_loop = false;  ///< calls TransportOptions::turn: the host does not poll, and no other thread may
+  bool callback_upgrade = true;  ///< hands a GET with `Upgrade: callback` over, as any request
 };
 
 /// Carries requests to a Handler and its responses back. A host with an HTTP server of its own implements this; examples/ex_own_transport

@@ -83,6 +83,7 @@ void InvocationResource::describe(const Description& d) const {
   const std::string names = thing->names_base(d.base);
   describe_types(about);
   about.link(vocab::rdfs::seeAlso, d.base + action.path);
+  about.link(vocab::lrt_::invocationOf, d.base + action.path);
   about.add(vocab::lrt_::status, rdf::TermView(status_iri(status)));
   about.add(vocab::lrt_::progress, rdf::literal(rdf::lexical::format(progress), vocab::xsd::double_));
   about.when(vocab::dcterms::created, created);

@@ -20,7 +20,10 @@ void describe_container(About& about, const Resource& container, const Descripti
   const std::size_t first = std::min(members.size(), (d.page - 1) * d.engine.options.max_page_members);
   const std::size_t last = std::min(members.size(), first + d.engine.options.max_page_members);
   for (std::size_t i = first; i < last; ++i) about.link(vocab::ldp::contains, d.base + members[i]->path);
-  for (std::size_t i = first; i < last; ++i) describe_types_of(*members[i], d);
+  for (std::size_t i = first; i < last; ++i) {
+    About member(d.graph, d.base + members[i]->path);
+    members[i]->describe_as_member(member, d);
+  }
 }
 
 // ---------------------------------------------------------------------------------------------------------------- member

@@ -21,6 +21,7 @@ void RootResource::describe(const Description& d) const {
   describe_types(about);
   about.add(vocab::dcterms::title, rdf::literal(title));
   about.link(vocab::rdfs::seeAlso, d.base + terms_);
+  if (!registry_.roots().empty()) about.link(vocab::lrt_::all, d.base + all_.path);
   describe_container(about, *this, d);
 }
 
@@ -28,7 +29,14 @@ void RootResource::describe_types(About& about) const { describe_container_types
 
 void RootResource::overview(Overview& o) const {
   o.text("title", title);
+  if (!registry_.roots().empty()) o.link("all", all_);
   o.members("things", *this);
+}
+
+void RootResource::link_related(http::LinkWriter& links, const std::string& base) const {
+  if (registry_.roots().empty()) return;
+  links.add(base + all_.path, "related");
+  links.add(base + all_.path, vocab::lrt_::all.text);
 }
 
 std::vector<Resource*> RootResource::members() const {

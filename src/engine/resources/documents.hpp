@@ -10,18 +10,21 @@ namespace lrt::engine {
 /// "/": the list of Things (R0.4).
 class RootResource final : public Resource {
  public:
-  explicit RootResource(const Registry& registry, std::string terms) : Resource("/", nullptr), registry_(registry), terms_(std::move(terms)) {}
+  RootResource(const Registry& registry, std::string terms, const Resource& all)
+      : Resource("/", nullptr), registry_(registry), terms_(std::move(terms)), all_(all) {}
   void describe(const Description& d) const override;
   void describe_types(About& about) const override;
   std::string_view kind() const noexcept override { return "root"; }
   void overview(Overview& o) const override;
   bool is_container() const noexcept override { return true; }
   std::vector<Resource*> members() const override;
+  void link_related(http::LinkWriter& links, const std::string& base) const override;
   std::string described_by(const std::string& base) const override { return base + terms_; }
 
  private:
   const Registry& registry_;
   const std::string terms_;
+  const Resource& all_;  ///< all Things as one document
 };
 
 /// "/ns/lrt": the terms of lrt, and those of hybrit that it uses.

@@ -42,6 +42,19 @@ void PropertyResource::describe(const Description& d) const {
   describe_formats(about, d);
 }
 
+void PropertyResource::describe_controls(About& about, const Description& d) const {
+  Resource::describe_controls(about, d);
+  if (!spec->write) return;
+  const rdf::TermId binding = d.graph.fresh_blank(), body = d.graph.fresh_blank();
+  about.add(vocab::hybrit::binding, binding);
+  About(d.graph, binding)
+      .a(vocab::http_core::Request)
+      .add(vocab::http_core::mthd, rdf::TermView(vocab::http_methods::PUT))
+      .link(vocab::http_core::requestURI, d.base + path)
+      .add(vocab::http_core::body, body);
+  About(d.graph, body).link(vocab::dcterms::conformsTo, thing->names_base(d.base) + "#" + input_shape());
+}
+
 void PropertyResource::describe_types(About& about) const {
   about.a(vocab::hybrit::Property);
   describe_value_types(about, *spec->type);

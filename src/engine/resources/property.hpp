@@ -28,6 +28,8 @@ class PropertyResource final : public Resource {
   bool takes_plain_values() const noexcept override { return true; }
 
   void describe(const Description& d) const override;
+  /// A writable Property has a binding, as Actions have.
+  void describe_controls(About& about, const Description& d) const override;
   void describe_types(About& about) const override;
   std::string_view kind() const noexcept override { return "property"; }
   void summarize(Overview& o) const override;

@@ -65,11 +65,7 @@ void SubscriptionResource::resource_removed() { owner_.resource_removed(*this); 
 void SubscriptionResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
   const subscription::Policy& policy = backlog.policy();
-  describe_types(about);
-  about.link(vocab::hybrit::onResource, d.engine.bases[base] + observed.path);
-  if (protocol == Protocol::callback) about.add(vocab::hybrit::callbackURL, rdf::literal(url, vocab::xsd::anyURI));
-  about.add(vocab::hybrit::mediaType, rdf::literal(observed.variants().type_of(its_variant)));
-  about.add(vocab::dcterms::identifier, rdf::literal(subscription_id));
+  describe_as_member(about, d);
   about.when(vocab::dcterms::created, created);
   about.add(vocab::lrt_::delivery, rdf::TermView(policy.queues() ? vocab::lrt_::queue : vocab::lrt_::latest));
   const auto count = [&](Iri predicate, std::uint64_t n) { about.add(predicate, rdf::literal(std::to_string(n), vocab::xsd::integer)); };
@@ -91,6 +87,14 @@ void SubscriptionResource::describe_types(About& about) const {
     case Protocol::callback: about.a(vocab::hybrit::WebCallback); break;
     case Protocol::event_stream: about.a(vocab::lrt_::EventStream); break;
   }
+}
+
+void SubscriptionResource::describe_as_member(About& about, const Description& d) const {
+  describe_types(about);
+  about.link(vocab::hybrit::onResource, d.engine.bases[base] + observed.path);
+  if (protocol == Protocol::callback) about.add(vocab::hybrit::callbackURL, rdf::literal(url, vocab::xsd::anyURI));
+  about.add(vocab::hybrit::mediaType, rdf::literal(observed.variants().type_of(its_variant)));
+  about.add(vocab::dcterms::identifier, rdf::literal(subscription_id));
 }
 
 void SubscriptionResource::summarize(Overview& o) const {

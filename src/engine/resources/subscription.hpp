@@ -42,6 +42,8 @@ class SubscriptionResource final : public Resource, public Observer {
   Outcome remove(Context& context, Parts& parts) override;
   void describe(const Description& d) const override;
   void describe_types(About& about) const override;
+  /// What does not change while it lives: all of Figure 4. The entity tag of the container does not change with a notification.
+  void describe_as_member(About& about, const Description& d) const override;
   std::string_view kind() const noexcept override { return "subscription"; }
   void summarize(Overview& o) const override;
   void overview(Overview& o) const override;

@@ -26,6 +26,7 @@ void ThingResource::describe(const Description& d) const {
   about.link(vocab::hybrit::blueprint, node.blueprint_iri(d.base));
   about.link(vocab::hybrit::subscriptions, d.base + node.subscriptions.path);  // R1.8
   about.link(vocab::lrt_::state, d.base + node.state.path);
+  if (!node.children.empty()) about.link(vocab::lrt_::all, d.base + node.tree.path);
   if (node.parent) about.link(vocab::dcterms::isPartOf, d.base + node.parent->self.path);
   for (const ActionResource* a : actions) about.link(vocab::hybrit::action, d.base + a->path);        // R1.10
   for (const auto& p : node.properties) about.link(vocab::hybrit::property, d.base + p->path);  // R1.9
@@ -63,6 +64,7 @@ void ThingResource::summarize(Overview& o) const {
 void ThingResource::overview(Overview& o) const {
   const ThingNode& node = *thing;
   o.link("state", node.state);
+  if (!node.children.empty()) o.link("all", node.tree);
   if (node.spec->blueprint.empty()) o.link("blueprint", node.blueprint);
   else o.link("blueprint", node.spec->blueprint, node.blueprint.kind());
   o.link("subscriptions", node.subscriptions);
@@ -79,6 +81,10 @@ void ThingResource::link_related(http::LinkWriter& links, const std::string& bas
   links.add(base + node.state.path, "related");
   links.add(base + node.blueprint.path, "related");
   links.add(base + node.subscriptions.path, "related");
+  if (!node.children.empty()) {
+    links.add(base + node.tree.path, "related");
+    links.add(base + node.tree.path, vocab::lrt_::all.text);
+  }
   for (const ActionResource* a : node.available_actions()) links.add(base + a->path, "related");
   for (const auto& p : node.properties) links.add(base + p->path, "related");
   for (const auto& c : node.collections) links.add(base + c->path, "related");
@@ -97,6 +103,12 @@ void ThingResource::set_observed(bool observed, ChangeScanner& scanner) {
 void StateResource::describe(const Description& d) const {
   thing->self.describe(d);
   for (const auto& p : thing->in_state) p->describe(d);
+}
+
+std::vector<const Resource*> StateResource::described_resources() const {
+  std::vector<const Resource*> parts = {&thing->self};
+  parts.insert(parts.end(), thing->in_state.begin(), thing->in_state.end());
+  return parts;
 }
 
 std::optional<PlainValue> StateResource::plain_value() const {
@@ -150,7 +162,8 @@ ThingNode::ThingNode(std::unique_ptr<model::ThingSpec> s)
       self("/" + spec->path, this),
       state(self.path + "/state", this, (self.path + "/state").size()),
       blueprint(self.path + "/blueprint", this, (self.path + "/blueprint").size()),
-      subscriptions(self.path + "/subscriptions", this, (self.path + "/subscriptions").size()) {
+      subscriptions(self.path + "/subscriptions", this, (self.path + "/subscriptions").size()),
+      tree(self.path + "/all", this) {
   for (const auto& p : spec->properties) properties.push_back(std::make_unique<PropertyResource>(self.path + "/" + p->path, this, p));
   for (const auto& p : properties)
     if (!p->spec->file) in_state.push_back(p.get());
@@ -178,7 +191,7 @@ std::vector<ActionResource*> ThingNode::available_actions() const {
 }
 
 std::vector<Resource*> ThingNode::resources() {
-  std::vector<Resource*> all = {&self, &state, &blueprint, &subscriptions};
+  std::vector<Resource*> all = {&self, &state, &blueprint, &subscriptions, &tree};
   for (const auto& p : properties) all.push_back(p.get());
   for (const auto& a : actions) all.push_back(a.get());
   for (const auto& c : collections) all.push_back(c.get());

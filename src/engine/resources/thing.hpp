@@ -15,6 +15,7 @@
 #include "src/engine/resource.hpp"
 #include "src/engine/resources/blueprint.hpp"
 #include "src/engine/resources/subscription.hpp"
+#include "src/engine/resources/tree.hpp"
 
 namespace lrt::engine {
 
@@ -44,6 +45,7 @@ class StateResource final : public Resource {
   using Resource::Resource;
   void describe(const Description& d) const override;
   void describe_types(About&) const override {}
+  std::vector<const Resource*> described_resources() const override;
   const Variants& variants() const override { return value_variants(); }
   std::string_view kind() const noexcept override { return "state"; }
   std::optional<PlainValue> plain_value() const override;
@@ -84,6 +86,7 @@ struct ThingNode {
   StateResource state;
   BlueprintResource blueprint;
   SubscriptionsResource subscriptions;
+  TreeResource tree;  ///< linked where there are Things below
   std::vector<std::unique_ptr<PropertyResource>> properties;
   std::vector<PropertyResource*> in_state;  ///< those of them that its state contains
   std::vector<std::unique_ptr<ActionResource>> actions;

@@ -59,7 +59,7 @@ class HttpTransport final : public Transport {
   int descriptor() noexcept override;
   std::shared_ptr<Waker> waker() const noexcept override { return waker_; }
   void stop() override;
-  Capabilities capabilities() const noexcept override { return {true, true, true, false}; }
+  Capabilities capabilities() const noexcept override { return {true, true, true}; }
   Result<void> reload_tls() override;
   std::uint16_t port() const noexcept override { return listener_.port(); }
 

@@ -101,7 +101,7 @@ class OwnContext final : public VhostTransport {
   Result<void> start(engine::Handler& handler) override;
   milliseconds poll(std::chrono::microseconds budget, milliseconds wait) override;
   void stop() override;
-  Capabilities capabilities() const noexcept override { return {true, true, true, false}; }
+  Capabilities capabilities() const noexcept override { return {true, true, true, false, false}; }
 
  private:
   void serve(milliseconds wait);
@@ -203,7 +203,7 @@ class HostContext final : public VhostTransport {
   Result<void> start(engine::Handler& handler) override;
   milliseconds poll(std::chrono::microseconds budget, milliseconds wait) override;
   void stop() override { close(); }
-  Capabilities capabilities() const noexcept override { return {true, true, true, true}; }
+  Capabilities capabilities() const noexcept override { return {true, true, true, true, false}; }
 
  private:
   void request_turn() { turn_.set(context_, std::chrono::microseconds(0)); }

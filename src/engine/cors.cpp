@@ -1,0 +1,78 @@
+#include "src/engine/cors.hpp"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+namespace lrt::engine {
+
+namespace {
+
+constexpr std::string_view exposed =
+    "Accept-Post, Allow, Content-Location, Content-Range, ETag, Link, Location, Preference-Applied, Retry-After, Upgrade, Vary, WWW-Authenticate";
+constexpr std::string_view request_fields =
+    "Accept, Authorization, Content-Type, If-Match, If-None-Match, Last-Event-ID, Link, Prefer, Range";
+constexpr std::string_view preflight_seconds = "600";
+
+bool has_any(const std::vector<std::string>& origins) { return std::find(origins.begin(), origins.end(), "*") != origins.end(); }
+
+bool names(const std::vector<std::string>& origins, std::string_view origin) {
+  return std::any_of(origins.begin(), origins.end(),
+                     [&](const std::string& allowed) { return allowed == "*" || http::iequals(origin, allowed); });
+}
+
+/// The only field Origin of a request.
+std::optional<std::string_view> origin_of(const http::Request& request) {
+  return request.count("Origin") == 1 ? request.find("Origin") : std::nullopt;
+}
+
+/// RFC 6454 6.2: scheme, host and perhaps port, without a slash at the end.
+bool is_origin(std::string_view text) {
+  if (text == "*" || text == "null") return true;
+  const std::size_t colon = text.find("://");
+  return colon != std::string_view::npos && colon > 0 && colon + 3 < text.size() &&
+         text.find_first_of("/?#@ ,", colon + 3) == std::string_view::npos;
+}
+
+}  // namespace
+
+Result<void> Cors::check() const {
+  for (const auto& [name, origins] : {std::pair("read_origins", &options_.read_origins), std::pair("allowed_origins", &options_.allowed_origins)})
+    for (const std::string& origin : *origins)
+      if (!is_origin(origin))
+        return unexpected(Errc::invalid_option,
+                          std::string(name) + ": expected \"https://host\", \"https://host:port\", \"null\" or \"*\", found \"" + origin + "\"");
+  return {};
+}
+
+bool Cors::may_command(std::string_view origin) const { return names(options_.allowed_origins, origin); }
+bool Cors::may_read(std::string_view origin) const { return names(options_.read_origins, origin) || may_command(origin); }
+
+bool Cors::depends_on_origin() const {
+  return !has_any(options_.read_origins) && !(options_.read_origins.empty() && options_.allowed_origins.empty());
+}
+
+std::optional<http::Response> Cors::preflight(const http::Request& request) const {
+  const auto origin = origin_of(request);
+  if (request.method != "OPTIONS" || !origin || !request.find("Access-Control-Request-Method") || !may_read(*origin)) return std::nullopt;
+  http::Response response;
+  response.status = 204;
+  response.fields.add("Access-Control-Allow-Methods", may_command(*origin) ? "GET, HEAD, OPTIONS, PUT, POST, DELETE" : "GET, HEAD, OPTIONS");
+  response.fields.add("Access-Control-Allow-Headers", request_fields);
+  response.fields.add("Access-Control-Max-Age", preflight_seconds);
+  return response;
+}
+
+void Cors::add_fields(const http::Request& request, http::Response& response) const {
+  if (depends_on_origin()) {
+    const auto vary = response.fields.find("Vary");
+    response.fields.set("Vary", vary ? std::string(*vary) + ", Origin" : "Origin");
+  }
+  const auto origin = origin_of(request);
+  if (has_any(options_.read_origins)) response.fields.add("Access-Control-Allow-Origin", "*");
+  else if (origin && may_read(*origin)) response.fields.add("Access-Control-Allow-Origin", *origin);
+  else return;
+  response.fields.add("Access-Control-Expose-Headers", exposed);
+}
+
+}  // namespace lrt::engine

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include <lrt/base/result.hpp>
+#include <lrt/engine/engine.hpp>
+#include <lrt/http/message.hpp>
+
+namespace lrt::engine {
+
+/// What web pages of other origins may do: those of Security::read_origins read, those of Security::allowed_origins also send commands. The
+/// fields are those of the CORS protocol (WHATWG Fetch 3.3). Credentials of the browser (cookies, client certificates) are never allowed; a
+/// page that has a token sends it as Authorization.
+class Cors {
+ public:
+  explicit Cors(const EngineOptions& options) : options_(options) {}
+
+  /// Whether the origins are well-formed.
+  /// @par Errors  invalid_option
+  Result<void> check() const;
+
+  bool may_command(std::string_view origin) const;
+  /// Also the origins that may send commands: they need entity tags, and the responses to their commands.
+  bool may_read(std::string_view origin) const;
+
+  /// The response to a preflight request of an origin that may do something here; nullopt: it is none. It does not depend on the resource,
+  /// because a preflight request has no credentials: an authorizer must not judge it, and it must not reveal what exists.
+  std::optional<http::Response> preflight(const http::Request& request) const;
+  /// Adds what the page of this request, or a cache, must know of a response.
+  void add_fields(const http::Request& request, http::Response& response) const;
+
+ private:
+  /// Some responses have the origin of the request in them.
+  bool depends_on_origin() const;
+
+  const EngineOptions& options_;
+};
+
+}  // namespace lrt::engine

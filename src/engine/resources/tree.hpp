@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include <lrt/rdf/type.hpp>
+
+#include "src/engine/resource.hpp"
+
+namespace lrt::engine {
+
+/// The states of a Thing and of all Things below it as one document, or of all Things of the server (lrt:all): one request instead of
+/// hundreds. A property that cannot be read now has no value in it.
+class TreeResource final : public Resource {
+ public:
+  /// @param its_thing  nullptr: all Things of `registry`
+  TreeResource(std::string its_path, ThingNode* its_thing, const Registry* registry = nullptr)
+      : Resource(its_path, its_thing, its_path.size()), registry_(registry) {}
+
+  void describe(const Description& d) const override;
+  void describe_types(About&) const override {}
+  std::vector<const Resource*> described_resources() const override;
+  std::string_view kind() const noexcept override { return "all"; }
+  const Variants& variants() const override { return value_variants(); }
+  /// The state of a Thing with a member for each Thing below it, by its relative path.
+  std::optional<PlainValue> plain_value() const override;
+  bool fits_rdf(std::size_t max_values) const override;
+  std::size_t max_bytes(const EngineOptions& options) const noexcept override;
+  std::uint64_t state(std::uint64_t structure) const noexcept override;
+  std::string up() const override;
+  Reads reads() const noexcept override { return Reads::values; }
+  void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
+  bool tolerates_failures() const noexcept override { return true; }
+
+ private:
+  void for_each_thing(FunctionRef<void(const ThingNode&)> visit) const;
+  void add_to(rdf::Type& record, rdf::Value::Sequence& values, const ThingNode& one, std::size_t prefix) const;
+  void add_member(rdf::Type& record, rdf::Value::Sequence& values, const ThingNode& member, std::size_t prefix) const;
+
+  const Registry* const registry_;
+  mutable std::deque<rdf::Type> types_;  ///< of the last plain_value()
+};
+
+}  // namespace lrt::engine
