@@ -495,6 +495,30 @@ TEST_CASE("GET shows a pose with its unit, and the state conforms to the Bluepri
   CHECK(says(json.body, "\"matrix\": {\"@list\": [{\"@list\": ["));
 }
 
+TEST_CASE("the sensor and the pose of MODELLING.md are shown as it says", "[eigen][R1.9]") {
+  Bench bench;
+  double force = 3;
+  lrt::Thing sensor{"arm/force"};
+  sensor.type(lrt::Iri{"http://www.w3.org/ns/sosa/Sensor"});
+  sensor.property("force", [&] { return force; }, lrt::unit::newton)
+      .predicate(lrt::Iri{"http://www.w3.org/ns/sosa/observes"})  // the Property is what the sensor observes
+      .type(lrt::Iri{"http://www.w3.org/ns/sosa/ObservableProperty"});
+  bench.add(std::move(sensor));
+  lrt::Thing arm{"arm"};
+  arm.property<Eigen::Isometry3d>("tool", lrt::unit::metre)
+      .frame(lrt::Object::resource("arm/base"))  // spatial:sourceCoordinateSystem
+      .add(lrt::vocab::spatial::targetCoordinateSystem, lrt::Object::resource("arm/flange"));
+  bench.add(std::move(arm));
+  CHECK(test::missing(bench.get("/arm/force").graph(), "<arm/force> <http://www.w3.org/ns/sosa/observes> <arm/force/force> .") == "");
+  CHECK(test::missing(bench.get("/arm/force/force").graph(),
+                      "<arm/force/force> a <http://www.w3.org/ns/sosa/ObservableProperty> ; qudt:hasUnit unit:N ;"
+                      " qudt:hasQuantityKind <http://qudt.org/vocab/quantitykind/Force> ; qudt:dataType xsd:double .") == "");
+  const rdf::Graph tool = bench.get("/arm/tool").graph();
+  CHECK(test::missing(tool, "<arm/tool> a spatial:SpatialRelationship ; spatial:sourceCoordinateSystem <arm/base> ;"
+                            " spatial:targetCoordinateSystem <arm/flange> .") == "");
+  CHECK(tool.find(rdf::TermView(vocab::qudt::hasUnit)) == std::nullopt);  // it has no translation yet
+}
+
 TEST_CASE("PUT accepts the response of GET for Eigen's types in every syntax", "[eigen][R0.5]") {
   Robot r;
   r.tool = Eigen::Translation3d(1, 2, 1.0 / 3) * Eigen::Quaterniond(0.5, -0.5, 0.5, 0.5);

@@ -1,9 +1,11 @@
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <regex>
 #include <set>
 #include <string>
 
+#include <lrt/rdf/codec.hpp>
 #include <lrt/version.hpp>
 
 #include "tests/support/bench.hpp"
@@ -79,6 +81,22 @@ TEST_CASE(
     CHECK(terms.objects(node, range).size() == 1 - without_range.count(name));
   }
   CHECK(properties > 70);
+}
+
+TEST_CASE("the term list has every term of MODELLING.md", "[engine][R1.5]") {
+  const std::set<std::string> listed = subjects_in(term_list());
+  std::ifstream file(LRT_SOURCE_DIR "/examples/MODELLING.md");
+  const std::string page((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  std::size_t terms = 0;
+  const std::regex term("\\b(lrt|hybrit|ros|vom|maths|spatial):([A-Za-z][A-Za-z0-9]*)");
+  for (std::sregex_iterator i(page.begin(), page.end(), term), end; i != end; ++i, ++terms) {
+    CAPTURE(i->str());
+    std::string iri;
+    for (const auto& [prefix, space] : rdf::default_prefixes())
+      if (prefix == (*i)[1]) iri = space + (*i)[2].str();
+    CHECK(listed.count(iri) == 1);
+  }
+  CHECK(terms > 80);
 }
 
 TEST_CASE("the term list has every term of vocab.hpp whose vocabulary no server documents", "[engine][R1.5]") {

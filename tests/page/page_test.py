@@ -126,7 +126,7 @@ def every_address_shows_its_resource(browser):
                 ("baxter/right_s1/rotation", "rotation", "rotation angle", ".property.large"), ("baxter/right_s1/actions/rotate", "rotate", "0 to below 360", ".action form"),
                 ("baxter/right_s1/blueprint", "Blueprint of right_s1", "0 to below 360", "table"), ("baxter/right_s1/state", "right_s1", "friction", ".property"),
                 ("baxter/right_s1/subscriptions", "Subscriptions of right_s1", "http://127.0.0.1:9/", "td button"), (member, "Subscription", "127.0.0.1:9", "td button"),
-                (made, "Invocation of rotate", "input", ".status"), ("baxter", "Baxter's right arm", "right_s1", ".thing"), ("ns/lrt", "lrt", "progress", ".facts")):
+                (made, "Invocation of rotate", "input", ".status"), ("baxter", "Baxter's right arm", "right_s1", ".thing"), ("ns/lrt", "Terms of Linked Robotic Things", "progress", ".facts")):
             browser.open(path if path.startswith("http") else robot.at(path))
             browser.until("return document.querySelector('h1')?.textContent === arguments[0]", f"the title of {path}", title)
             browser.until("return document.querySelector('main').innerText.includes(arguments[0])", f"{inside} on {path}", inside)
@@ -327,6 +327,7 @@ def a_picture_is_shown_and_follows_its_property(browser):
         card(browser, "Value", wide + " === 120", "on its own page")
         browser.until("return document.querySelector('.property a')?.innerText === 'optical_frame'", "its frame")
         browser.click(".source summary")
+        browser.until("return document.querySelector('.source button')", "the formats")
         browser.run("[...document.querySelectorAll('.source button')].find(b => b.value === 'text/turtle').click()")
         browser.until("return document.querySelector('.source pre').innerText.includes('byteSize')", "what it says of its formats")
         offered = browser.run("return [...document.querySelectorAll('.source button')].map(b => b.value).filter(Boolean)")

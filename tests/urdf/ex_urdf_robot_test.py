@@ -55,6 +55,7 @@ def translation(robot, link):
     """Of the link's pose, found by its predicate."""
     said = triples(robot.n_triples(plain(objects(robot.n_triples(link), LRT + "pose")[0])))
     node = next(o for _, p, o in said if p.endswith("spatial/vocab#translation>"))
+    node = next(o for s, p, o in said if s == node and p.endswith("vom/vocab#quantityValue>"))
     return {p[-2]: float(plain(o.split("^^")[0])) for s, p, o in said if s == node and p[-3:] in ("#x>", "#y>", "#z>")}
 
 
