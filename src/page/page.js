@@ -978,8 +978,8 @@ function invocationRow(iri, large) {
 }
 
 function actionCard(iri, large, first) {
-  const name = humanised(localName(iri)), why = h("p.bad"), body = h("div"), list = h("ul.invocations", { role: "list", "aria-label": "Invocations" }), seen = new Set(), most = large ? 40 : 5;
-  const element = card("action", large ? 2 : 3, !large && iri, large ? "Run" : name, why, body, list);
+  const name = humanised(localName(iri)), body = h("div"), list = h("ul.invocations", { role: "list", "aria-label": "Invocations" }), seen = new Set(), most = large ? 40 : 5;
+  const element = card("action", large ? 2 : 3, !large && iri, large ? "Run" : name, body, list);
   const list1 = (invocation) => {
     if (seen.has(invocation)) return;
     seen.add(invocation);
@@ -996,10 +996,6 @@ function actionCard(iri, large, first) {
           return "Sent";
         } }).whole);
     }
-    const unavailable = g.text(iri, lrt("unavailable"));
-    say(why, unavailable ?? "");
-    why.hidden = !unavailable;
-    body.hidden = !!unavailable;
     g.ids(iri, lrt("invocation")).slice(-most).forEach(list1);
   };
   if (first) update(first);
