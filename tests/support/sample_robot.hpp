@@ -89,6 +89,7 @@ inline lrt::Thing lrt::test::SampleRobot::arm() {
   thing.property("broken", []() -> double { throw std::runtime_error("the encoder does not answer"); });
   thing.action("turn", [this](double to) { turned_to = to; }).consumes(rdf::Facets{}.unit(unit::degree).at_least(0).below(360));
   thing.action("home", [this] { ++homed; });
+  thing.action("park", [] {}).available(false, "the brake is hot");
   thing.action("measure", [] { return 2.5; }).produces(rdf::Facets{}.unit(unit::metre));
   thing.action("refuse", []() -> Result<void> { return unexpected(Errc::refused, "the brake is on"); });
   thing.action("fail", [] { throw std::runtime_error("the motor is hot"); });
