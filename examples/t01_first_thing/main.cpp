@@ -35,7 +35,9 @@ int main() {
 //     vom:numericalValue "0.5"^^xsd:double ;
 //     vom:unit maths:Radian ;
 //     qudt:unit unit:RAD ;
-//     dcterms:modified "<time>"^^xsd:dateTime .
+//     dcterms:modified "<time>"^^xsd:dateTime ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/baxter/right_s1/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/baxter/right_s1/rotation"^^xsd:anyURI .
 //
 // POST /baxter/right_s1/actions/rotate
 //   <> vom:numericalValue 0.75 .
@@ -50,4 +52,6 @@ int main() {
 //     vom:numericalValue "0.75"^^xsd:double ;
 //     vom:unit maths:Radian ;
 //     qudt:unit unit:RAD ;
-//     dcterms:modified "<time>"^^xsd:dateTime .
+//     dcterms:modified "<time>"^^xsd:dateTime ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/baxter/right_s1/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/baxter/right_s1/rotation"^^xsd:anyURI .

@@ -38,7 +38,9 @@ int main() {
 //     vom:numericalValue "0.1"^^xsd:double ;
 //     vom:unit maths:Radian ;
 //     qudt:unit unit:RAD ;
-//     dcterms:modified "<time>"^^xsd:dateTime .
+//     dcterms:modified "<time>"^^xsd:dateTime ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/joint/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/joint/position"^^xsd:anyURI .
 //
 // GET /joint/position
 // If-None-Match: <tag>

@@ -47,7 +47,17 @@ int main() {
 //     rdfs:seeAlso <http://127.0.0.1:8080/arm> ;
 //     vom:numericalValue "0.5"^^xsd:double ;
 //     qudt:unit unit:M-PER-SEC ;
-//     dcterms:modified "<time>"^^xsd:dateTime .
+//     dcterms:modified "<time>"^^xsd:dateTime ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/arm/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/speed"^^xsd:anyURI ;
+//     hybrit:binding [
+//         a http-core:Request ;
+//         http-core:mthd http-methods:PUT ;
+//         http-core:requestURI <http://127.0.0.1:8080/arm/speed> ;
+//         http-core:body [
+//             dcterms:conformsTo <http://127.0.0.1:8080/arm/blueprint#speed>
+//         ]
+//     ] .
 //
 // PUT /arm/speed
 //   <> vom:numericalValue 2 ; qudt:unit unit:M-PER-SEC .

@@ -47,7 +47,9 @@ int main() {
 // <http://127.0.0.1:8080/arm/joints> a hybrit:Property ;
 //     rdfs:seeAlso <http://127.0.0.1:8080/arm> ;
 //     rdf:value ( "0"^^xsd:double "0.5"^^xsd:double "-0.5"^^xsd:double "0"^^xsd:double "0.25"^^xsd:double "0"^^xsd:double ) ;
-//     dcterms:modified "<time>"^^xsd:dateTime .
+//     dcterms:modified "<time>"^^xsd:dateTime ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/arm/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/joints"^^xsd:anyURI .
 //
 // PUT /arm/orientation
 //   <> maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.9 .
@@ -84,4 +86,6 @@ int main() {
 //     ] ;
 //     lrt:matrix ( ( "0.28"^^xsd:double "-0.96"^^xsd:double "0"^^xsd:double ) ( "0.96"^^xsd:double "0.28"^^xsd:double "0"^^xsd:double ) ( "0"^^xsd:double "0"^^xsd:double "1"^^xsd:double ) ) ;
 //     qudt:unit unit:M ;
-//     dcterms:modified "<time>"^^xsd:dateTime .
+//     dcterms:modified "<time>"^^xsd:dateTime ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/arm/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/tool"^^xsd:anyURI .
