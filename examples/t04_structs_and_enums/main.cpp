@@ -87,7 +87,17 @@ int main() {
 //         maths:y "0"^^xsd:double ;
 //         maths:z "0.25"^^xsd:double
 //     ] ;
-//     dcterms:modified "<time>"^^xsd:dateTime .
+//     dcterms:modified "<time>"^^xsd:dateTime ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/gripper/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/gripper/grip"^^xsd:anyURI ;
+//     hybrit:binding [
+//         a http-core:Request ;
+//         http-core:mthd http-methods:PUT ;
+//         http-core:requestURI <http://127.0.0.1:8080/gripper/grip> ;
+//         http-core:body [
+//             dcterms:conformsTo <http://127.0.0.1:8080/gripper/blueprint#grip>
+//         ]
+//     ] .
 //
 // PUT /gripper/grip
 //   <> <blueprint#mode> "idle" ; <blueprint#width> [ vom:numericalValue 80 ; qudt:hasUnit unit:MilliM ] ; <blueprint#where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] .
@@ -143,4 +153,14 @@ int main() {
 //         maths:y "0"^^xsd:double ;
 //         maths:z "0.25"^^xsd:double
 //     ] ;
-//     dcterms:modified "<time>"^^xsd:dateTime .
+//     dcterms:modified "<time>"^^xsd:dateTime ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/gripper/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/gripper/grip"^^xsd:anyURI ;
+//     hybrit:binding [
+//         a http-core:Request ;
+//         http-core:mthd http-methods:PUT ;
+//         http-core:requestURI <http://127.0.0.1:8080/gripper/grip> ;
+//         http-core:body [
+//             dcterms:conformsTo <http://127.0.0.1:8080/gripper/blueprint#grip>
+//         ]
+//     ] .

@@ -81,11 +81,12 @@ int main() {
 // 200 OK
 // Content-Type: text/turtle
 // <http://127.0.0.1:8080/lift/actions/moveTo/id-2> a lrt:Invocation, prov:Activity ;
+//     lrt:invocationOf <http://127.0.0.1:8080/lift/actions/moveTo> ;
 //     lrt:status lrt:succeeded ;
 //     lrt:progress "1"^^xsd:double ;
 //     prov:startedAtTime "<time>"^^xsd:dateTime ;
 //     prov:endedAtTime "<time>"^^xsd:dateTime ;
-//     lrt:input <http://127.0.0.1:8080/lift/actions/moveTo/id-2#input> .
+//     lrt:input <http://127.0.0.1:8080/lift/actions/moveTo/id-2#input> ;
 //     vom:numericalValue "1"^^xsd:double ;
 //
 // POST /lift/actions/timeTo

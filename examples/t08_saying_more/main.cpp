@@ -49,17 +49,22 @@ int main() {
 //     <http://127.0.0.1:8080/rover/state>; rel="related"
 //     <http://127.0.0.1:8080/rover/blueprint>; rel="related"
 //     <http://127.0.0.1:8080/rover/subscriptions>; rel="related"
+//     <http://127.0.0.1:8080/rover/all>; rel="related"
+//     <http://127.0.0.1:8080/rover/all>; rel="https://w3id.org/lrt/ns#all"
 //     <http://127.0.0.1:8080/rover/battery>; rel="related"
 //     <http://127.0.0.1:8080/rover?accept=text/turtle>; rel="alternate"; type="text/turtle"
 //     <http://127.0.0.1:8080/rover?accept=application/n-triples>; rel="alternate"; type="application/n-triples"
 //     <http://127.0.0.1:8080/rover?accept=application/rdf+xml>; rel="alternate"; type="application/rdf+xml"
 //     <http://127.0.0.1:8080/rover?accept=application/ld+json>; rel="alternate"; type="application/ld+json"
+//     <http://127.0.0.1:8080/rover?accept=application/trig>; rel="alternate"; type="application/trig"
+//     <http://127.0.0.1:8080/rover?accept=application/n-quads>; rel="alternate"; type="application/n-quads"
 //     <http://127.0.0.1:8080/rover?accept=application/json>; rel="alternate"; type="application/json"
 // <http://127.0.0.1:8080/rover> a hybrit:RoboticThing, <http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#PhysicalAgent> ;
 //     dcterms:title "The rover in the lab" ;
 //     hybrit:blueprint <http://127.0.0.1:8080/rover/blueprint> ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/rover/subscriptions> ;
 //     lrt:state <http://127.0.0.1:8080/rover/state> ;
+//     lrt:all <http://127.0.0.1:8080/rover/all> ;
 //     dcterms:hasPart <http://127.0.0.1:8080/rover/battery> ;
 //     <http://schema.org/serialNumber> "R-0042" ;
 //     rdfs:label "Rover"@en,
@@ -68,7 +73,8 @@ int main() {
 //     <http://schema.org/weight> [
 //         <http://schema.org/value> 12.5 ;
 //         <http://schema.org/unitCode> "KGM"
-//     ] .
+//     ] ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/rover"^^xsd:anyURI .
 //
 // <http://127.0.0.1:8080/rover/battery> a hybrit:RoboticThing .
 //
@@ -85,6 +91,8 @@ int main() {
 //     <http://127.0.0.1:8080/rover/battery/state?accept=application/n-triples>; rel="alternate"; type="application/n-triples"
 //     <http://127.0.0.1:8080/rover/battery/state?accept=application/rdf+xml>; rel="alternate"; type="application/rdf+xml"
 //     <http://127.0.0.1:8080/rover/battery/state?accept=application/ld+json>; rel="alternate"; type="application/ld+json"
+//     <http://127.0.0.1:8080/rover/battery/state?accept=application/trig>; rel="alternate"; type="application/trig"
+//     <http://127.0.0.1:8080/rover/battery/state?accept=application/n-quads>; rel="alternate"; type="application/n-quads"
 //     <http://127.0.0.1:8080/rover/battery/state?accept=application/json>; rel="alternate"; type="application/json"
 //     <http://127.0.0.1:8080/rover/battery/state?accept=text/plain>; rel="alternate"; type="text/plain"
 //     <http://127.0.0.1:8080/rover/battery/state?accept=application/cbor>; rel="alternate"; type="application/cbor"
@@ -104,3 +112,6 @@ int main() {
 //     qudt:dataType xsd:double ;
 //     dcterms:modified "<time>"^^xsd:dateTime ;
 //     rdfs:comment "Measured at rest; drops by a tenth under load." .
+//
+// <http://127.0.0.1:8080/rover/battery/state> hybrit:subscriptions <http://127.0.0.1:8080/rover/battery/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/rover/battery/state"^^xsd:anyURI .

@@ -45,6 +45,8 @@ int main() {
 // message:
 // <http://127.0.0.1:8080/arm/joint/temperature> a hybrit:Property, maths:Scalar ;
 //     vom:numericalValue "36.5"^^xsd:double ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/arm/joint/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/joint/temperature"^^xsd:anyURI .
 //
 // POST /arm/joint/actions/turn
 //   <> a maths:Scalar ; vom:numericalValue 1 .
@@ -54,11 +56,15 @@ int main() {
 // message:
 // <http://127.0.0.1:8080/arm/joint/temperature> a hybrit:Property, maths:Scalar ;
 //     vom:numericalValue "36.75"^^xsd:double ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/arm/joint/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/joint/temperature"^^xsd:anyURI .
 //
 // GET /arm/joint/subscriptions
 // 200 OK
 // Content-Type: text/turtle
-// <http://127.0.0.1:8080/arm/joint/subscriptions/id-1> a hybrit:Subscription, hybrit:WebSocket .
+// <http://127.0.0.1:8080/arm/joint/subscriptions/id-1> a hybrit:Subscription, hybrit:WebSocket ;
+//     hybrit:onResource <http://127.0.0.1:8080/arm/joint/temperature> ;
+//     hybrit:mediaType "text/turtle" ;
 //
 // DELETE /arm/joint/subscriptions/id-1
 // 204 No Content
@@ -73,3 +79,5 @@ int main() {
 // message:
 // <http://127.0.0.1:8080/arm/joint/angle> a hybrit:Property, maths:Scalar ;
 //     vom:numericalValue "1"^^xsd:double ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/arm/joint/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/joint/angle"^^xsd:anyURI .

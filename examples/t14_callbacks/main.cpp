@@ -59,6 +59,8 @@ int main() {
 // Link: <http://127.0.0.1:8080/arm/joint/angle>; rel="about", <http://127.0.0.1:8080/arm/joint/subscriptions/id-1>; rel="via"
 // <http://127.0.0.1:8080/arm/joint/angle> a hybrit:Property, maths:Scalar ;
 //     vom:numericalValue "0.5"^^xsd:double ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/arm/joint/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/joint/angle"^^xsd:anyURI .
 //
 // POST /arm/joint/actions/turn
 //   <> a maths:Scalar ; vom:numericalValue 1.5 .
@@ -70,6 +72,8 @@ int main() {
 // Link: <http://127.0.0.1:8080/arm/joint/angle>; rel="about", <http://127.0.0.1:8080/arm/joint/subscriptions/id-1>; rel="via"
 // <http://127.0.0.1:8080/arm/joint/angle> a hybrit:Property, maths:Scalar ;
 //     vom:numericalValue "1.5"^^xsd:double ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/arm/joint/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/joint/angle"^^xsd:anyURI .
 //
 // POST /arm/joint/subscriptions
 //   <> hybrit:onResource <../joint/angle> ; hybrit:callbackURL "http://127.0.0.1:9000/receiver"^^xsd:anyURI ; lrt:secret "between us" .
@@ -92,6 +96,8 @@ int main() {
 // X-Hub-Signature: sha256=<hmac of the body>
 // <http://127.0.0.1:8080/arm/joint/angle> a hybrit:Property, maths:Scalar ;
 //     vom:numericalValue "1.5"^^xsd:double ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/arm/joint/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/joint/angle"^^xsd:anyURI .
 //
 // GET /arm/joint/angle
 // Upgrade: callback

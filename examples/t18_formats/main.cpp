@@ -64,7 +64,9 @@ int main() {
 //     <http://127.0.0.1:8080/head/blueprint#height> "2"^^xsd:unsignedShort ;
 //     dcterms:modified "<time>"^^xsd:dateTime ;
 //     lrt:frame <http://127.0.0.1:8080/head/optical_frame> ;
-//     dcterms:hasFormat <http://127.0.0.1:8080/head/image?accept=image/x-portable-graymap> .
+//     dcterms:hasFormat <http://127.0.0.1:8080/head/image?accept=image/x-portable-graymap> ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/head/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/head/image"^^xsd:anyURI .
 //
 // <http://127.0.0.1:8080/head/image?accept=image/x-portable-graymap> a dcat:Distribution ;
 //     dcterms:format "image/x-portable-graymap" ;

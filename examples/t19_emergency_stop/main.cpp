@@ -109,7 +109,7 @@ int main() {
 // 200 OK
 // Content-Type: text/turtle
 //     lrt:status lrt:failed ;
-//     lrt:error "the emergency stop was invoked" .
+//     lrt:error "the emergency stop was invoked" ;
 //     vom:numericalValue "0.5"^^xsd:double ;
 //
 // POST /base/actions/drive

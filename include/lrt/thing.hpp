@@ -17,7 +17,7 @@ namespace lrt {
 /// The thing stores the first error of any of its calls, and add() returns it.
 ///
 /// @par Names    Things, properties, actions and collections may have any name. lrt has names of its own below a thing: `state`, `blueprint`,
-///               `subscriptions`, and `actions/` before the name of an action. If the user gives the same path to something else, also later
+///               `subscriptions`, `all`, and `actions/` before the name of an action. If the user gives the same path to something else, also later
 ///               and as the path of another Thing, then lrt's resource has `-lrt` after its name ("arm/state-lrt", "arm/actions-lrt/turn"),
 ///               for as long as the user's is there. Clients follow links, so they find both. Only two paths are reserved: "ns/lrt" and
 ///               "ns/context.jsonld".

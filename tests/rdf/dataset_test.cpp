@@ -1,5 +1,7 @@
 #include <lrt/rdf/codec.hpp>
 
+#include <set>
+
 #include "tests/support/catch.hpp"
 #include "tests/support/graphs.hpp"
 
