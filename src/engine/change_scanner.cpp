@@ -68,11 +68,12 @@ bool ChangeScanner::has_changes() const {
 void ChangeScanner::scan(TimePoint now, bool had_changes) {
   scanning_ = true;
   next_scan_ = now.steady + options_.scan_period;
+  const Instant until = values_.catch_up_end();  // of all properties together
   bool changes = had_changes;
   for (PropertyResource* property : properties_) {
     if (property->spec->slot ? !property->spec->slot->has_change() : !property->spec->changes->take()) continue;
     changes = true;
-    values_.refresh_observed(*property);
+    values_.refresh_observed(*property, until);
   }
   for (InvocationResource* invocation : invocations_) {
     const double before = invocation->progress;
@@ -101,7 +102,7 @@ void ChangeScanner::read_samples(TimePoint now) {
   while (const auto id = samples_.take_due(now.steady)) {
     auto& property = static_cast<PropertyResource&>(*registry_.find(*id));
     property.next_sample.reset();
-    if (!property.refresh_state.running && !calls_.overloaded()) values_.refresh_observed(property);
+    if (!property.refresh_state.running && !calls_.overloaded()) values_.refresh_observed(property, values_.catch_up_end());
     sample_later(property, now);
   }
 }

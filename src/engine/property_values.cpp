@@ -135,25 +135,34 @@ void PropertyValues::refresh(PropertyResource& property, Encodings encodings, Do
   start(property);
 }
 
-void PropertyValues::refresh_observed(PropertyResource& property) {
-  if (property.spec->slot) take_published(property);
+void PropertyValues::refresh_observed(PropertyResource& property, Instant until) {
+  if (property.spec->slot) take_published(property, until);
   const bool more = !property.spec->slot || property.spec->slot->has_change();
   if (more && !property.refresh_state.running) start(property);
   else if (more && !property.spec->slot && property.refresh_state.next_waiters.empty()) refresh(property, {}, [](const Result<void>&, TimePoint) {});
 }
 
-void PropertyValues::take_published(PropertyResource& property) {
+void PropertyValues::take_published(PropertyResource& property) { take_published(property, catch_up_end()); }
+
+void PropertyValues::take_published(PropertyResource& property, Instant until) {
   model::SlotBase* slot = property.spec->slot.get();
   if (!slot || property.refresh_state.running || !slot->has_change() || needs_user_code(property)) return;
   Sample sample;
   // Of values that are kept each one is a change.
-  for (std::size_t left = slot->available(); left > 0 && slot->take(sample.value, sample.since); --left) {
+  for (std::size_t left = slot->available(); left > 0; --left) {
+    if (left > 1 && clock_.now().steady >= until) {
+      slot->skip_to_newest();
+      left = 1;
+    }
+    if (!slot->take(sample.value, sample.since)) break;
     if (!slot->every_sample() && rdf::same(sample.value, property.value)) continue;  // SPEC 3.8
     sample.whole = slot->whole();
     set(property, std::exchange(sample, {}));
   }
   property.report_lost();
 }
+
+PropertyValues::Instant PropertyValues::catch_up_end() const { return clock_.now().steady + options_.subscriptions.max_catch_up_time; }
 
 void PropertyValues::keep(PropertyResource& property, bool queued) {
   model::SlotBase* slot = property.spec->slot.get();
@@ -210,11 +219,17 @@ void PropertyValues::take(PropertyResource& property, std::vector<std::size_t> e
   using Samples = std::vector<Sample>;
   property.refresh_state.token = calls_.call<Samples>(
       Dispatch::io_thread,
-      [spec = property.spec, encoders = std::move(encoders)]() -> Result<Samples> {
+      [this, spec = property.spec, encoders = std::move(encoders)]() -> Result<Samples> {
         Samples samples;
         model::SlotBase& slot = *spec->slot;
         Sample sample;
-        for (std::size_t left = slot.available(); left > 0 && slot.take(sample.value, sample.since); --left) {
+        const Instant until = catch_up_end();
+        for (std::size_t left = slot.available(); left > 0; --left) {
+          if (left > 1 && clock_.now().steady >= until) {
+            slot.skip_to_newest();
+            left = 1;
+          }
+          if (!slot.take(sample.value, sample.since)) break;
           sample.whole = slot.whole();
           run_encoders(*spec, encoders, sample.whole.get(), sample.encodings);
           samples.push_back(std::exchange(sample, {}));
@@ -230,8 +245,15 @@ void PropertyValues::take(PropertyResource& property, std::vector<std::size_t> e
           if (options_.log) options_.log(LogLevel::warning, failed.error().message);
           return end(*p, failed, now);
         }
-        for (Sample& sample : *samples)
+        const Instant until = catch_up_end();
+        for (std::size_t i = 0; i < samples->size(); ++i) {
+          if (const std::size_t last = samples->size() - 1; i < last && clock_.now().steady >= until) {
+            p->spec->slot->count_lost(last - i);
+            i = last;
+          }
+          Sample& sample = (*samples)[i];
           if (p->spec->slot->every_sample() || !rdf::same(sample.value, p->value)) set(*p, std::move(sample));
+        }
         p->report_lost();
         encode(*p, std::nullopt, wanted_encoders(*p));
       });

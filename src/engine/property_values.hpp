@@ -75,10 +75,15 @@ class PropertyValues {
   /// Brings all properties of a resource up to date and then calls `done`, once, on the engine's thread.
   void refresh(Resource& resource, Encodings encodings, Done done);
   void refresh(PropertyResource& property, Encodings encodings, Done done);
+  using Instant = std::chrono::steady_clock::time_point;
   /// A property is observed and may have a new value: refreshes it, unless that is under way.
-  void refresh_observed(PropertyResource& property);
-  /// Takes over a published value if that needs no user code.
+  /// @param until  as for take_published()
+  void refresh_observed(PropertyResource& property, Instant until);
+  /// Takes over published values if that needs no user code. The older ones of those that are kept are dropped when the time is over.
+  void take_published(PropertyResource& property, Instant until);
   void take_published(PropertyResource& property);
+  /// Until when values for queues may be taken over, if that begins now (SubscriptionOptions::max_catch_up_time).
+  Instant catch_up_end() const;
   /// An observer with a queue comes or goes. While there is one, published values are kept between two scans.
   void keep(PropertyResource& property, bool queued);
   /// Gives the property a value, of the robot or written by a client, and notifies its observers.

@@ -23,7 +23,8 @@ const std::string host = "http://localhost";
 std::string linked(Bench& bench, const std::string& path, Iri predicate) {
   const Answer answer = bench.get(path);
   if (answer.status != 200) return "no " + path;
-  const auto objects = answer.graph().objects(rdf::iri(host + path), rdf::TermView(predicate));
+  const rdf::Graph graph = answer.graph();
+  const auto objects = graph.objects(rdf::iri(host + path), rdf::TermView(predicate));
   return objects.empty() ? std::string() : std::string(objects.front().text.substr(host.size()));
 }
 

@@ -281,12 +281,20 @@ std::uint64_t dropped(Bench& bench, const std::string& subscription) {
 struct Large {
   std::array<double, 512> numbers{};
 };
+struct Picture {
+  int number = 0;
+};
 
 }  // namespace
 
 template <>
 struct lrt::rdf::traits<Large> : lrt::rdf::Record<Large> {
   static void describe(Record<Large>& r) { r.field("numbers", &Large::numbers); }
+};
+
+template <>
+struct lrt::rdf::traits<Picture> : lrt::rdf::Record<Picture> {
+  static void describe(Record<Picture>& r) { r.field("number", &Picture::number); }
 };
 
 TEST_CASE("a queue gets each value that was published between two scans, without keep()", "[engine][delivery]") {
@@ -362,6 +370,45 @@ TEST_CASE("a queue of a thing's state gets each value of its properties", "[engi
   for (int i = 501; i <= 1700; ++i) bumps.publish(i);
   bench.look();
   CHECK(bench.messages(channel).size() + dropped(bench, "/arm/subscriptions/i1") == 1200);
+}
+
+TEST_CASE("values for queues keep the engine busy for a limited time, then the newest follows and the others are counted", "[engine][delivery]") {
+  engine::EngineOptions options;
+  options.subscriptions.max_catch_up_time = milliseconds(5);
+  Bench bench(std::move(options));
+  Thing thing{"arm"};
+  auto bumps = thing.property<int>("bumps");
+  auto words = thing.property<std::string>("words");
+  auto pictures = thing.property<Picture>("pictures");
+  pictures.representation("image/x-lrt", [](const Picture& p) { return std::to_string(p.number); });
+  bench.add(std::move(thing));
+  std::vector<Channel> channels;
+  for (const char* path : {"bumps", "words", "state"})
+    channels.push_back(bench.open("/arm/" + std::string(path) + "?queueLength=1000&accept=application/json"));
+  channels.push_back(bench.open("/arm/pictures?queueLength=1000&accept=image/x-lrt"));
+  words.publish("0");
+  pictures.publish({0});
+  for (int i = 0; i < 2; ++i) bench.look(), (void)bench.pushes();
+  for (int i = 1; i <= 900; ++i) bumps.publish(i), words.publish(std::to_string(i)), pictures.publish({i});
+  bench.clock.run_slowly(std::chrono::microseconds(500));
+  bench.look();
+  std::map<Channel, std::vector<std::string>> got;
+  for (const auto& [channel, push] : bench.pushes()) got[channel].push_back(*push.message);
+  bench.clock.run_slowly({});
+  const auto check = [&](std::size_t of, const std::string& newest) {
+    const std::vector<std::string>& messages = got[channels[of]];
+    const std::uint64_t lost = dropped(bench, "/arm/subscriptions/i" + std::to_string(of + 1));
+    CAPTURE(of, messages.size(), lost);
+    REQUIRE(!messages.empty());
+    CHECK(messages.size() <= 30);
+    CHECK(messages.back() == newest);
+    if (of != 2) CHECK(messages.size() + lost == 900);
+  };
+  check(0, "900");
+  check(1, "\"900\"");
+  check(2, R"({"bumps":900,"words":"900","pictures":{"number":900}})");
+  check(3, "900");
+  for (const char* path : {"bumps", "words"}) CHECK(bench.get("/arm/" + std::string(path)).body.find("900") != std::string::npos);
 }
 
 TEST_CASE("GET gives the newest value, however many keep() keeps", "[engine][delivery][R0.11]") {

@@ -14,14 +14,17 @@ namespace lrt::test {
 class FakeClock final : public Clock {
  public:
   TimePoint now() const noexcept override {
-    const std::chrono::microseconds since(since_.load());
+    const std::chrono::microseconds since(since_.fetch_add(step_.load()));
     return {std::chrono::steady_clock::time_point(std::chrono::hours(1)) + since,
             std::chrono::system_clock::time_point(std::chrono::seconds(1795257519)) + since};
   }
   void advance(std::chrono::microseconds by) { since_ += by.count(); }
+  /// Each call of now() takes that long from now on.
+  void run_slowly(std::chrono::microseconds step) { step_ = step.count(); }
 
  private:
-  std::atomic<std::int64_t> since_{0};
+  mutable std::atomic<std::int64_t> since_{0};
+  std::atomic<std::int64_t> step_{0};
 };
 
 /// "i1", "i2", ...

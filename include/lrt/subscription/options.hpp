@@ -43,6 +43,9 @@ struct SubscriptionOptions {
   /// values that own memory is taken from their RDF and representations, of the last value that was scanned; if a property has
   /// representations, at least 64 KiB.
   std::size_t max_kept_bytes = 1024 * 1024;
+  /// How long the engine may be busy at a time with values for queues. Then it takes over the newest value only, and queues count the others
+  /// as dropped. So a queue on a large state at 1 kHz makes no other client wait longer than that.
+  std::chrono::microseconds max_catch_up_time{5000};
   /// Default of PulledProperty::sample: the period at which observed pulled properties are read. 0: only after PulledProperty::changed().
   std::chrono::milliseconds sample_period{100};
   /// While observed properties are being published, the engine scans them for changes at this period, and publish() makes no system call. If

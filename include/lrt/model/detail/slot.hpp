@@ -28,6 +28,10 @@ class SlotBase : public ChangeSource {
   /// Takes the next value and the time of its publish(): the oldest of those that are kept, else the newest. For the reader.
   /// @return  false: every value has been taken
   virtual bool take(rdf::Value& value, Utc& since) = 0;
+  /// Of the values that could be taken now, only the newest is left; the others count as lost. For the reader.
+  virtual void skip_to_newest() noexcept = 0;
+  /// Counts values that were taken but not used. For the reader.
+  void count_lost(std::uint64_t values) noexcept { lost_.fetch_add(values, std::memory_order_relaxed); }
   /// The number of values that take() may give at once. For the reader.
   virtual std::size_t available() const noexcept = 0;
   /// Sets the number of values that are kept, instead of the one that start_keeping() finds. Call before the first publish().
@@ -134,6 +138,9 @@ class KeepingSlot : public SlotBase {
  public:
   bool owns_memory() const noexcept final { return owning; }
   std::size_t available() const noexcept final { return this->keeps() ? ring_.load(std::memory_order_acquire)->size() + 1 : 1; }
+  void skip_to_newest() noexcept final {
+    if (this->keeps()) ring_.load(std::memory_order_relaxed)->skip();
+  }
   void keep(std::size_t samples) final { wanted_ = samples; }
   void start_keeping(std::size_t samples, std::size_t bytes) final {
     SampleRing<T>* ring = ring_.load(std::memory_order_relaxed);
