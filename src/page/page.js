@@ -19,8 +19,7 @@ const lrt = space("https://w3id.org/lrt/ns#");
 
 const UNIT_PREDICATES = [qudt("unit"), vom("unit")];
 const NUMBER_TYPES = ["decimal", "float", "double"].map(xsd);
-const INTEGER_TYPES = ["integer", "int", "long", "short", "byte", "nonNegativeInteger", "positiveInteger", "nonPositiveInteger",
-  "negativeInteger", "unsignedInt", "unsignedLong", "unsignedShort", "unsignedByte"].map(xsd);
+const isIntegerType = (type) => /XMLSchema#\w*(int|integer|long|short|byte)$/i.test(type);
 
 // ---- RDF: `g` is a Graph; a node is the text of its IRI or "_:label"; an object is { id } or { value, type, lang }
 
@@ -84,7 +83,7 @@ const written = (o) => o.id ? (isBlank(o.id) ? o.id : `<${o.id}>`)
 function toNumber(text) {
   return text.trim() ? Number(text.replace(/INF$/, "Infinity")) : NaN;
 }
-const isNumeric = (o) => NUMBER_TYPES.includes(o.type) || INTEGER_TYPES.includes(o.type);
+const isNumeric = (o) => NUMBER_TYPES.includes(o.type) || isIntegerType(o.type);
 
 // ---- words
 
@@ -105,7 +104,7 @@ const unitText = (iri) => !iri ? "" : localName(iri).split("-PER-").map((side) =
 /// For reading at a glance; the whole number stands in the title. What moves keeps its places, so that it does not jump.
 function numberText(o, moving) {
   const n = toNumber(o.value);
-  if (!Number.isFinite(n) || INTEGER_TYPES.includes(o.type)) return o.value;
+  if (!Number.isFinite(n) || isIntegerType(o.type)) return o.value;
   const size = Math.abs(n);
   if (size !== 0 && (size >= 1e6 || size < 1e-3) && !moving) return String(Number(n.toPrecision(5)));
   return moving ? n.toFixed(3) : String(Number(n.toFixed(4)));
@@ -355,7 +354,7 @@ function leaves(g, node, path = [], seen = new Set()) {
   seen.add(node);
   const unit = unitText(UNIT_PREDICATES.map((p) => g.id(node, p)).find(Boolean));
   const inside = (o) => o.id && g.about.has(o.id) && (isBlank(o.id) || withoutHash(o.id) === withoutHash(node));
-  return g.of(node).filter(([p]) => !NOT_VALUES.has(p)).flatMap(([p, o]) => {
+  return g.of(node).filter(([p]) => !NOT_VALUES.has(p) && !p.startsWith(hybrit(""))).flatMap(([p, o]) => {
     const here = UNNAMED.has(p) ? path : [...path, humanised(localName(p))];
     if (o.id && g.isList(o.id)) {
       const items = g.list(o.id).map((item) => g.isList(item.id) ? [{ path: [], objects: g.list(item.id), isList: true }]
@@ -555,7 +554,7 @@ function valueModel(g, parts, depth) {
   if (field.kind === "text") {
     field.types = types;
     if (types.some((t) => NUMBER_TYPES.includes(t)) || (!types.length && (field.min ?? field.max) !== undefined)) field.kind = "number";
-    else if (types.length && types.every((t) => INTEGER_TYPES.includes(t))) field.kind = "integer";
+    else if (types.length && types.every(isIntegerType)) field.kind = "integer";
     else if (types.includes(xsd("boolean"))) field.kind = "boolean";
   }
   return field;
@@ -843,7 +842,7 @@ function source(answer, iri) {
     if (!details.open || buttons.firstChild) return;
     const named = [...answer.field("Link").matchAll(/<([^>]*)>;\s*rel="alternate";\s*type="([^"]*)"/g)];
     for (const [, href, type] of named.sort((a, b) => (b[2] === JSON_TYPE) - (a[2] === JSON_TYPE)))
-      buttons.append(/^text|json|[+]xml|n-triples/.test(type) ? button(type, () => choose(type), { value: type }) : h("a", { href: local(href), rel: "alternate" }, type));
+      buttons.append(/^text|json|[+]xml|[/]n-|trig/.test(type) ? button(type, () => choose(type), { value: type }) : h("a", { href: local(href), rel: "alternate" }, type));
     choose(buttons.firstChild?.value ?? "text/turtle");
   } }, h("summary", "Formats and curl"), buttons, curl, h("pre", { tabindex: "0", "aria-label": "as text" }, code));
   return details;
@@ -1108,7 +1107,7 @@ function showThing(iri, g) {
     collections.length && section("Collections", h("div.cards.wide", collections.map((c) => collectionCard(c)))), parts.length && section("Parts", thingCards(g, parts)),
     about && section("About", about), list];
 }
-const THING_PARTS = [rdf("type"), lrt("state"), lrt("collection"), ...["title", "hasPart", "isPartOf"].map(dcterms), ...["property", "action", "subscriptions", "blueprint"].map(hybrit)];
+const THING_PARTS = [rdf("type"), lrt("state"), lrt("collection"), ...["title", "hasPart", "isPartOf"].map(dcterms), ...["property", "action", "subscriptions", "blueprint", "websocketUrl"].map(hybrit)];
 
 function subscriptionsOf(container, blueprint) {
   const details = h("details", { ontoggle: () => { if (!details.children[1]) details.append(subscriptions(container)); } }, h("summary", "Who is told of changes"));
