@@ -9,12 +9,15 @@ namespace lrt::engine {
 namespace {
 
 constexpr std::string_view exposed =
-    "Accept-Post, Allow, Content-Location, Content-Range, ETag, Link, Location, Preference-Applied, Retry-After, Upgrade, Vary, WWW-Authenticate";
+    "Accept-Post, Allow, Content-Location, Content-Range, ETag, Link, Location, Preference-Applied, Retry-After, Upgrade, "
+    "Vary, WWW-Authenticate";
 constexpr std::string_view request_fields =
     "Accept, Authorization, Content-Type, If-Match, If-None-Match, Last-Event-ID, Link, Prefer, Range";
 constexpr std::string_view preflight_seconds = "600";
 
-bool has_any(const std::vector<std::string>& origins) { return std::find(origins.begin(), origins.end(), "*") != origins.end(); }
+bool has_any(const std::vector<std::string>& origins) {
+  return std::find(origins.begin(), origins.end(), "*") != origins.end();
+}
 
 bool names(const std::vector<std::string>& origins, std::string_view origin) {
   return std::any_of(origins.begin(), origins.end(),
@@ -37,11 +40,14 @@ bool is_origin(std::string_view text) {
 }  // namespace
 
 Result<void> Cors::check() const {
-  for (const auto& [name, origins] : {std::pair("read_origins", &options_.read_origins), std::pair("allowed_origins", &options_.allowed_origins)})
+  for (const auto& [name, origins] :
+       {std::pair("read_origins", &options_.read_origins), std::pair("allowed_origins", &options_.allowed_origins)})
     for (const std::string& origin : *origins)
       if (!is_origin(origin))
         return unexpected(Errc::invalid_option,
-                          std::string(name) + ": expected \"https://host\", \"https://host:port\", \"null\" or \"*\", found \"" + origin + "\"");
+                          std::string(name) +
+                              ": expected \"https://host\", \"https://host:port\", \"null\" or \"*\", found \"" + origin +
+                              "\"");
   return {};
 }
 
@@ -54,10 +60,12 @@ bool Cors::depends_on_origin() const {
 
 std::optional<http::Response> Cors::preflight(const http::Request& request) const {
   const auto origin = origin_of(request);
-  if (request.method != "OPTIONS" || !origin || !request.find("Access-Control-Request-Method") || !may_read(*origin)) return std::nullopt;
+  if (request.method != "OPTIONS" || !origin || !request.find("Access-Control-Request-Method") || !may_read(*origin))
+    return std::nullopt;
   http::Response response;
   response.status = 204;
-  response.fields.add("Access-Control-Allow-Methods", may_command(*origin) ? "GET, HEAD, OPTIONS, PUT, POST, DELETE" : "GET, HEAD, OPTIONS");
+  response.fields.add("Access-Control-Allow-Methods",
+                      may_command(*origin) ? "GET, HEAD, OPTIONS, PUT, POST, DELETE" : "GET, HEAD, OPTIONS");
   response.fields.add("Access-Control-Allow-Headers", request_fields);
   response.fields.add("Access-Control-Max-Age", preflight_seconds);
   return response;

@@ -398,8 +398,8 @@ std::string_view Representations::cache_control_of(const Context& context) const
 void Representations::add_upgrade(http::Fields& fields, const Context& context) const {
   if (!context.resource->observable()) return;
   const Upgrades can = view_.bases.upgrades(view_.bases[context.base]);
-  const bool callback = can.callback && view_.makes_callbacks;
-  if (can.websocket || callback) fields.add("Upgrade", !callback ? "websocket" : !can.websocket ? "callback" : "websocket, callback");
+  const bool websocket = can.websocket && context.request().local_port == 0, callback = can.callback && view_.makes_callbacks;
+  if (websocket || callback) fields.add("Upgrade", !callback ? "websocket" : !websocket ? "callback" : "websocket, callback");
 }
 
 }  // namespace lrt::engine

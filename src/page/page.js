@@ -356,7 +356,7 @@ function leaves(g, node, path = [], seen = new Set(), outer) {
   seen.add(node);
   const unit = unitText(UNIT_PREDICATES.map((p) => g.id(node, p)).find(Boolean)) || outer;
   const inside = (o) => o.id && g.about.has(o.id) && (isBlank(o.id) || withoutHash(o.id) === withoutHash(node));
-  return g.of(node).filter(([p]) => !NOT_VALUES.has(p)).flatMap(([p, o]) => {
+  return g.of(node).filter(([p]) => !NOT_VALUES.has(p) && !p.startsWith(hybrit(""))).flatMap(([p, o]) => {
     const here = UNNAMED.has(p) ? path : [...path, humanised(localName(p))];
     if (o.id && g.isList(o.id)) {
       const items = g.list(o.id).map((item) => g.isList(item.id) ? [{ path: [], objects: g.list(item.id), isList: true }]
@@ -844,7 +844,7 @@ function source(answer, iri) {
     if (!details.open || buttons.firstChild) return;
     const named = [...answer.field("Link").matchAll(/<([^>]*)>;\s*rel="alternate";\s*type="([^"]*)"/g)];
     for (const [, href, type] of named.sort((a, b) => (b[2] === JSON_TYPE) - (a[2] === JSON_TYPE)))
-      buttons.append(/^text|json|[+]xml|n-triples/.test(type) ? button(type, () => choose(type), { value: type }) : h("a", { href: local(href), rel: "alternate" }, type));
+      buttons.append(/^text|json|[+]xml|[/]n-|trig/.test(type) ? button(type, () => choose(type), { value: type }) : h("a", { href: local(href), rel: "alternate" }, type));
     choose(buttons.firstChild?.value ?? "text/turtle");
   } }, h("summary", "Formats and curl"), buttons, curl, h("pre", { tabindex: "0", "aria-label": "as text" }, code));
   return details;
@@ -1109,7 +1109,7 @@ function showThing(iri, g) {
     collections.length && section("Collections", h("div.cards.wide", collections.map((c) => collectionCard(c)))), parts.length && section("Parts", thingCards(g, parts)),
     about && section("About", about), list];
 }
-const THING_PARTS = [rdf("type"), lrt("state"), lrt("collection"), ...["title", "hasPart", "isPartOf"].map(dcterms), ...["property", "action", "subscriptions", "blueprint"].map(hybrit)];
+const THING_PARTS = [rdf("type"), lrt("state"), lrt("collection"), ...["title", "hasPart", "isPartOf"].map(dcterms), ...["property", "action", "subscriptions", "blueprint", "websocketUrl"].map(hybrit)];
 
 function subscriptionsOf(container, blueprint) {
   const details = h("details", { ontoggle: () => { if (!details.children[1]) details.append(subscriptions(container)); } }, h("summary", "Who is told of changes"));

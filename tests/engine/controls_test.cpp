@@ -26,11 +26,13 @@ struct Arm {
 
 }  // namespace
 
-TEST_CASE("what can be watched says so by Upgrade, as far as transport and options go", "[engine][R0.12][R0.13][RFC 9110 7.8]") {
+TEST_CASE("what can be watched says so by Upgrade, as far as transport and options go",
+          "[engine][R0.12][R0.13][RFC 9110 7.8]") {
   const std::vector<std::string> receivers = {"127.0.0.1"};
   Arm all(true, true, receivers);
   const std::string invocation = all.bench.ask("POST /arm/actions/home").field("Location").substr(16);
-  for (const std::string& path : {std::string("/arm"), std::string("/arm/tool/state"), std::string("/arm/angle"), std::string("/arm/actions/home"), invocation})
+  for (const std::string& path : {std::string("/arm"), std::string("/arm/tool/state"), std::string("/arm/angle"),
+                                  std::string("/arm/actions/home"), invocation})
     for (const char* method : {"GET ", "HEAD ", "OPTIONS "}) {
       CAPTURE(method, path);
       CHECK(all.bench.ask(method + path).field("Upgrade") == "websocket, callback");
@@ -41,7 +43,8 @@ TEST_CASE("what can be watched says so by Upgrade, as far as transport and optio
     CAPTURE(path);
     CHECK_FALSE(all.bench.get(path).has("Upgrade"));
     // RFC 9110 7.8: a server may ignore the field.
-    CHECK(all.bench.ask(std::string("GET ") + path + "\nUpgrade: callback\nCallback: http://127.0.0.1:9/").status == (path == std::string("/nowhere") ? 404 : 200));
+    CHECK(all.bench.ask(std::string("GET ") + path + "\nUpgrade: callback\nCallback: http://127.0.0.1:9/").status ==
+          (path == std::string("/nowhere") ? 404 : 200));
   }
   CHECK(Arm(true, false, receivers).bench.get("/arm/angle").field("Upgrade") == "websocket");
   CHECK(Arm(false, true, receivers).bench.get("/arm/angle").field("Upgrade") == "callback");
@@ -54,9 +57,13 @@ TEST_CASE("a resource that can be watched names its container and the URL of a W
   const std::string invocation = arm.bench.ask("POST /arm/actions/home").field("Location");
   for (const std::string& path : {std::string("arm/angle"), std::string("arm/actions/home"), invocation.substr(17)}) {
     CAPTURE(path);
-    CHECK(missing(arm.bench.get("/" + path), "<" + path + "> hybrit:subscriptions <arm/subscriptions> ; hybrit:websocketUrl \"ws://localhost/" + path + "\"^^xsd:anyURI .") == "");
+    CHECK(missing(arm.bench.get("/" + path),
+                  "<" + path + "> hybrit:subscriptions <arm/subscriptions> ; hybrit:websocketUrl \"ws://localhost/" + path +
+                      "\"^^xsd:anyURI .") == "");
   }
-  CHECK(missing(arm.bench.get("/arm"), "<arm> hybrit:subscriptions <arm/subscriptions> ; hybrit:websocketUrl \"ws://localhost/arm\"^^xsd:anyURI .") == "");
+  CHECK(missing(arm.bench.get("/arm"),
+                "<arm> hybrit:subscriptions <arm/subscriptions> ; hybrit:websocketUrl \"ws://localhost/arm\"^^xsd:anyURI .") ==
+        "");
   CHECK_FALSE(arm.bench.get("/arm/blueprint").says("websocketUrl"));
   CHECK_FALSE(Arm(false, true, {}).bench.get("/arm/angle").says("websocketUrl"));
   // The state has the values of all properties, and the controls of none.
@@ -83,8 +90,9 @@ TEST_CASE("a host's own HTTP server offers no WebSocket", "[engine][R0.12]") {
 
 TEST_CASE("what can be written says how: a binding with the shape of its body", "[engine][R1.10]") {
   Arm arm(false, true, {});
-  CHECK(missing(arm.bench.get("/arm/angle"), "<arm/angle> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:PUT ;"
-                                             " http-core:requestURI <arm/angle> ; http-core:body [ dcterms:conformsTo <arm/blueprint#angle> ] ] .") == "");
+  CHECK(missing(arm.bench.get("/arm/angle"),
+                "<arm/angle> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:PUT ;"
+                " http-core:requestURI <arm/angle> ; http-core:body [ dcterms:conformsTo <arm/blueprint#angle> ] ] .") == "");
   CHECK(missing(arm.bench.get("/arm/blueprint"), "<arm/blueprint#angle> a sh:NodeShape .") == "");
   CHECK_FALSE(arm.bench.get("/arm/speed").says("hybrit:binding"));
   // What GET gives can still be sent back.

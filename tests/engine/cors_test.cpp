@@ -37,7 +37,8 @@ std::string preflight(const std::string& path, const std::string& origin, const 
 
 TEST_CASE("by default no page of another origin can read, and responses have no field of CORS", "[engine][security]") {
   Arm arm({});
-  for (const std::string& request : {"GET /arm" + reader, "OPTIONS /arm" + reader, preflight("/arm", reader), "GET /nowhere" + reader}) {
+  for (const std::string& request :
+       {"GET /arm" + reader, "OPTIONS /arm" + reader, preflight("/arm", reader), "GET /nowhere" + reader}) {
     const Answer answer = arm.bench.ask(request);
     CHECK_FALSE(answer.has("Access-Control-Allow-Origin"));
     CHECK_FALSE(answer.has("Access-Control-Allow-Methods"));
@@ -45,10 +46,12 @@ TEST_CASE("by default no page of another origin can read, and responses have no 
   }
 }
 
-TEST_CASE("a listed origin may read: GET, HEAD and OPTIONS, at once and deferred, with the fields it needs", "[engine][security]") {
+TEST_CASE("a listed origin may read: GET, HEAD and OPTIONS, at once and deferred, with the fields it needs",
+          "[engine][security]") {
   Arm arm({"https://reader.example"});
   for (const std::string method : {"GET", "HEAD", "OPTIONS"})
-    for (const std::string path : {"/", "/arm", "/arm/angle", "/arm/speed", "/arm/state", "/arm/blueprint", "/nowhere", "/arm/broken"}) {
+    for (const std::string path :
+         {"/", "/arm", "/arm/angle", "/arm/speed", "/arm/state", "/arm/blueprint", "/nowhere", "/arm/broken"}) {
       CAPTURE(method, path);
       const Answer answer = arm.bench.ask(method + " " + path + reader);
       CHECK(answer.field("Access-Control-Allow-Origin") == "https://reader.example");
@@ -91,11 +94,13 @@ TEST_CASE("an origin that may send commands can do so from a browser, and reads 
     CHECK(answer.status == 204);
     CHECK(answer.field("Access-Control-Allow-Origin") == "https://dashboard.example");
     CHECK(answer.members("Access-Control-Allow-Methods").count(method) == 1);
-    for (const char* name : {"Content-Type", "If-Match", "Prefer", "Accept"}) CHECK(answer.members("Access-Control-Allow-Headers").count(name) == 1);
+    for (const char* name : {"Content-Type", "If-Match", "Prefer", "Accept"})
+      CHECK(answer.members("Access-Control-Allow-Headers").count(name) == 1);
   }
   const Answer read = arm.bench.ask("GET /arm/angle" + commander);
   CHECK(read.field("Access-Control-Allow-Origin") == "https://dashboard.example");
-  const Answer put = arm.bench.ask("PUT /arm/angle" + commander + "\nContent-Type: application/json\nIf-Match: " + read.tag() + "\n\n12");
+  const Answer put =
+      arm.bench.ask("PUT /arm/angle" + commander + "\nContent-Type: application/json\nIf-Match: " + read.tag() + "\n\n12");
   CHECK(put.status == 204);
   CHECK(put.field("Access-Control-Allow-Origin") == "https://dashboard.example");
   const Answer posted = arm.bench.ask("POST /arm/actions/home" + commander);
@@ -121,7 +126,8 @@ TEST_CASE("with \"*\" every page reads, and caches need not distinguish origins"
   CHECK(arm.bench.ask("POST /arm/actions/home" + stranger).status == 403);
 }
 
-TEST_CASE("a preflight is not judged by the authorizer, which gets no credentials with it; the request itself is", "[engine][security]") {
+TEST_CASE("a preflight is not judged by the authorizer, which gets no credentials with it; the request itself is",
+          "[engine][security]") {
   Arm arm({"https://reader.example"}, {}, [](const http::Request& request) {
     return request.find("Authorization") ? engine::Access::granted : engine::Access::unauthenticated;
   });
@@ -141,7 +147,8 @@ TEST_CASE("what is no origin is refused as an option", "[engine][security]") {
   }
   for (const char* bad : {"", "robot.example", "https://robot.example/", "https://", "https://a.example, https://b.example"}) {
     CAPTURE(bad);
-    const auto read = engine::Engine(Arm::options({bad}, {}, {})).check(), command = engine::Engine(Arm::options({}, {bad}, {})).check();
+    const auto read = engine::Engine(Arm::options({bad}, {}, {})).check(),
+               command = engine::Engine(Arm::options({}, {bad}, {})).check();
     REQUIRE_FALSE(read);
     CHECK(read.error().code == Errc::invalid_option);
     CHECK(read.error().message.find("read_origins") == 0);

@@ -3,7 +3,6 @@
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
 
-
 using namespace lrt;
 using namespace lrt::test;
 
@@ -65,7 +64,9 @@ std::map<std::string, rdf::Graph> graphs_of(const std::string& n_quads) {
 
 TEST_CASE("a Thing with others below, and the root, link to one document of all of them", "[engine][R0.9]") {
   Robot r;
-  for (const auto& [path, all] : {std::pair<std::string, std::string>("/", "http://localhost/all"), {"/robot", "http://localhost/robot/all"}, {"/robot/arm", "http://localhost/robot/arm/all"}}) {
+  for (const auto& [path, all] : {std::pair<std::string, std::string>("/", "http://localhost/all"),
+                                  {"/robot", "http://localhost/robot/all"},
+                                  {"/robot/arm", "http://localhost/robot/arm/all"}}) {
     CAPTURE(path);
     const Answer answer = r.bench.get(path);
     CHECK(missing(answer, "<" + path.substr(1) + "> lrt:all <" + all + "> .") == "");
@@ -92,8 +93,10 @@ TEST_CASE("the document has the state of each Thing below, in every syntax", "[e
   }
   const Answer turtle = r.bench.get("/robot/all");
   CHECK(turtle.field("Content-Type") == "text/turtle");
-  CHECK(missing(turtle, "<robot> dcterms:hasPart <robot/arm> . <robot/battery> vom:numericalValue \"77\"^^xsd:int ."
-                        "<robot/arm/j%201> hybrit:action <robot/arm/j%201/actions/home> . <robot/arm/j%201/angle> vom:numericalValue \"10\"^^xsd:double ; vom:unit maths:Degree .") == "");
+  CHECK(missing(turtle,
+                "<robot> dcterms:hasPart <robot/arm> . <robot/battery> vom:numericalValue \"77\"^^xsd:int ."
+                "<robot/arm/j%201> hybrit:action <robot/arm/j%201/actions/home> . <robot/arm/j%201/angle> vom:numericalValue "
+                "\"10\"^^xsd:double ; vom:unit maths:Degree .") == "");
   CHECK_FALSE(turtle.says("lamp"));
   for (const char* syntax : {"application/n-triples", "application/ld+json", "application/rdf+xml", "text/turtle"}) {
     CAPTURE(syntax);
@@ -108,7 +111,8 @@ TEST_CASE("the document has the state of each Thing below, in every syntax", "[e
 
 TEST_CASE("TriG and N-Quads have a graph for each resource, and all of them as the default graph", "[engine][R1.2]") {
   Robot r;
-  const Answer turtle = r.bench.get("/robot/all"), quads = r.get("/robot/all", "application/n-quads"), trig = r.get("/robot/all", "application/trig");
+  const Answer turtle = r.bench.get("/robot/all"), quads = r.get("/robot/all", "application/n-quads"),
+               trig = r.get("/robot/all", "application/trig");
   REQUIRE(quads.status == 200);
   REQUIRE(quads.field("Content-Type") == "application/n-quads");
   REQUIRE(trig.field("Content-Type") == "application/trig");
@@ -116,10 +120,12 @@ TEST_CASE("TriG and N-Quads have a graph for each resource, and all of them as t
   std::set<std::string> names;
   for (const auto& [name, graph] : graphs) names.insert(name);
   const std::string base = "http://localhost/robot";
-  CHECK(names == std::set<std::string>{"", base, base + "/battery", base + "/arm", base + "/arm/j%201", base + "/arm/j%201/angle", base + "/arm/j%201/silent", base + "/arm/j%201/encoder"});
+  CHECK(names == std::set<std::string>{"", base, base + "/battery", base + "/arm", base + "/arm/j%201",
+                                       base + "/arm/j%201/angle", base + "/arm/j%201/silent", base + "/arm/j%201/encoder"});
   CHECK(graphs.at("").size() == turtle.graph().size());
   CHECK(missing(graphs.at(""), turtle.graph()) == "");
-  CHECK(missing(graphs.at(base + "/arm/j%201/angle"), "<robot/arm/j%201/angle> a hybrit:Property ; vom:numericalValue \"10\"^^xsd:double .") == "");
+  CHECK(missing(graphs.at(base + "/arm/j%201/angle"),
+                "<robot/arm/j%201/angle> a hybrit:Property ; vom:numericalValue \"10\"^^xsd:double .") == "");
   CHECK(graphs.at(base + "/arm/j%201/angle").find(vocab::dcterms::title) == std::nullopt);
   for (const std::string& name : names)
     if (!name.empty()) CHECK(trig.says("\n<" + name + "> {\n"));
@@ -134,7 +140,8 @@ TEST_CASE("TriG and N-Quads have a graph for each resource, and all of them as t
 TEST_CASE("as JSON a Thing's state has a member for each Thing below it", "[engine][R1.2]") {
   Robot r;
   CHECK(r.get("/robot/all", "application/json").body == R"({"battery":77,"arm":{"j%201":{"angle":10,"encoder":42}}})");
-  CHECK(r.get("/all", "application/json").body == R"({"robot":{"battery":77,"arm":{"j%201":{"angle":10,"encoder":42}}},"lamp":{"on":true}})");
+  CHECK(r.get("/all", "application/json").body ==
+        R"({"robot":{"battery":77,"arm":{"j%201":{"angle":10,"encoder":42}}},"lamp":{"on":true}})");
   CHECK(r.get("/lamp/all", "application/json").body == r.get("/lamp/state", "application/json").body);
 }
 
@@ -162,7 +169,9 @@ TEST_CASE("one property that cannot be read does not hide the robot; it has no v
   CHECK(r.bench.get("/robot/arm/j%201/state").status == 500);
   const Answer partial = r.bench.get("/robot/all");
   REQUIRE(partial.status == 200);
-  CHECK(missing(partial, "<robot/arm/j%201> hybrit:property <robot/arm/j%201/encoder> . <robot/arm/j%201/angle> vom:numericalValue \"10\"^^xsd:double .") == "");
+  CHECK(missing(partial,
+                "<robot/arm/j%201> hybrit:property <robot/arm/j%201/encoder> . <robot/arm/j%201/angle> vom:numericalValue "
+                "\"10\"^^xsd:double .") == "");
   CHECK(missing(partial, "<robot/arm/j%201/encoder> vom:numericalValue [] .") != "");
   CHECK(r.get("/robot/all", "application/json").body == R"({"battery":77,"arm":{"j%201":{"angle":10}}})");
   r.broken = false;

@@ -331,7 +331,7 @@ def a_picture_is_shown_and_follows_its_property(browser):
         browser.run("[...document.querySelectorAll('.source button')].find(b => b.value === 'text/turtle').click()")
         browser.until("return document.querySelector('.source pre').innerText.includes('byteSize')", "what it says of its formats")
         offered = browser.run("return [...document.querySelectorAll('.source button')].map(b => b.value).filter(Boolean)")
-        assert offered == ["application/json", "text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "text/plain", "image/svg+xml"], offered
+        assert offered == ["application/json", "text/turtle", "application/n-triples", "application/rdf+xml", "application/ld+json", "application/trig", "application/n-quads", "text/plain", "image/svg+xml"], offered
         links = browser.run("return [...document.querySelectorAll('.source a')].map(a => [a.innerText, a.href])")
         assert links == [["application/cbor", robot.at("sample/eye/image?accept=application/cbor")]], links
         browser.run("[...document.querySelectorAll('.source button')].find(b => b.value === 'application/json').click()")

@@ -28,7 +28,8 @@ TEST_CASE("named graphs are not read", "[rdf]") {
   options.base = "http://localhost/";
   for (const char* text : {"<a> { <b> <c> <d> . }", "{ <b> <c> <d> . }", "GRAPH <a> { <b> <c> <d> . }"})
     CHECK(rdf::read(text, Syntax::trig, options).error().code == Errc::expected_rdf);
-  CHECK(rdf::read("<http://e/b> <http://e/c> <http://e/d> <http://e/a> .\n", Syntax::n_quads, options).error().code == Errc::expected_rdf);
+  CHECK(rdf::read("<http://e/b> <http://e/c> <http://e/d> <http://e/a> .\n", Syntax::n_quads, options).error().code ==
+        Errc::expected_rdf);
 }
 
 TEST_CASE("a dataset has a default graph and named ones, whose blank nodes are their own", "[rdf]") {
@@ -55,7 +56,8 @@ TEST_CASE("a dataset has a default graph and named ones, whose blank nodes are t
   CHECK(trig.find("@prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .\n") != std::string::npos);
   CHECK(trig.find("@prefix ldp:") < trig.find("<http://localhost/a>"));
   CHECK(trig.find("\n<http://localhost/g1> {\n<http://localhost/a> rdfs:seeAlso") != std::string::npos);
-  CHECK(trig.find("\n<http://localhost/g2> {\n<http://localhost/b> a ldp:Container ;\n    rdf:value [\n        rdf:value 1\n    ] .\n}\n") != std::string::npos);
+  CHECK(trig.find("\n<http://localhost/g2> {\n<http://localhost/b> a ldp:Container ;\n    rdf:value [\n        rdf:value 1\n   "
+                  " ] .\n}\n") != std::string::npos);
 }
 
 TEST_CASE("a dataset without graphs is empty; a syntax without named graphs and a relative name are refused", "[rdf]") {
@@ -63,7 +65,8 @@ TEST_CASE("a dataset without graphs is empty; a syntax without named graphs and 
   CHECK(rdf::write(rdf::Dataset(), Syntax::trig).value().empty());
   rdf::Dataset relative;
   relative.named.emplace_back("g", turtle("<a> rdf:value 1 ."));
-  for (const Syntax syntax : {Syntax::trig, Syntax::n_quads}) CHECK(rdf::write(relative, syntax).error().code == Errc::unsupported_syntax);
+  for (const Syntax syntax : {Syntax::trig, Syntax::n_quads})
+    CHECK(rdf::write(relative, syntax).error().code == Errc::unsupported_syntax);
   for (const Syntax syntax : {Syntax::turtle, Syntax::n_triples, Syntax::json_ld, Syntax::rdf_xml})
     CHECK(rdf::write(rdf::Dataset(), syntax).error().code == Errc::unsupported_syntax);
 }

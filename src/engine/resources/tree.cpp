@@ -70,7 +70,8 @@ void TreeResource::add_to(rdf::Type& record, rdf::Value::Sequence& values, const
 }
 
 /// Adds a Thing as one member.
-void TreeResource::add_member(rdf::Type& record, rdf::Value::Sequence& values, const ThingNode& member, std::size_t prefix) const {
+void TreeResource::add_member(rdf::Type& record, rdf::Value::Sequence& values, const ThingNode& member,
+                              std::size_t prefix) const {
   rdf::Type& type = types_.emplace_back(empty_record());
   rdf::Value::Sequence own;
   add_to(type, own, member, member.spec->path.size() + 1);
@@ -89,7 +90,8 @@ std::size_t TreeResource::max_bytes(const EngineOptions& options) const noexcept
 
 std::uint64_t TreeResource::state(std::uint64_t structure) const noexcept {
   std::uint64_t mixed = structure;
-  for_each_property([&](PropertyResource& p) { mixed = (mixed ^ (2 * p.revision + (is_readable(p) ? 0 : 1))) * 1099511628211U; });
+  for_each_property(
+      [&](PropertyResource& p) { mixed = (mixed ^ (2 * p.revision + (is_readable(p) ? 0 : 1))) * 1099511628211U; });
   return mixed;
 }
 
