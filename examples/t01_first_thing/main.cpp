@@ -37,7 +37,9 @@ int main() {
 //     qudt:hasUnit unit:RAD ;
 //     qudt:dataType xsd:double ;
 //     qudt:hasQuantityKind quantitykind:Angle ;
-//     dcterms:modified "<time>"^^xsd:dateTime .
+//     dcterms:modified "<time>"^^xsd:dateTime ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/baxter/right_s1/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/baxter/right_s1/rotation"^^xsd:anyURI .
 //
 // POST /baxter/right_s1/actions/rotate
 //   <> vom:numericalValue 0.75 .
@@ -54,4 +56,6 @@ int main() {
 //     qudt:hasUnit unit:RAD ;
 //     qudt:dataType xsd:double ;
 //     qudt:hasQuantityKind quantitykind:Angle ;
-//     dcterms:modified "<time>"^^xsd:dateTime .
+//     dcterms:modified "<time>"^^xsd:dateTime ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/baxter/right_s1/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/baxter/right_s1/rotation"^^xsd:anyURI .

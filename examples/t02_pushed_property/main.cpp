@@ -40,7 +40,9 @@ int main() {
 //     qudt:hasUnit unit:RAD ;
 //     qudt:dataType xsd:double ;
 //     qudt:hasQuantityKind quantitykind:Angle ;
-//     dcterms:modified "<time>"^^xsd:dateTime .
+//     dcterms:modified "<time>"^^xsd:dateTime ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/joint/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/joint/position"^^xsd:anyURI .
 //
 // GET /joint/position
 // If-None-Match: <tag>

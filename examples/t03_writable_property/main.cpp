@@ -49,7 +49,18 @@ int main() {
 //     qudt:hasUnit unit:M-PER-SEC ;
 //     qudt:dataType xsd:double ;
 //     qudt:hasQuantityKind quantitykind:Velocity ;
-//     dcterms:modified "<time>"^^xsd:dateTime .
+//     dcterms:modified "<time>"^^xsd:dateTime ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/arm/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/speed"^^xsd:anyURI ;
+//     hybrit:binding [
+//         a http-core:Request ;
+//         http-core:mthd http-methods:PUT ;
+//         http-core:requestURI <http://127.0.0.1:8080/arm/speed> ;
+//         http-core:body [
+//             a maths:Scalar ;
+//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/arm#speed>
+//         ]
+//     ] .
 //
 // PUT /arm/speed
 //   <> vom:numericalValue 2 ; qudt:hasUnit unit:M-PER-SEC .
@@ -61,7 +72,7 @@ int main() {
 //         a sh:ValidationResult ;
 //         sh:focusNode <http://127.0.0.1:8080/arm/speed> ;
 //         sh:resultPath vom:numericalValue ;
-//         sh:value 2 ;
+//         sh:value "2"^^xsd:double ;
 //         sh:sourceConstraintComponent sh:MaxInclusiveConstraintComponent ;
 //         sh:sourceShape [] ;
 //         sh:resultSeverity sh:Violation ;
@@ -78,11 +89,10 @@ int main() {
 //         a sh:ValidationResult ;
 //         sh:focusNode <http://127.0.0.1:8080/arm/speed> ;
 //         sh:resultPath qudt:hasUnit ;
-//         sh:value unit:DEG ;
-//         sh:sourceConstraintComponent sh:InConstraintComponent ;
+//         sh:sourceConstraintComponent sh:HasValueConstraintComponent ;
 //         sh:sourceShape [] ;
 //         sh:resultSeverity sh:Violation ;
-//         sh:resultMessage "expected unit:M-PER-SEC, found unit:DEG"
+//         sh:resultMessage "expected the unit unit:M-PER-SEC, found unit:DEG"
 //     ] .
 //
 // PUT /arm/speed
@@ -92,6 +102,16 @@ int main() {
 // [] a sh:ValidationReport ;
 //     sh:conforms false ;
 //     sh:result [
+//         a sh:ValidationResult ;
+//         sh:focusNode <http://127.0.0.1:8080/arm/speed> ;
+//         sh:resultPath vom:numericalValue ;
+//         sh:value "fast" ;
+//         sh:sourceConstraintComponent sh:DatatypeConstraintComponent ;
+//         sh:sourceShape _:b2 ;
+//         sh:resultSeverity sh:Violation ;
+//         sh:resultMessage "expected a number, found \"fast\""
+//     ],
+//         [
 //         a sh:ValidationResult ;
 //         sh:focusNode <http://127.0.0.1:8080/arm/speed> ;
 //         sh:resultPath vom:numericalValue ;
@@ -114,19 +134,18 @@ int main() {
 //         [
 //         a sh:ValidationResult ;
 //         sh:focusNode <http://127.0.0.1:8080/arm/speed> ;
-//         sh:resultPath vom:numericalValue ;
-//         sh:value "fast" ;
-//         sh:sourceConstraintComponent sh:OrConstraintComponent ;
-//         sh:sourceShape _:b2 ;
+//         sh:resultPath qudt:hasUnit ;
+//         sh:sourceConstraintComponent sh:MinCountConstraintComponent ;
+//         sh:sourceShape _:b6 ;
 //         sh:resultSeverity sh:Violation ;
-//         sh:resultMessage "expected a number, found \"fast\""
+//         sh:resultMessage "expected the unit unit:M-PER-SEC, found none"
 //     ],
 //         [
 //         a sh:ValidationResult ;
 //         sh:focusNode <http://127.0.0.1:8080/arm/speed> ;
 //         sh:resultPath qudt:hasUnit ;
-//         sh:sourceConstraintComponent sh:MinCountConstraintComponent ;
-//         sh:sourceShape [] ;
+//         sh:sourceConstraintComponent sh:HasValueConstraintComponent ;
+//         sh:sourceShape _:b6 ;
 //         sh:resultSeverity sh:Violation ;
 //         sh:resultMessage "expected the unit unit:M-PER-SEC, found none"
 //     ] .

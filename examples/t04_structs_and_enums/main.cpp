@@ -57,12 +57,12 @@ int main() {
   server.add(std::move(gripper)).value();
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
-    const std::string width = "<blueprint#width> [ vom:numericalValue 80 ; qudt:hasUnit unit:MilliM ]";
-    const std::string where = "<blueprint#where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ]";
+    const std::string width = "</ns/vocabulary#Grip/width> [ vom:numericalValue 80 ; qudt:hasUnit unit:MilliM ]";
+    const std::string where = "</ns/vocabulary#Grip/where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ]";
     client.get("/gripper/grip");
-    client.put("/gripper/grip", "<> <blueprint#mode> \"idle\" ; " + width + " ; " + where + " .");
-    client.put("/gripper/grip", "<> <blueprint#mode> \"asleep\" ; " + width + " ; " + where + " .");
-    client.put("/gripper/grip", "<> <blueprint#mode> \"fault\" ; " + where + " .");
+    client.put("/gripper/grip", "<> </ns/vocabulary#Grip/mode> \"idle\" ; " + width + " ; " + where + " .");
+    client.put("/gripper/grip", "<> </ns/vocabulary#Grip/mode> \"asleep\" ; " + width + " ; " + where + " .");
+    client.put("/gripper/grip", "<> </ns/vocabulary#Grip/mode> \"fault\" ; " + where + " .");
     client.get("/gripper/grip");
   });
   server.run();
@@ -72,16 +72,16 @@ int main() {
 // GET /gripper/grip
 // 200 OK
 // Content-Type: text/turtle
-// <http://127.0.0.1:8080/gripper/grip> a hybrit:Property ;
+// <http://127.0.0.1:8080/gripper/grip> a hybrit:Property, <http://127.0.0.1:8080/ns/vocabulary#Grip> ;
 //     rdfs:seeAlso <http://127.0.0.1:8080/gripper> ;
-//     <http://127.0.0.1:8080/gripper/blueprint#mode> "holding" ;
-//     <http://127.0.0.1:8080/gripper/blueprint#width> [
+//     <http://127.0.0.1:8080/ns/vocabulary#Grip/mode> "holding" ;
+//     <http://127.0.0.1:8080/ns/vocabulary#Grip/width> [
 //         a maths:Scalar ;
 //         vom:numericalValue "42"^^xsd:double ;
 //         qudt:hasUnit unit:MilliM
 //     ] ;
-//     <http://127.0.0.1:8080/gripper/blueprint#item> "cup" ;
-//     <http://127.0.0.1:8080/gripper/blueprint#where> [
+//     <http://127.0.0.1:8080/ns/vocabulary#Grip/item> "cup" ;
+//     <http://127.0.0.1:8080/ns/vocabulary#Grip/where> [
 //         a maths:Vector3D ;
 //         maths:x "0.5"^^xsd:double ;
 //         maths:y "0"^^xsd:double ;
@@ -95,16 +95,17 @@ int main() {
 //         http-core:mthd http-methods:PUT ;
 //         http-core:requestURI <http://127.0.0.1:8080/gripper/grip> ;
 //         http-core:body [
-//             dcterms:conformsTo <http://127.0.0.1:8080/gripper/blueprint#grip>
+//             a <http://127.0.0.1:8080/ns/vocabulary#Grip> ;
+//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/gripper#grip>
 //         ]
 //     ] .
 //
 // PUT /gripper/grip
-//   <> <blueprint#mode> "idle" ; <blueprint#width> [ vom:numericalValue 80 ; qudt:hasUnit unit:MilliM ] ; <blueprint#where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] .
+//   <> </ns/vocabulary#Grip/mode> "idle" ; </ns/vocabulary#Grip/width> [ vom:numericalValue 80 ; qudt:hasUnit unit:MilliM ] ; </ns/vocabulary#Grip/where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] .
 // 204 No Content
 //
 // PUT /gripper/grip
-//   <> <blueprint#mode> "asleep" ; <blueprint#width> [ vom:numericalValue 80 ; qudt:hasUnit unit:MilliM ] ; <blueprint#where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] .
+//   <> </ns/vocabulary#Grip/mode> "asleep" ; </ns/vocabulary#Grip/width> [ vom:numericalValue 80 ; qudt:hasUnit unit:MilliM ] ; </ns/vocabulary#Grip/where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] .
 // 422 Unprocessable Content
 // Content-Type: text/turtle
 // [] a sh:ValidationReport ;
@@ -112,7 +113,7 @@ int main() {
 //     sh:result [
 //         a sh:ValidationResult ;
 //         sh:focusNode <http://127.0.0.1:8080/gripper/grip> ;
-//         sh:resultPath <http://127.0.0.1:8080/gripper/blueprint#mode> ;
+//         sh:resultPath <http://127.0.0.1:8080/ns/vocabulary#Grip/mode> ;
 //         sh:value "asleep" ;
 //         sh:sourceConstraintComponent sh:InConstraintComponent ;
 //         sh:sourceShape [] ;
@@ -121,7 +122,7 @@ int main() {
 //     ] .
 //
 // PUT /gripper/grip
-//   <> <blueprint#mode> "fault" ; <blueprint#where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] .
+//   <> </ns/vocabulary#Grip/mode> "fault" ; </ns/vocabulary#Grip/where> [ maths:x 0.5 ; maths:y 0 ; maths:z 0.25 ] .
 // 422 Unprocessable Content
 // Content-Type: text/turtle
 // [] a sh:ValidationReport ;
@@ -129,7 +130,7 @@ int main() {
 //     sh:result [
 //         a sh:ValidationResult ;
 //         sh:focusNode <http://127.0.0.1:8080/gripper/grip> ;
-//         sh:resultPath <http://127.0.0.1:8080/gripper/blueprint#width> ;
+//         sh:resultPath <http://127.0.0.1:8080/ns/vocabulary#Grip/width> ;
 //         sh:sourceConstraintComponent sh:MinCountConstraintComponent ;
 //         sh:sourceShape [] ;
 //         sh:resultSeverity sh:Violation ;
@@ -139,15 +140,15 @@ int main() {
 // GET /gripper/grip
 // 200 OK
 // Content-Type: text/turtle
-// <http://127.0.0.1:8080/gripper/grip> a hybrit:Property ;
+// <http://127.0.0.1:8080/gripper/grip> a hybrit:Property, <http://127.0.0.1:8080/ns/vocabulary#Grip> ;
 //     rdfs:seeAlso <http://127.0.0.1:8080/gripper> ;
-//     <http://127.0.0.1:8080/gripper/blueprint#mode> "idle" ;
-//     <http://127.0.0.1:8080/gripper/blueprint#width> [
+//     <http://127.0.0.1:8080/ns/vocabulary#Grip/mode> "idle" ;
+//     <http://127.0.0.1:8080/ns/vocabulary#Grip/width> [
 //         a maths:Scalar ;
 //         vom:numericalValue "80"^^xsd:double ;
 //         qudt:hasUnit unit:MilliM
 //     ] ;
-//     <http://127.0.0.1:8080/gripper/blueprint#where> [
+//     <http://127.0.0.1:8080/ns/vocabulary#Grip/where> [
 //         a maths:Vector3D ;
 //         maths:x "0.5"^^xsd:double ;
 //         maths:y "0"^^xsd:double ;
@@ -161,6 +162,7 @@ int main() {
 //         http-core:mthd http-methods:PUT ;
 //         http-core:requestURI <http://127.0.0.1:8080/gripper/grip> ;
 //         http-core:body [
-//             dcterms:conformsTo <http://127.0.0.1:8080/gripper/blueprint#grip>
+//             a <http://127.0.0.1:8080/ns/vocabulary#Grip> ;
+//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/gripper#grip>
 //         ]
 //     ] .

@@ -65,7 +65,7 @@ int main() {
 //         a sh:ValidationResult ;
 //         sh:focusNode <http://127.0.0.1:8080/lift/actions/moveTo> ;
 //         sh:resultPath vom:numericalValue ;
-//         sh:value 5 ;
+//         sh:value "5"^^xsd:double ;
 //         sh:sourceConstraintComponent sh:MaxInclusiveConstraintComponent ;
 //         sh:sourceShape [] ;
 //         sh:resultSeverity sh:Violation ;

@@ -45,9 +45,9 @@ int main() {
 //     <http://www.w3.org/ns/ldp#Resource>; rel="type"
 //     <http://www.w3.org/ns/ldp#RDFSource>; rel="type"
 //     <http://127.0.0.1:8080/>; rel="up"
-//     <http://127.0.0.1:8080/rover/blueprint>; rel="describedby"
+//     <http://127.0.0.1:8080/blueprints/PhysicalAgent>; rel="describedby"
 //     <http://127.0.0.1:8080/rover/state>; rel="related"
-//     <http://127.0.0.1:8080/rover/blueprint>; rel="related"
+//     <http://127.0.0.1:8080/blueprints/PhysicalAgent>; rel="related"
 //     <http://127.0.0.1:8080/rover/subscriptions>; rel="related"
 //     <http://127.0.0.1:8080/rover/all>; rel="related"
 //     <http://127.0.0.1:8080/rover/all>; rel="https://w3id.org/lrt/ns#all"
@@ -61,7 +61,7 @@ int main() {
 //     <http://127.0.0.1:8080/rover?accept=application/json>; rel="alternate"; type="application/json"
 // <http://127.0.0.1:8080/rover> a hybrit:RoboticThing, <http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#PhysicalAgent> ;
 //     dcterms:title "The rover in the lab" ;
-//     hybrit:blueprint <http://127.0.0.1:8080/rover/blueprint> ;
+//     hybrit:blueprint <http://127.0.0.1:8080/blueprints/PhysicalAgent> ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/rover/subscriptions> ;
 //     lrt:state <http://127.0.0.1:8080/rover/state> ;
 //     lrt:all <http://127.0.0.1:8080/rover/all> ;
@@ -85,7 +85,7 @@ int main() {
 //     <http://www.w3.org/ns/ldp#Resource>; rel="type"
 //     <http://www.w3.org/ns/ldp#RDFSource>; rel="type"
 //     <http://127.0.0.1:8080/rover/battery>; rel="up"
-//     <http://127.0.0.1:8080/rover/battery/blueprint>; rel="describedby"
+//     <http://127.0.0.1:8080/blueprints/battery>; rel="describedby"
 //     <http://127.0.0.1:8080/rover/battery/charge>; rel="related"
 //     <http://127.0.0.1:8080/rover/battery/state?accept=text/turtle>; rel="alternate"; type="text/turtle"
 //     <http://127.0.0.1:8080/rover/battery/state?accept=application/n-triples>; rel="alternate"; type="application/n-triples"
@@ -98,7 +98,7 @@ int main() {
 //     <http://127.0.0.1:8080/rover/battery/state?accept=application/cbor>; rel="alternate"; type="application/cbor"
 // <http://127.0.0.1:8080/rover/battery> a hybrit:RoboticThing ;
 //     dcterms:title "battery" ;
-//     hybrit:blueprint <http://127.0.0.1:8080/rover/battery/blueprint> ;
+//     hybrit:blueprint <http://127.0.0.1:8080/blueprints/battery> ;
 //     hybrit:subscriptions <http://127.0.0.1:8080/rover/battery/subscriptions> ;
 //     lrt:state <http://127.0.0.1:8080/rover/battery/state> ;
 //     dcterms:isPartOf <http://127.0.0.1:8080/rover> ;
@@ -112,6 +112,8 @@ int main() {
 //     qudt:dataType xsd:double ;
 //     dcterms:modified "<time>"^^xsd:dateTime ;
 //     rdfs:comment "Measured at rest; drops by a tenth under load." .
+//
+// <http://127.0.0.1:8080/rover> a hybrit:RoboticThing, <http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#PhysicalAgent> .
 //
 // <http://127.0.0.1:8080/rover/battery/state> hybrit:subscriptions <http://127.0.0.1:8080/rover/battery/subscriptions> ;
 //     hybrit:websocketUrl "ws://127.0.0.1:8080/rover/battery/state"^^xsd:anyURI .

@@ -55,21 +55,8 @@ int main() {
 // 200 OK
 // Content-Type: text/turtle
 // <http://127.0.0.1:8080/gripper/blueprint> a sh:NodeShape ;
-//     sh:name "gripper" ;
 //     sh:targetNode <http://127.0.0.1:8080/gripper> ;
-//     sh:property [
-//         sh:path rdf:type ;
-//         sh:hasValue hybrit:RoboticThing
-//     ],
-//         [
-//         sh:path hybrit:subscriptions ;
-//         sh:hasValue <http://127.0.0.1:8080/gripper/subscriptions>
-//     ],
-//         [
-//         sh:path hybrit:property ;
-//         sh:hasValue <http://127.0.0.1:8080/gripper/name> ;
-//         sh:class hybrit:Property
-//     ] .
+//     sh:node <http://127.0.0.1:8080/blueprints/gripper> .
 //
 // <http://127.0.0.1:8080/gripper/blueprint#name> a sh:NodeShape ;
 //     sh:targetNode <http://127.0.0.1:8080/gripper/name> ;

@@ -48,7 +48,9 @@ int main() {
 //     rdfs:seeAlso <http://127.0.0.1:8080/arm> ;
 //     rdf:value ( "0"^^xsd:double "0.5"^^xsd:double "-0.5"^^xsd:double "0"^^xsd:double "0.25"^^xsd:double "0"^^xsd:double ) ;
 //     lrt:elementType xsd:double ;
-//     dcterms:modified "<time>"^^xsd:dateTime .
+//     dcterms:modified "<time>"^^xsd:dateTime ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/arm/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/joints"^^xsd:anyURI .
 //
 // PUT /arm/orientation
 //   <> vom:quantityValue [ maths:x 0 ; maths:y 0 ; maths:z 0.6 ; maths:w 0.9 ] .
@@ -93,4 +95,6 @@ int main() {
 //         ]
 //     ] ;
 //     lrt:matrix ( ( "0.28"^^xsd:double "-0.96"^^xsd:double "0"^^xsd:double ) ( "0.96"^^xsd:double "0.28"^^xsd:double "0"^^xsd:double ) ( "0"^^xsd:double "0"^^xsd:double "1"^^xsd:double ) ) ;
-//     dcterms:modified "<time>"^^xsd:dateTime .
+//     dcterms:modified "<time>"^^xsd:dateTime ;
+//     hybrit:subscriptions <http://127.0.0.1:8080/arm/subscriptions> ;
+//     hybrit:websocketUrl "ws://127.0.0.1:8080/arm/tool"^^xsd:anyURI .

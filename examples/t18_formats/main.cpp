@@ -57,11 +57,11 @@ int main() {
 // GET /head/image
 // 200 OK
 // Content-Type: text/turtle
-// <http://127.0.0.1:8080/head/image> a hybrit:Property ;
+// <http://127.0.0.1:8080/head/image> a hybrit:Property, <http://127.0.0.1:8080/ns/vocabulary#Frame> ;
 //     rdfs:seeAlso <http://127.0.0.1:8080/head> ;
-//     <http://127.0.0.1:8080/head/blueprint#number> "1"^^xsd:unsignedInt ;
-//     <http://127.0.0.1:8080/head/blueprint#width> "4"^^xsd:unsignedShort ;
-//     <http://127.0.0.1:8080/head/blueprint#height> "2"^^xsd:unsignedShort ;
+//     <http://127.0.0.1:8080/ns/vocabulary#Frame/number> "1"^^xsd:unsignedInt ;
+//     <http://127.0.0.1:8080/ns/vocabulary#Frame/width> "4"^^xsd:unsignedShort ;
+//     <http://127.0.0.1:8080/ns/vocabulary#Frame/height> "2"^^xsd:unsignedShort ;
 //     dcterms:modified "<time>"^^xsd:dateTime ;
 //     lrt:frame <http://127.0.0.1:8080/head/optical_frame> ;
 //     dcterms:hasFormat <http://127.0.0.1:8080/head/image?accept=image/x-portable-graymap> ;

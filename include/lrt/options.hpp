@@ -95,6 +95,10 @@ struct Options {
   LogCallback log;                                      ///< empty: messages are dropped
   std::shared_ptr<IdSource> ids;                        ///< of invocations, members and subscriptions; nullptr: RandomIds
   rdf::Prefixes prefixes = rdf::default_prefixes();     ///< of Turtle and other syntaxes
+  /// The namespace of the terms that lrt makes of C++ types: `<vocabulary>Type/field`. An absolute IRI that ends with '#' or '/'. Empty:
+  /// "<base>/ns/vocabulary#", a document of this server. The robots of a fleet that give the same namespace have the same terms, so that
+  /// one query finds the values of all. Each then still serves its terms at /ns/vocabulary; at the namespace itself the integrator does.
+  std::string vocabulary;
   std::shared_ptr<const engine::PageSource> page;       ///< HTML for people; nullptr: the page of lrt
 };
 

@@ -19,8 +19,8 @@ namespace lrt {
 /// @par Names    Things, properties, actions and collections may have any name. lrt has names of its own below a thing: `state`, `blueprint`,
 ///               `subscriptions`, `all`, and `actions/` before the name of an action. If the user gives the same path to something else, also later
 ///               and as the path of another Thing, then lrt's resource has `-lrt` after its name ("arm/state-lrt", "arm/actions-lrt/turn"),
-///               for as long as the user's is there. Clients follow links, so they find both. Only two paths are reserved: "ns/lrt" and
-///               "ns/context.jsonld".
+///               for as long as the user's is there. Clients follow links, so they find both. So do the Blueprints of kinds below
+///               "blueprints". Three paths are reserved: "ns/lrt", "ns/vocabulary" and "ns/context.jsonld".
 /// @par Threads  Set-up only, one thread at a time.
 /// @par Implements  R0.3, R1.1, R1.3
 class Thing {
@@ -43,7 +43,7 @@ class Thing {
   Thing& add_turtle(std::string text);
   /// Refers to an external Blueprint instead of the generated one (R1.11).
   Thing& blueprint(Iri external);
-  /// Adds SHACL shapes in Turtle to the generated Blueprint. Their base is the blueprint. A shape with one of these names replaces the
+  /// Adds SHACL shapes in Turtle to the thing's own Blueprint, which is their base. A shape with one of these names replaces the
   /// generated one: `<#rotation>` for values of the property "rotation", `<#actions/rotate/input>` for the input of the action "rotate"
   /// (`<#actions-lrt/rotate/input>` if there is a property "actions/rotate/input"), `<#waypoints>` for members of the collection "waypoints",
   /// `<>` for the thing. A body that does not conform is answered 422 with the

@@ -9,6 +9,7 @@
 #include <lrt/shacl/validator.hpp>
 
 #include "src/base/charset.hpp"
+#include "src/engine/resources/blueprint.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "src/rdf/plain_schema.hpp"
 
@@ -37,18 +38,22 @@ std::size_t longest_list_in(const rdf::Value& value) {
   return longest;
 }
 
-/// SPEC 3.3: the focus node is <> if that is a subject, else the only subject of the target class. Of several, two are given.
-std::vector<rdf::TermId> focus_nodes(const rdf::Graph& graph, const std::string& here, const rdf::Type& type) {
+/// SPEC 3.3: the focus node is <> if that is a subject, else the only subject of the target class, else the only blank node that has no
+/// type and is no object. Of several, two are given.
+std::vector<rdf::TermId> focus_nodes(const rdf::Graph& graph, const std::string& here, const std::string& wanted) {
   const auto self = graph.find(rdf::iri(here));
   if (self && !graph.match(*self, std::nullopt, std::nullopt).empty()) return {*self};
-  const Iri wanted = rdf::target_class(type);
-  const auto predicate = graph.find(wanted.empty() ? vocab::rdf_::value : vocab::rdf_::type);
-  const auto object = wanted.empty() ? std::optional<rdf::TermId>() : graph.find(wanted);
   std::vector<rdf::TermId> found;
-  if (!predicate || (!wanted.empty() && !object)) return found;
-  for (const rdf::Triple& t : graph.match(std::nullopt, *predicate, object)) {
-    if (std::find(found.begin(), found.end(), t.subject) == found.end()) found.push_back(t.subject);
-    if (found.size() > 1) break;
+  const auto take = [&](rdf::TermId node) {
+    if (found.size() < 2 && std::find(found.begin(), found.end(), node) == found.end()) found.push_back(node);
+  };
+  const auto type = graph.find(vocab::rdf_::type);
+  if (const auto of = graph.find(rdf::iri(wanted)); !wanted.empty() && type && of)
+    for (const rdf::Triple& t : graph.match(std::nullopt, *type, *of)) take(t.subject);
+  if (!found.empty()) return found;
+  for (const rdf::Triple& t : graph.triples()) {
+    const bool typed = type && !graph.match(t.subject, *type, std::nullopt).empty();
+    if (graph.term(t.subject).is_blank() && !typed && graph.match(std::nullopt, std::nullopt, t.subject).empty()) take(t.subject);
   }
   return found;
 }
@@ -121,7 +126,7 @@ std::variant<Bodies::Body, http::Response> Bodies::read(const Context& context, 
       return responses_.problem(context, 400, "body: expected JSON of the schema " + rdf::write_schema(*value, facets) + ", found an empty body");
     rdf::Mismatch mismatch;
     const Result<void> read =
-        rdf::read_plain(text, *format, *value, facets, context.resource->thing->names_base(view_.bases[context.base]),
+        rdf::read_plain(text, *format, *value, facets, view_.vocabulary(view_.bases[context.base]),
                         options_.max_body_triples, body.graph, body.graph.intern(rdf::iri(base)), &mismatch);
     if (read) return body;
     const Errc code = read.error().code;
@@ -150,31 +155,40 @@ std::variant<rdf::Value, http::Response> Bodies::read_value(const Context& conte
   if (type.kind == rdf::Type::Kind::optional && context.request().body.empty()) return rdf::Value();
   auto body = read(context, &type, facets);
   if (auto* response = std::get_if<http::Response>(&body)) return std::move(*response);
-  const rdf::Graph& graph = std::get<Body>(body).graph;
+  rdf::Graph& graph = std::get<Body>(body).graph;
 
   const std::string here = responses_.iri(context, context.resource->path);
-  const std::vector<rdf::TermId> nodes = focus_nodes(graph, here, type);
+  const std::string wanted = rdf::target_class(type, view_.vocabulary(view_.bases[context.base]));
+  const std::vector<rdf::TermId> nodes = focus_nodes(graph, here, wanted);
   if (nodes.size() > 1) {
-    const Iri wanted = rdf::target_class(type);
     return responses_.problem(context, 422, "body: expected triples about <> or one subject " +
-                                     (wanted.empty() ? std::string("with rdf:value") : "of type " + rdf::abbreviate(wanted.text)) +
+                                     (wanted.empty() ? std::string("without a type") : "of type " + rdf::abbreviate(wanted)) +
                                      ", found several");
   }
   if (nodes.empty() && type.kind == rdf::Type::Kind::optional && graph.empty()) return rdf::Value();
 
   ThingNode& thing = *context.resource->thing;
-  const auto node = nodes.empty() ? std::nullopt : std::optional(nodes.front());
+  auto node = nodes.empty() ? std::nullopt : std::optional(nodes.front());
+  const std::string vocabulary = view_.vocabulary(view_.bases[context.base]);
+  // A shape of the user is taken literally.
+  if (!has_user_shape(thing, context.resource->input_shape())) {
+    const rdf::TermId focus = node ? *node : graph.intern(rdf::iri(here));
+    if (std::optional<rdf::Graph> completed = rdf::completed(graph, focus, type, facets, vocabulary)) {
+      const rdf::Term same(graph.term(focus));
+      graph = *std::move(completed);
+      if (node) node = graph.find(same.view());
+    }
+  }
   if (auto response = nonconforming(context, graph, node, &type)) return *std::move(response);
   if (nodes.empty()) return responses_.problem(context, 422, "body: expected triples about <> or one node that carries the value, found none");
 
   std::vector<rdf::Mismatch> mismatches;
-  Result<rdf::Value> value = rdf::read_value(graph, nodes.front(), type, facets, thing.names_base(view_.bases[context.base]), mismatches);
+  Result<rdf::Value> value = rdf::read_value(graph, *node, type, facets, vocabulary, mismatches);
   if (value && longest_list_in(*value) > options_.max_list_members)
     return responses_.problem(context, 413, "body: expected lists of at most " + std::to_string(options_.max_list_members) + " members");
   if (value) return *std::move(value);
-  std::string detail;
-  for (const rdf::Mismatch& m : mismatches) detail += (detail.empty() ? "" : "; ") + m.path + ": " + m.message;
-  return responses_.problem(context, 422, std::move(detail));
+  const std::vector<BodyError> errors = body_errors(mismatches, type, vocabulary);
+  return responses_.problem(context, 422, sentence_of(errors), json_of(errors));
 }
 
 std::optional<http::Response> Bodies::nonconforming(const Context& context, const rdf::Graph& graph,
@@ -187,11 +201,10 @@ std::optional<http::Response> Bodies::nonconforming(const Context& context, cons
   limits.max_steps = 1'000'000;
   // So that the report of an empty body says what is missing.
   const std::string here = responses_.iri(context, context.resource->path);
-  const std::string names_base = thing.names_base(view_.bases[context.base]);
-  const std::string shape = names_base + "#" + context.resource->input_shape();
+  const std::string shape = thing.shape_iri(view_.bases[context.base], context.resource->input_shape());
   const Result<shacl::Report> report = shacl::validate(**shapes, graph, node ? graph.term(*node) : rdf::iri(here), rdf::iri(shape), limits);
   if (!report) return responses_.problem(context, 422, "body: it could not be judged: " + report.error().message);
-  if (!report->conforms()) return responses_.violation(context, *report, body_errors(*report, graph, node, type, names_base));
+  if (!report->conforms()) return responses_.violation(context, *report, body_errors(*report, graph, node, type, view_.vocabulary(view_.bases[context.base])));
   return std::nullopt;
 }
 

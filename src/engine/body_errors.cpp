@@ -35,7 +35,7 @@ class Places {
     const rdf::Type* type;
   };
 
-  Places(const rdf::Graph& body, std::string_view names_base) : body_(body), names_base_(names_base) {}
+  Places(const rdf::Graph& body, std::string_view vocabulary) : body_(body), vocabulary_(vocabulary) {}
 
   /// A value at a focus node: see write_value().
   void focus(rdf::TermId node, const rdf::Type& outer) {
@@ -56,7 +56,7 @@ class Places {
     if (place->type->kind == Kind::record && predicate) {
       const std::vector<std::string> names = rdf::member_names(*place->type);
       for (std::size_t i = 0; i < names.size(); ++i)
-        if (rdf::predicate_iri(place->type->fields[i], names_base_) == predicate->view().text)
+        if (rdf::term_iri(place->type->fields[i].predicate, vocabulary_) == predicate->view().text)
           return step(place->pointer, names[i]);
     }
     if (place->type->kind == Kind::list && result.value) {
@@ -108,14 +108,39 @@ class Places {
   void fields(rdf::TermId node, const rdf::Type& record, const std::string& pointer) {
     const std::vector<std::string> names = rdf::member_names(record);
     for (std::size_t i = 0; i < names.size(); ++i)
-      each_object(node, rdf::predicate_iri(record.fields[i], names_base_),
+      each_object(node, rdf::term_iri(record.fields[i].predicate, vocabulary_),
                   [&](rdf::TermId value) { add(value, *record.fields[i].type, step(pointer, names[i])); });
   }
 
   const rdf::Graph& body_;
-  std::string_view names_base_;
+  std::string_view vocabulary_;
   std::map<std::string, Place> nodes_;
 };
+
+/// The place of a property path: predicates as abbreviate() writes them, and "[0]" for members of lists, between slashes.
+std::string pointer_of(std::string_view path, const rdf::Type& outer, std::string_view vocabulary) {
+  std::string pointer;
+  const rdf::Type* type = &outer;
+  while (!path.empty()) {
+    const std::size_t from = path.front() == '<' ? path.find('>') : 0, end = std::min(path.find('/', from), path.size());
+    const std::string_view segment = path.substr(0, end);
+    path.remove_prefix(std::min(end + 1, path.size()));
+    while (type->kind == Kind::optional) type = type->element;
+    if (segment.front() == '[') {
+      pointer = step(pointer, std::string(segment.substr(1, segment.size() - 2)));
+      type = type->element ? type->element : type;
+    } else if (type->kind == Kind::record) {
+      const std::vector<std::string> names = rdf::member_names(*type);
+      for (std::size_t i = 0; i < names.size(); ++i) {
+        if (rdf::abbreviate(rdf::term_iri(type->fields[i].predicate, vocabulary)) != segment) continue;
+        pointer = step(pointer, names[i]);
+        type = type->fields[i].type;
+        break;
+      }
+    }
+  }
+  return pointer;
+}
 
 bool is_json_number(std::string_view text) {
   return rdf::lexical::is_double(text) && text.find_first_of("NI") == std::string_view::npos && text.front() != '+' &&
@@ -135,15 +160,16 @@ std::string json_value(const rdf::TermView& term) {
 }
 
 bool lacks_unit(const shacl::ValidationResult& result) {
-  return result.component == vocab::sh::MinCountConstraintComponent &&
-         result.path.to_string().find(":unit") != std::string::npos;
+  const auto predicate = result.path.predicate();
+  return (result.component == vocab::sh::MinCountConstraintComponent || result.component == vocab::sh::HasValueConstraintComponent) &&
+         predicate && (predicate->view() == rdf::TermView(vocab::vom::unit) || predicate->view() == rdf::TermView(vocab::qudt::hasUnit));
 }
 
 }  // namespace
 
 std::vector<BodyError> body_errors(const shacl::Report& report, const rdf::Graph& body, std::optional<rdf::TermId> focus,
-                                   const rdf::Type* type, std::string_view names_base) {
-  Places places(body, names_base);
+                                   const rdf::Type* type, std::string_view vocabulary) {
+  Places places(body, vocabulary);
   if (type && focus) places.focus(*focus, *type);
   std::vector<BodyError> errors;
   for (const shacl::ValidationResult& r : report.results()) {
@@ -155,7 +181,7 @@ std::vector<BodyError> body_errors(const shacl::Report& report, const rdf::Graph
     if (type && !focus && r.path.predicate()) {  // all is missing
       const std::vector<std::string> names = rdf::member_names(*type);
       for (std::size_t i = 0; i < names.size(); ++i)
-        if (rdf::predicate_iri(type->fields[i], names_base) == r.path.predicate()->view().text)
+        if (rdf::term_iri(type->fields[i].predicate, vocabulary) == r.path.predicate()->view().text)
           error.pointer = step({}, names[i]);
     }
     for (const rdf::Term& m : r.messages) error.detail += (error.detail.empty() ? "" : " ") + std::string(m.view().text);
@@ -171,6 +197,12 @@ std::vector<BodyError> body_errors(const shacl::Report& report, const rdf::Graph
     if (found.is_literal() || (r.value && found != r.focus.view())) error.value = json_value(found);
     errors.push_back(std::move(error));
   }
+  return errors;
+}
+
+std::vector<BodyError> body_errors(const std::vector<rdf::Mismatch>& mismatches, const rdf::Type& type, std::string_view vocabulary) {
+  std::vector<BodyError> errors;
+  for (const rdf::Mismatch& m : mismatches) errors.push_back({pointer_of(m.path, type, vocabulary), m.message});
   return errors;
 }
 

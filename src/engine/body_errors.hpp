@@ -7,6 +7,7 @@
 
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
+#include <lrt/rdf/value_codec.hpp>
 #include <lrt/shacl/report.hpp>
 
 namespace lrt::engine {
@@ -23,7 +24,10 @@ struct BodyError {
 /// @param focus  the node that carries the value; nullopt: the body has none
 /// @param type   of the value; nullptr: it has no plain form, and all errors are about the whole body
 std::vector<BodyError> body_errors(const shacl::Report& report, const rdf::Graph& body, std::optional<rdf::TermId> focus,
-                                   const rdf::Type* type, std::string_view names_base);
+                                   const rdf::Type* type, std::string_view vocabulary);
+
+/// What the shape lets pass and the C++ type cannot hold.
+std::vector<BodyError> body_errors(const std::vector<rdf::Mismatch>& mismatches, const rdf::Type& type, std::string_view vocabulary);
 
 /// One sentence for all, with the places.
 std::string sentence_of(const std::vector<BodyError>& errors);

@@ -1,6 +1,9 @@
 #include "src/engine/description.hpp"
 
+#include <lrt/engine/engine.hpp>
+
 #include <lrt/model/detail/spec.hpp>
+#include <lrt/rdf/value_codec.hpp>
 
 namespace lrt::engine {
 
@@ -25,13 +28,18 @@ rdf::TermId object_term(rdf::Graph& graph, const Object& o, const std::string& b
 
 void describe_types_of(const Resource& linked, const Description& d) {
   About about(d.graph, d.base + linked.path);
-  linked.describe_types(about);
+  linked.describe_types(about, d);
 }
 
-void describe_value_types(About& about, const rdf::Type& type) {
-  if (type.kind == rdf::Type::Kind::optional) return describe_value_types(about, *type.element);
-  if (type.kind == rdf::Type::Kind::record) about.a(type.classes);
-  else if (type.is_number()) about.a(vocab::maths::Scalar);
+void describe_value_types(About& about, const rdf::Type& type, const std::string& vocabulary) {
+  if (type.kind == rdf::Type::Kind::optional) return describe_value_types(about, *type.element, vocabulary);
+  if (type.is_number()) about.a(vocab::maths::Scalar);
+  if (type.kind == rdf::Type::Kind::record)
+    for (const std::string& c : type.classes) about.a(Iri(std::string_view(rdf::term_iri(c, vocabulary))));
+}
+
+std::string EngineView::vocabulary(const std::string& base) const {
+  return options.vocabulary.empty() ? base + "/ns/vocabulary#" : options.vocabulary;
 }
 
 void describe_unit(About& about, const Unit& unit) {

@@ -23,6 +23,9 @@ struct EngineView {
   const Registry& registry;
   const Bases& bases;
   bool makes_callbacks;  ///< some receiver may be called
+
+  /// The namespace of the server's own terms (Options::vocabulary).
+  std::string vocabulary(const std::string& base) const;
 };
 
 /// Adds triples about one subject, in the order in which they are to be read.
@@ -66,7 +69,7 @@ rdf::TermId object_term(rdf::Graph& graph, const Object& object, const std::stri
 void describe_types_of(const Resource& linked, const Description& d);
 
 /// The class of a number, or the classes of a record.
-void describe_value_types(About& about, const rdf::Type& type);
+void describe_value_types(About& about, const rdf::Type& type, const std::string& vocabulary);
 
 /// A unit in each vocabulary that has it.
 void describe_unit(About& about, const Unit& unit);

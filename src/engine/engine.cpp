@@ -287,6 +287,9 @@ void Engine::closed(Channel channel) noexcept { impl_->parts.subscriptions.close
 
 Result<void> Engine::check() const {
   if (Result<void> checked = impl_->parts.bases.check(); !checked) return checked;
+  if (const std::string& vocabulary = impl_->parts.options.vocabulary;
+      !vocabulary.empty() && (!iri::is_absolute(vocabulary) || (vocabulary.back() != '#' && vocabulary.back() != '/')))
+    return unexpected(Errc::invalid_option, "vocabulary: expected an absolute IRI that ends with '#' or '/', found \"" + vocabulary + "\"");
   if (Result<void> checked = impl_->parts.cors.check(); !checked) return checked;
   return impl_->parts.subscriptions.check_options();
 }

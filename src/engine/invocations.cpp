@@ -294,7 +294,7 @@ http::Response Invocations::response_for(const Context& context, const Invocatio
     rdf::Graph graph;
     const rdf::TermId focus = graph.intern(rdf::iri(location + "#result"));
     const PlainValue value{spec.output, &spec.output_facets, &*invocation.result};
-    const std::string names = invocation.thing->names_base(responses_.iri(context, {}));
+    const std::string names = representations_.vocabulary(context.base);
     rdf::write_value(graph, focus, *value.type, *value.facets, value.value(), names);
     response = responses_.graph(context, 200, graph, &value);
   } else {

@@ -104,8 +104,10 @@ void Overview::described(const std::vector<Statement>& statements, const std::ve
   }
   std::vector<std::string> all = classes;
   if (type)
-    for (const std::string& c : type->classes)
-      if (std::find(all.begin(), all.end(), c) == all.end()) all.push_back(c);
+    for (const std::string& c : type->classes) {
+      std::string iri = rdf::term_iri(c, engine_.vocabulary(base_));
+      if (std::find(all.begin(), all.end(), iri) == all.end()) all.push_back(std::move(iri));
+    }
   texts("types", all);
 }
 

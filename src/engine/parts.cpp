@@ -33,7 +33,7 @@ std::string version_of(const std::string& text) {
 Error path_taken(const std::string& path, const Resource& holder) {
   std::string message = "path \"" + path.substr(1) + "\" ";
   if (holder.thing) message += "is taken already, in the thing \"" + holder.thing->spec->path + "\": choose another name";
-  else message += "is reserved, as are \"ns/lrt\" and \"ns/context.jsonld\": choose another name";
+  else message += "is reserved, as are \"ns/lrt\", \"ns/vocabulary\" and \"ns/context.jsonld\": choose another name";
   return {Errc::duplicate_path, std::move(message)};
 }
 
@@ -46,6 +46,7 @@ Parts::Parts(EngineOptions given)
       cors(options),
       cache(options.max_cache_bytes),
       registry(cache),
+      kinds(registry),
       calls(options.dispatch, 2 * options.max_waiting_requests),
       pending(registry, calls, cors, options.max_waiting_requests),
       context_text(rdf::json_ld_context(options.prefixes)),
@@ -61,16 +62,19 @@ Parts::Parts(EngineOptions given)
       tree("/all", nullptr, &registry),
       root(registry, TermsResource::location, tree),
       context(context_text),
+      own_terms(vocabulary),
       handle_log(std::make_shared<model::HandleLog>(options.log)) {
   registry.add(tree);
   registry.add(root);
   registry.add(terms);
   registry.add(context);
+  registry.add(own_terms);
 }
 
 Parts::~Parts() {
   handle_log->close();
   registry.clear();
+  kinds.clear();
 }
 
 Result<void> Parts::add(Thing thing) {
@@ -81,6 +85,10 @@ Result<void> Parts::add(Thing thing) {
     return Unexpected{std::move(built).error()};
   }
   ThingNode& node = **built;
+  if (Result<void> checked = vocabulary.check(*node.spec); !checked) {
+    discard(*std::move(built));
+    return checked;
+  }
   const std::vector<Resource*> all = node.resources();
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (registry.add(*all[i])) continue;
@@ -89,8 +97,10 @@ Result<void> Parts::add(Thing thing) {
     discard(*std::move(built));
     return taken;
   }
+  kinds.join(node);
   if (!node.user_shapes.empty()) {
     if (const Result<const shacl::Shapes*> compiled = compiled_shapes(node, 0, view); !compiled) {
+      kinds.leave(node);
       for (Resource* r : all) registry.remove(*r);
       Error error = compiled.error();
       error.message = "thing \"" + node.spec->path + "\", its shapes: " + error.message;
@@ -113,6 +123,7 @@ Result<void> Parts::add(Thing thing) {
   }
   for (const auto& a : node.actions) a->take_availability();
   for (const auto& c : node.spec->collections) seal(*c, "collection", "");
+  vocabulary.add(*node.spec);
   registry.add_thing(*std::move(built));
   for (const auto& p : node.properties) values.take_published(*p);  // what was published before
   return {};
@@ -122,7 +133,9 @@ void Parts::remove(ThingNode& thing) {
   for (const auto& p : thing.properties) p->removed(*this);
   for (const auto& a : thing.actions) invocations.removed(*a, clock.now());
   for (const auto& c : thing.collections) c->removed(*this);
+  kinds.leave(thing);
   for (Resource* r : thing.resources()) registry.remove(*r);
+  vocabulary.remove(*thing.spec);
   discard(registry.remove_thing(thing));
 }
 

@@ -21,10 +21,12 @@
 #include "src/engine/representation_cache.hpp"
 #include "src/engine/representations.hpp"
 #include "src/engine/resources/documents.hpp"
+#include "src/engine/resources/kind.hpp"
 #include "src/engine/resources/tree.hpp"
 #include "src/engine/responses.hpp"
 #include "src/engine/saved_subscriptions.hpp"
 #include "src/engine/subscriptions.hpp"
+#include "src/engine/vocabulary.hpp"
 
 namespace lrt::engine {
 
@@ -52,6 +54,8 @@ struct Parts {
   const Cors cors;                   ///< pages of other origins
   RepresentationCache cache;         ///< representations that are kept
   Registry registry;                 ///< paths, and the tree of Things
+  Kinds kinds;                       ///< Blueprints of equal Things
+  Vocabulary vocabulary;             ///< terms that are made of C++ types
   HostCalls calls;                   ///< into user code and back
   PendingRequests pending;           ///< requests that wait
   const std::string context_text;    ///< of the JSON-LD context
@@ -68,6 +72,7 @@ struct Parts {
   RootResource root;
   TermsResource terms;
   ContextResource context;
+  VocabularyResource own_terms;
   const std::shared_ptr<model::HandleLog> handle_log;  ///< of messages about the use of handles
   std::vector<std::shared_ptr<const void>> discarded;  ///< Engine::take_discarded()
 };

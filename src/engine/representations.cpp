@@ -358,7 +358,7 @@ void Representations::add_links(http::Fields& fields, const Resource& resource, 
   if (const std::string up = resource.up(); !up.empty()) links.add(base + up, "up");
   if (const std::string described_by = resource.described_by(base); !described_by.empty()) links.add(described_by, "describedby");
   if (const Methods methods = resource.methods(); resource.thing && (methods.put || methods.post))
-    links.add(resource.thing->names_base(base), vocab::ldp::constrainedBy.text);
+    links.add(resource.thing->shapes_of(base, resource.input_shape()), vocab::ldp::constrainedBy.text);
   if (resource.is_container()) {
     if (page == minimal_page) return links.finish(fields, self, "describedby");
   }

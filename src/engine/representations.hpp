@@ -61,6 +61,8 @@ class Representations {
   bool ready(Resource& resource, Variant variant, bool current) { return values_.ready(resource, variant, current); }
 
   /// The graph of a resource.
+  /// The namespace of the server's own terms, for a base.
+  std::string vocabulary(std::size_t base) const { return view_.vocabulary(view_.bases[base]); }
   void describe(rdf::Graph& graph, const Resource& resource, std::size_t base, std::size_t page = 1) const {
     const Description d{graph, view_.bases[base], page, view_};
     resource.describe(d);

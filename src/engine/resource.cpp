@@ -51,7 +51,7 @@ void Resource::link_related(http::LinkWriter&, const std::string&) const {}
 
 std::string Resource::up() const { return thing ? thing->self.path : std::string(); }
 
-std::string Resource::described_by(const std::string& base) const { return thing ? thing->blueprint_iri(base) : std::string(); }
+std::string Resource::described_by(const std::string& base) const { return thing ? thing->blueprint_iris(base).front() : std::string(); }
 
 void Resource::mark_changed() {
   ++revision;

@@ -135,11 +135,10 @@ class Resource {
   /// Resources whose triples it has in one document. TriG and N-Quads also have a graph for each.
   virtual std::vector<const Resource*> described_resources() const { return {}; }
   /// Its types, stated wherever it is linked to (SPEC 2).
-  virtual void describe_types(About& about) const = 0;
+  virtual void describe_types(About& about, const Description& d) const = 0;
   /// What its container says of it.
   virtual void describe_as_member(About& about, const Description& d) const {
-    (void)d;
-    describe_types(about);
+    describe_types(about, d);
   }
   virtual const Variants& variants() const { return overview_variants(); }
   /// What it is in overviews, in one word.

@@ -171,8 +171,8 @@ void Responses::add_types(http::Fields& fields, const Resource* resource) const 
 void Responses::add_constrained_by(http::Fields& fields, const Context& context) const {
   const std::string& base = bases_[context.base];
   http::LinkWriter links;
-  links.add(context.resource && context.resource->thing ? context.resource->thing->names_base(base) : base + terms_,
-            vocab::ldp::constrainedBy.text);
+  const Resource* const r = context.resource;
+  links.add(r && r->thing ? r->thing->shapes_of(base, r->input_shape()) : base + terms_, vocab::ldp::constrainedBy.text);
   links.finish(fields, {});
 }
 

@@ -1135,7 +1135,7 @@ function showBlueprint(g) {
   return g.subjects(rdf("type"), sh("NodeShape")).filter((s) => !isBlank(s)).map((s) => {
     const target = g.id(s, sh("targetNode")), lines = rows(nodeModel(g, s), "");
     return section(g.text(s, sh("name")) ?? localName(s), target && h("p", h("span.quiet", "of "), linkTo(target)),
-      lines.length ? table(["What", "Kind", "Limits", "Unit"], lines.map((l) => h("tr", l.map((c) => h("td", c))))) : quiet("links and types that must be there"));
+      lines.length ? table(["What", "Kind", "Limits", "Unit"], lines.map((l) => h("tr", l.map((c) => h("td", c))))) : quiet("links and types"));
   });
 }
 
@@ -1177,7 +1177,7 @@ async function show(focus) {
       content = !up ? showRoot(subject, g) : told ? [subscriptions(subject)] : [collectionCard(subject, true)];
       content.push(h("nav.line", { "aria-label": "Pages" }, ["first", "prev", "next", "last"].flatMap((rel) => links(answer, rel).map((l) => linkTo(l, rel)))));
     } else if (g.subjects(rdf("type"), sh("NodeShape")).length) {
-      title = `Blueprint of ${up ? localName(up) : plain}`;
+      title = `Blueprint of ${localName(plain.includes("/blueprints") ? plain : up)}`;
       content = showBlueprint(g);
     } else {  // a member of a collection, the list of terms, or what this page knows nothing of
       content = [g.about.has(subject) && h("div.card", self === subject ? valueOf(g, subject) : facts(g, subject, [])), ...[...g.about.keys()].filter((s) => !isBlank(s) && s !== subject && withoutHash(s) !== self).slice(0, 300).map((s) => section(localName(s), facts(g, s, [])))];

@@ -336,8 +336,8 @@ class DocumentReader {
   using Document = json::Document;
   using Id = Document::Id;
 
-  DocumentReader(const Document& document, bool is_binary, Graph& graph, std::string_view names_base)
-      : document_(document), is_binary_(is_binary), graph_(graph), triples_(graph, names_base) {}
+  DocumentReader(const Document& document, bool is_binary, Graph& graph, std::string_view vocabulary)
+      : document_(document), is_binary_(is_binary), graph_(graph), triples_(graph, vocabulary) {}
 
   void at(TermId focus, const Type& outer, const Facets& facets) {
     const Type& type = without_optional(outer);
@@ -531,7 +531,7 @@ TermId text_literal(std::string_view text, const Type& type, Graph& graph) {
   }
 }
 
-Result<void> read_text(std::string_view body, const Type& outer, const Facets& facets, std::string_view names_base, Graph& graph,
+Result<void> read_text(std::string_view body, const Type& outer, const Facets& facets, std::string_view vocabulary, Graph& graph,
                        TermId focus) {
   if (const auto at = utf8::find_invalid(body)) return misread(body, *at, "invalid UTF-8");
   if (const std::size_t at = body.find('\0'); at != std::string_view::npos) return misread(body, at, "U+0000 is not accepted");
@@ -543,7 +543,7 @@ Result<void> read_text(std::string_view body, const Type& outer, const Facets& f
   }
   if (outer.kind == Kind::optional && body.empty()) return {};  // only white space
   const TermId term = text_literal(body, type, graph);
-  ValueWriter triples(graph, names_base);
+  ValueWriter triples(graph, vocabulary);
   if (type.is_number()) triples.number(focus, term, facets.unit());
   else triples.value(focus, term);
   return {};
@@ -684,14 +684,14 @@ Result<std::string> write_plain(const Type& type, const Facets& facets, const Va
 }
 
 Result<void> read_plain(std::string_view body, Plain format, const Type& type, const Facets& facets,
-                        std::string_view names_base, std::size_t max_values, Graph& graph, TermId focus, Mismatch* mismatch) {
+                        std::string_view vocabulary, std::size_t max_values, Graph& graph, TermId focus, Mismatch* mismatch) {
   const Kind kind = without_optional(type).kind;
   if (format == Plain::text && type.kind == Kind::optional && body.empty()) return {};
-  if (format == Plain::text && kind != Kind::list && kind != Kind::record && kind != Kind::map) return read_text(body, type, facets, names_base, graph, focus);
+  if (format == Plain::text && kind != Kind::list && kind != Kind::record && kind != Kind::map) return read_text(body, type, facets, vocabulary, graph, focus);
   if (format == Plain::octets) {
     const Result<Value> value = read_octets(body, type, max_values);
     if (!value) return unexpected(value.error());
-    write_value(graph, focus, type, facets, *value, names_base);
+    write_value(graph, focus, type, facets, *value, vocabulary);
     return {};
   }
   const json::Limits limits{max_values, max_depth};
@@ -699,7 +699,7 @@ Result<void> read_plain(std::string_view body, Plain format, const Type& type, c
   const Result<json::Document> document = is_binary ? json::Document::parse_cbor(body, limits) : json::Document::parse(body, limits);
   if (!document) return unexpected(document.error());
   try {
-    DocumentReader(*document, is_binary, graph, names_base).at(focus, type, facets);
+    DocumentReader(*document, is_binary, graph, vocabulary).at(focus, type, facets);
     return {};
   } catch (const Refused& refused) {
     const auto& [pointer, message] = refused.mismatch;

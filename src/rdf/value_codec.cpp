@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <tuple>
 
 #include <lrt/base/utf8.hpp>
 #include <lrt/rdf/codec.hpp>
@@ -39,7 +40,7 @@ std::string well_formed(const std::string& text) {
 /// Writes a Value as triples.
 class Writer {
  public:
-  Writer(Graph& graph, std::string_view names_base) : graph_(graph), triples_(graph, names_base) {}
+  Writer(Graph& graph, std::string_view vocabulary) : graph_(graph), triples_(graph, vocabulary) {}
 
   void at(TermId focus, const Type& type, const Facets& facets, const Value& value) {
     if (value.is_null()) return;
@@ -112,6 +113,140 @@ class Writer {
   ValueWriter triples_;
 };
 
+/// Finds what completed() adds and replaces.
+class Completion {
+ public:
+  Completion(const Graph& graph, std::string_view vocabulary) : graph_(graph), vocabulary_(vocabulary) {}
+
+  void at(TermId focus, const Type& type, const Facets& facets) {
+    switch (type.kind) {
+      case Kind::optional:
+        if (is_present(focus, *type.element)) at(focus, *type.element, facets);
+        return;
+      case Kind::record: return record(focus, type, facets);
+      case Kind::integer:
+      case Kind::real: return number(focus, type, facets);
+      default: return each(focus, vocab::rdf_::value.text, type, facets);
+    }
+  }
+  std::optional<Graph> graph() const {
+    if (added_.empty() && replaced_.empty()) return std::nullopt;
+    Graph out;
+    for (const Triple& t : graph_.triples()) {
+      const auto other = replaced_.find({t.subject, t.predicate, t.object});
+      const TermView object = graph_.term(t.object);
+      out.add(graph_.term(t.subject), graph_.term(t.predicate),
+              other == replaced_.end() ? object : literal(object.text, other->second));
+    }
+    for (const Added& a : added_) out.add(graph_.term(a.subject), a.predicate, iri(a.object));
+    return out;
+  }
+
+ private:
+  static constexpr std::size_t deepest = 64;
+  using Place = std::tuple<TermId, TermId, TermId>;
+  struct Added {
+    TermId subject;
+    Iri predicate;
+    std::string object;
+  };
+
+  template <class Visit>
+  void objects(TermId subject, std::string_view predicate, Visit visit) const {
+    if (const auto p = graph_.find(iri(predicate)))
+      for (const Triple& t : graph_.match(subject, *p, std::nullopt)) visit(t);
+  }
+  bool has(TermId subject, std::string_view predicate) const {
+    const auto p = graph_.find(iri(predicate));
+    return p && !graph_.match(subject, *p, std::nullopt).empty();
+  }
+  bool has(TermId subject, Iri predicate, Iri object) const {
+    return !object.empty() && graph_.contains(graph_.term(subject), TermView(predicate), TermView(object));
+  }
+  bool is_present(TermId focus, const Type& type) const {
+    if (type.kind == Kind::optional) return is_present(focus, *type.element);
+    if (type.is_number()) return has(focus, vocab::vom::numericalValue.text);
+    if (type.kind != Kind::record) return has(focus, vocab::rdf_::value.text);
+    if (!type.value_predicate.empty() && has(focus, type.value_predicate)) return true;
+    for (const FieldType& field : type.fields)
+      if (has(focus, term_iri(field.predicate, vocabulary_))) return true;
+    return false;
+  }
+  void add(TermId subject, Iri predicate, std::string object) { added_.push_back({subject, predicate, std::move(object)}); }
+
+  void classes(TermId node, const std::vector<std::string>& wanted) {
+    std::vector<std::string> missing;
+    for (const std::string& c : wanted) {
+      const std::string of = term_iri(c, vocabulary_);
+      if (!has(node, vocab::rdf_::type, Iri(std::string_view(of)))) missing.push_back(of);
+    }
+    if (missing.size() == wanted.size() && has(node, vocab::rdf_::type.text)) return;  // it is something else
+    for (std::string& m : missing) add(node, vocab::rdf_::type, std::move(m));
+  }
+  void unit(TermId node, const Unit& u) {
+    if (u.vom.empty() || u.qudt.empty()) return;
+    if (has(node, vocab::qudt::hasUnit, u.qudt) && !has(node, vocab::vom::unit.text)) add(node, vocab::vom::unit, std::string(u.vom.text));
+  }
+  void number(TermId node, const Type& type, const Facets& facets) {
+    static const std::vector<std::string> scalar = {std::string(vocab::maths::Scalar.text)};
+    classes(node, scalar);
+    unit(node, facets.unit());
+    objects(node, vocab::vom::numericalValue.text, [&](const Triple& t) { literal_at(t, type); });
+  }
+  void record(TermId node, const Type& type, const Facets& facets) {
+    classes(node, type.classes);
+    unit(node, node_unit(type, facets));
+    const auto fields = [&](TermId at) {
+      for (const FieldType& field : type.fields) each(at, term_iri(field.predicate, vocabulary_), *field.type, field_facets(field, facets));
+    };
+    if (type.value_predicate.empty()) return fields(node);
+    objects(node, type.value_predicate, [&](const Triple& t) {
+      if (graph_.term(t.object).is_literal()) return;
+      classes(t.object, type.value_classes);
+      fields(t.object);
+    });
+  }
+  void each(TermId subject, const std::string_view predicate, const Type& type, const Facets& facets) {
+    objects(subject, predicate, [&](const Triple& t) { object(t, type, facets); });
+  }
+
+  /// The object of a field or the member of a list.
+  void object(const Triple& t, const Type& type, const Facets& facets) {
+    if (type.kind == Kind::optional) return object(t, *type.element, facets);
+    if (graph_.term(t.object).is_literal()) return type.is_number() && facets.unit().empty() ? literal_at(t, type) : void();
+    if (depth_ >= deepest) return;
+    ++depth_;
+    if (type.is_number() && !facets.unit().empty()) number(t.object, type, facets);
+    else if (type.kind == Kind::record) record(t.object, type, facets);
+    else if (type.kind == Kind::list) cells(t.object, [&](const Triple& member) { object(member, *type.element, facets); });
+    else if (type.kind == Kind::map)
+      cells(t.object, [&](const Triple& member) { each(member.object, vocab::schema::value.text, *type.element, facets); });
+    --depth_;
+  }
+  template <class Visit>
+  void cells(TermId head, Visit visit) {
+    const auto rest = graph_.find(vocab::rdf_::rest);
+    std::size_t left = graph_.size();  // a list may have no end
+    for (std::optional<TermId> cell = head; cell && left > 0; --left) {
+      objects(*cell, vocab::rdf_::first.text, visit);
+      cell = rest ? graph_.object(*cell, *rest) : std::nullopt;
+    }
+  }
+
+  void literal_at(const Triple& t, const Type& type) {
+    const TermView term = graph_.term(t.object);
+    if (term.is_literal() && term.datatype != type.datatype.text && holds(type, term)) replaced_[{t.subject, t.predicate, t.object}] = type.datatype;
+  }
+  /// Whether the C++ type can hold a number of another datatype. Its text is then one of the type's datatype, too.
+  static bool holds(const Type& type, const TermView& term);
+
+  const Graph& graph_;
+  std::string_view vocabulary_;
+  std::map<Place, Iri> replaced_;
+  std::vector<Added> added_;
+  std::size_t depth_ = 0;
+};
+
 constexpr std::string_view xsd_namespace = "http://www.w3.org/2001/XMLSchema#";
 
 /// The local name of an XML Schema datatype, or an empty view.
@@ -165,6 +300,29 @@ IntegerForm integer_form(const TermView& term) noexcept {
     return *value > t.highest || (t.lowest == 1 && *value == 0) ? IntegerForm::ill_typed : IntegerForm::yes;
   }
   return IntegerForm::no;
+}
+
+bool Completion::holds(const Type& type, const TermView& term) {
+  const IntegerForm form = integer_form(term);
+  if (form == IntegerForm::ill_typed) return false;
+  if (type.kind == Kind::integer) {
+    if (form != IntegerForm::yes) return false;
+    if (const auto value = lexical::parse_int64(term.text)) return *value >= type.lowest && (*value < 0 || static_cast<std::uint64_t>(*value) <= type.highest);
+    const auto value = lexical::parse_uint64(term.text);
+    return value && *value <= type.highest;
+  }
+  const std::string_view name = xsd_name(term);
+  if (name == "float" ? !lexical::is_double(term.text) : name == "double" ? !lexical::is_double(term.text)
+      : name == "decimal" ? !lexical::is_decimal(term.text) : form != IntegerForm::yes)
+    return false;
+  if (name == "float" && type.kind == Kind::real && !type.single) return true;  // NaN and infinities, too
+  if (term.text.find('N') != std::string_view::npos) return true;
+  if (type.single) {
+    const auto value = lexical::parse_float(term.text);
+    return value && std::isfinite(*value);
+  }
+  const auto value = lexical::parse_double(term.text);
+  return value && std::isfinite(*value);
 }
 
 std::string shown(const TermView& term) {
@@ -224,8 +382,8 @@ std::string expected_of(const Type& type, const Facets& facets) {
 
 class Reader {
  public:
-  Reader(const Graph& graph, std::string_view names_base, std::vector<Mismatch>& mismatches)
-      : graph_(graph), names_base_(names_base), mismatches_(mismatches) {}
+  Reader(const Graph& graph, std::string_view vocabulary, std::vector<Mismatch>& mismatches)
+      : graph_(graph), vocabulary_(vocabulary), mismatches_(mismatches) {}
 
   Value at(TermId focus, const Type& type, const Facets& facets) {
     switch (type.kind) {
@@ -276,7 +434,7 @@ class Reader {
   bool has_record(TermId focus, const Type& type) const {
     if (!type.value_predicate.empty() && !values(focus, type.value_predicate).empty()) return true;
     for (const FieldType& field : type.fields)
-      if (!values(focus, predicate_iri(field, names_base_)).empty()) return true;
+      if (!values(focus, term_iri(field.predicate, vocabulary_)).empty()) return true;
     for (const TermId type_of_it : values(focus, vocab::rdf_::type.text))
       if (graph_.term(type_of_it) == TermView(vocab::rdfs::Resource)) return true;
     return false;
@@ -338,7 +496,7 @@ class Reader {
     Value::Sequence members;
     members.reserve(type.fields.size());
     for (const FieldType& field : type.fields)
-      members.push_back(only(fields, predicate_iri(field, names_base_), *field.type, field_facets(field, facets)));
+      members.push_back(only(fields, term_iri(field.predicate, vocabulary_), *field.type, field_facets(field, facets)));
     return Value(std::move(members));
   }
 
@@ -420,7 +578,10 @@ class Reader {
         const bool is_special = !std::isfinite(*number) && term.text.find_first_of("123456789") == std::string_view::npos;
         const bool too_large = (std::isinf(*number) && !is_special) ||
                                (type.single && std::isfinite(*number) && std::isinf(static_cast<float>(*number)));
-        if (too_large || (is_special && !facets.allows_non_finite())) return refuse();
+        if (too_large)
+          return fail(std::string("expected ") + (type.single && std::isfinite(*number) ? "a number that a float of 32 bits can hold" : "a finite number") +
+                      ", found " + std::string(term.text.substr(0, 80)));
+        if (is_special && !facets.allows_non_finite()) return refuse();
         const double value = type.single ? static_cast<double>(static_cast<float>(*number)) : *number;
         return is_special || in_range(facets, value, type.single) ? Value(value) : refuse();
       }
@@ -447,7 +608,7 @@ class Reader {
   }
 
   const Graph& graph_;
-  std::string_view names_base_;
+  std::string_view vocabulary_;
   std::vector<Mismatch>& mismatches_;
   std::string path_;
   std::size_t depth_ = 0;
@@ -471,7 +632,7 @@ TermId ValueWriter::number(TermId literal, const Unit& u) {
 void ValueWriter::value(TermId focus, TermId object) { add(focus, vocab::rdf_::value, object); }
 
 void ValueWriter::classes(TermId node, const Type& record) {
-  for (const std::string& c : record.classes) add(node, vocab::rdf_::type, graph_.intern(iri(c)));
+  for (const std::string& c : record.classes) graph_.add(node, graph_.intern(vocab::rdf_::type), graph_.intern(iri(term_iri(c, vocabulary_))));
   if (!record.quantity_kind.empty()) add(node, vocab::vom::quantityKind, graph_.intern(record.quantity_kind));
 }
 
@@ -479,12 +640,12 @@ TermId ValueWriter::value_node(TermId node, const Type& record) {
   if (record.value_predicate.empty()) return node;
   const TermId value = graph_.fresh_blank();
   graph_.add(node, graph_.intern(iri(record.value_predicate)), value);
-  for (const std::string& c : record.value_classes) add(value, vocab::rdf_::type, graph_.intern(iri(c)));
+  for (const std::string& c : record.value_classes) add(value, vocab::rdf_::type, graph_.intern(iri(term_iri(c, vocabulary_))));
   return value;
 }
 
 void ValueWriter::field(TermId node, const FieldType& field, TermId object) {
-  graph_.add(node, graph_.intern(iri(predicate_iri(field, names_base_))), object);
+  graph_.add(node, graph_.intern(iri(term_iri(field.predicate, vocabulary_))), object);
 }
 
 void ValueWriter::unit(TermId node, const Unit& u) {
@@ -518,22 +679,28 @@ std::string lexical_form(const Type& type, const Value& value) {
   }
 }
 
-std::string predicate_iri(const FieldType& field, std::string_view names_base) {
-  const std::string& predicate = field.predicate;
-  return predicate.empty() || predicate.front() != '#' ? predicate : std::string(names_base) + predicate;
+std::string term_iri(std::string_view term, std::string_view vocabulary) {
+  if (term.empty() || term.front() != '#') return std::string(term);
+  return std::string(vocabulary).append(term.substr(1));
 }
 
-void write_value(Graph& graph, TermId focus, const Type& type, const Facets& facets, const Value& value, std::string_view names_base) {
-  Writer(graph, names_base).at(focus, type, facets, value);
+void write_value(Graph& graph, TermId focus, const Type& type, const Facets& facets, const Value& value, std::string_view vocabulary) {
+  Writer(graph, vocabulary).at(focus, type, facets, value);
 }
 
-Result<Value> read_value(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view names_base,
+Result<Value> read_value(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary,
                          std::vector<Mismatch>& mismatches) {
   const std::size_t before = mismatches.size();
-  Value value = Reader(graph, names_base, mismatches).at(focus, type, facets);
+  Value value = Reader(graph, vocabulary, mismatches).at(focus, type, facets);
   if (mismatches.size() == before) return value;
   const Mismatch& first = mismatches[before];
   return unexpected(Errc::expected_value, first.path + ": " + first.message);
+}
+
+std::optional<Graph> completed(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary) {
+  Completion completion(graph, vocabulary);
+  completion.at(focus, type, facets);
+  return completion.graph();
 }
 
 bool within(const Type& type, const Facets& facets, const Value& value) noexcept {
@@ -570,10 +737,10 @@ bool within(const Type& type, const Facets& facets, const Value& value) noexcept
   }
 }
 
-Iri target_class(const Type& type) noexcept {
-  if (type.kind == Kind::optional) return target_class(*type.element);
-  if (type.is_number()) return vocab::maths::Scalar;
-  return type.classes.empty() ? Iri() : Iri(std::string_view(type.classes.front()));
+std::string target_class(const Type& type, std::string_view vocabulary) {
+  if (type.kind == Kind::optional) return target_class(*type.element, vocabulary);
+  if (type.is_number()) return std::string(vocab::maths::Scalar.text);
+  return type.classes.empty() ? std::string() : term_iri(type.classes.front(), vocabulary);
 }
 
 std::string abbreviate(std::string_view text) {

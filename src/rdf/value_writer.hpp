@@ -13,7 +13,7 @@ namespace lrt::rdf {
 /// Writes the triples of values for all formats (lrt/rdf/value_codec.hpp).
 class ValueWriter {
  public:
-  ValueWriter(Graph& graph, std::string_view names_base) : graph_(graph), names_base_(names_base) {}
+  ValueWriter(Graph& graph, std::string_view vocabulary) : graph_(graph), vocabulary_(vocabulary) {}
 
   void number(TermId node, TermId literal, const Unit& unit);
   /// The object of a number in a field or list: the literal, or a node if there is a unit.
@@ -35,7 +35,7 @@ class ValueWriter {
   void add(TermId subject, Iri predicate, TermId object) { graph_.add(subject, graph_.intern(predicate), object); }
 
   Graph& graph_;
-  std::string_view names_base_;
+  std::string_view vocabulary_;
 };
 
 /// The lexical form of a scalar. In a text, invalid UTF-8 and U+0000 are replaced by U+FFFD.

@@ -346,6 +346,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     options.subscriptions = options_.subscriptions;
     options.callbacks = options_.callbacks;
     options.prefixes = options_.prefixes;
+    options.vocabulary = options_.vocabulary;
     options.clock = options_.clock;
     options.ids = options_.ids;
     options.log = log_.sink();

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,24 +25,9 @@ using rdf::TermId;
 using rdf::Type;
 using Kind = Type::Kind;
 
-constexpr Iri integer_datatypes[] = {xsd::integer,
-                                     xsd::int_,
-                                     xsd::long_,
-                                     xsd::short_,
-                                     xsd::byte_,
-                                     xsd::nonNegativeInteger,
-                                     Iri{"http://www.w3.org/2001/XMLSchema#positiveInteger"},
-                                     Iri{"http://www.w3.org/2001/XMLSchema#nonPositiveInteger"},
-                                     Iri{"http://www.w3.org/2001/XMLSchema#negativeInteger"},
-                                     xsd::unsignedInt,
-                                     xsd::unsignedLong,
-                                     xsd::unsignedShort,
-                                     xsd::unsignedByte};
-constexpr Iri real_datatypes[] = {xsd::float_, xsd::double_, xsd::decimal};
-
 class Deriver {
  public:
-  Deriver(rdf::Graph& graph, std::string_view names_base) : graph_(graph), names_base_(names_base) {}
+  Deriver(rdf::Graph& graph, std::string_view vocabulary, bool input) : graph_(graph), vocabulary_(vocabulary), input_(input) {}
 
   /// A value at a focus node, which has a scalar by vom:numericalValue or rdf:value.
   void focus(TermId shape, const Type& type, const Facets& facets, bool required) {
@@ -77,8 +63,11 @@ class Deriver {
 
   // ---- nodes
 
+  void instance(TermId shape, Iri of) { add(shape, sh::class_, TermId(graph_.intern(of))); }
+
   /// A node with vom:numericalValue and unit.
   void number_node(TermId shape, const Type& type, const Facets& facets, bool required) {
+    if (required) instance(shape, vocab::maths::Scalar);
     value(property(shape, vocab::vom::numericalValue), type, Facets(facets).unit(unit::none), required);
     if (!facets.unit().empty()) units(shape, facets.unit());
   }
@@ -95,54 +84,49 @@ class Deriver {
   void absent_or_record(TermId shape, const Type& type, const Facets& facets) {
     bool all_optional = facets.unit().empty();
     for (const rdf::FieldType& field : type.fields) all_optional = all_optional && field.type->kind == Kind::optional;
-    if (all_optional) return record(shape, type, facets);
+    if (all_optional) return record(shape, type, facets, false);
     const TermId absent = graph_.fresh_blank(), present = graph_.fresh_blank();
     const auto absent_at = [&](const std::string& predicate) { count(property(absent, Iri(std::string_view(predicate))), sh::maxCount, 0); };
     if (!type.value_predicate.empty()) {
       absent_at(type.value_predicate);
     } else {
-      for (const rdf::FieldType& field : type.fields) absent_at(rdf::predicate_iri(field, names_base_));
+      for (const rdf::FieldType& field : type.fields) absent_at(rdf::term_iri(field.predicate, vocabulary_));
     }
     record(present, type, facets);
     add(shape, sh::or_, graph_.add_list({absent, present}));
   }
 
-  /// SPEC 3.3: at least one of the two predicates, and each only with the declared unit.
+  /// The unit in the first vocabulary that has it, and no other one in the second (SPEC 3.3). rdf::completed() has added it to a body that
+  /// states it in the second only.
   void units(TermId shape, const Unit& unit) {
-    const auto only = [&](Iri predicate, Iri wanted) {
-      const TermId p = property(shape, predicate);
-      if (wanted.empty()) count(p, sh::maxCount, 0);
-      else add(p, sh::in_, graph_.add_list({graph_.intern(wanted)}));
-    };
-    only(vocab::vom::unit, unit.vom);
-    only(vocab::qudt::hasUnit, unit.qudt);
-    const std::string missing =
-        "expected the unit " + rdf::abbreviate(unit.vom.empty() ? unit.qudt.text : unit.vom.text) + ", found none";
-    const auto at_least_one = [&](TermId p) {
-      count(p, sh::minCount, 1);
-      add(p, sh::message, rdf::literal(missing));
-    };
-    if (unit.qudt.empty() || unit.vom.empty()) {
-      // On a shape of its own, because the message is about a missing unit.
-      return at_least_one(property(shape, unit.qudt.empty() ? vocab::vom::unit : vocab::qudt::hasUnit));
-    }
-    const TermId either =
-        blank_with(sh::alternativePath, graph_.add_list({graph_.intern(vocab::vom::unit), graph_.intern(vocab::qudt::hasUnit)}));
-    at_least_one(property_at(shape, either));
+    const bool first = !unit.vom.empty();
+    const TermId p = property(shape, first ? vocab::vom::unit : vocab::qudt::hasUnit);
+    count(p, sh::minCount, 1);
+    count(p, sh::maxCount, 1);
+    add(p, sh::hasValue, TermId(graph_.intern(first ? unit.vom : unit.qudt)));
+    if (!input_) return;
+    if (!first) return count(property(shape, vocab::vom::unit), sh::maxCount, 0);
+    if (!unit.qudt.empty()) add(property(shape, vocab::qudt::hasUnit), sh::in_, graph_.add_list({graph_.intern(unit.qudt)}));
   }
 
-  void record(TermId shape, const Type& type, const Facets& facets) {
+  /// @param typed  false: the node may be that of an absent record
+  void record(TermId shape, const Type& type, const Facets& facets, bool typed = true) {
+    for (const std::string& c : type.classes)
+      if (typed) instance(shape, Iri(std::string_view(rdf::term_iri(c, vocabulary_))));
     TermId fields = shape;
     if (!type.value_predicate.empty()) {
       fields = property(shape, Iri(std::string_view(type.value_predicate)));
       count(fields, sh::minCount, 1);
       count(fields, sh::maxCount, 1);
-      add(fields, sh::nodeKind, TermId(graph_.intern(sh::BlankNodeOrIRI)));
+      for (const std::string& c : type.value_classes) instance(fields, Iri(std::string_view(c)));
+      if (type.value_classes.empty()) add(fields, sh::nodeKind, TermId(graph_.intern(sh::BlankNodeOrIRI)));
     }
     for (const rdf::FieldType& field : type.fields) {
-      const std::string predicate = rdf::predicate_iri(field, names_base_);
+      const std::string predicate = rdf::term_iri(field.predicate, vocabulary_);
       const TermId p = property(fields, Iri(std::string_view(predicate)));
-      if (!field.name.empty()) add(p, sh::name, rdf::literal(field.name));
+      const std::size_t local = predicate.find_last_of("#/") + 1;
+      // In messages about what clients send; else only where the predicate does not say it.
+      if (!field.name.empty() && (input_ || predicate.compare(local, std::string::npos, field.name) != 0)) add(p, sh::name, rdf::literal(field.name));
       value(p, *field.type, rdf::field_facets(field, facets), true);
     }
     if (const Unit unit = rdf::node_unit(type, facets); !unit.empty()) units(shape, unit);
@@ -163,16 +147,13 @@ class Deriver {
     switch (type.kind) {
       case Kind::optional: return object(shape, *type.element, facets);
       case Kind::record:
-        add(shape, sh::nodeKind, TermId(graph_.intern(sh::BlankNodeOrIRI)));
+        if (type.classes.empty()) add(shape, sh::nodeKind, TermId(graph_.intern(sh::BlankNodeOrIRI)));
         return record(shape, type, facets);
       case Kind::list: return members(shape, type, facets);
       case Kind::map: return map(shape, type, facets);
       case Kind::integer:
       case Kind::real:
-        if (!facets.unit().empty()) {
-          add(shape, sh::nodeKind, TermId(graph_.intern(sh::BlankNodeOrIRI)));
-          return number_node(shape, type, facets, true);
-        }
+        if (!facets.unit().empty()) return number_node(shape, type, facets, true);
         return type.kind == Kind::integer ? integer(shape, type, facets) : real(shape, type, facets);
       case Kind::duration: {
         alternatives(shape, {type.datatype, xsd::duration});
@@ -231,19 +212,6 @@ class Deriver {
 
   // ---- numbers
 
-  /// The blank node with this label heads the list of datatype shapes; made once in a graph.
-  TermId datatypes(std::string_view label, std::initializer_list<const Iri*> ranges, std::initializer_list<std::size_t> sizes) {
-    if (const auto known = graph_.find(rdf::blank(label)); known && !graph_.match(*known, std::nullopt, std::nullopt).empty())
-      return *known;
-    const TermId head = graph_.intern(rdf::blank(label));
-    std::vector<TermId> shapes;
-    const std::size_t* size = sizes.begin();
-    for (const Iri* range : ranges) {
-      for (std::size_t i = 0; i < *size; ++i) shapes.push_back(blank_with(sh::datatype, graph_.intern(range[i])));
-      ++size;
-    }
-    return graph_.add_list(shapes, {head});
-  }
   void alternatives(TermId shape, std::initializer_list<Iri> types) {
     std::vector<TermId> shapes;
     for (const Iri t : types) shapes.push_back(blank_with(sh::datatype, graph_.intern(t)));
@@ -258,64 +226,44 @@ class Deriver {
     const std::string_view digits(text, static_cast<std::size_t>(end - text));
     return graph_.intern(rdf::literal(digits, digits.find('.') == std::string_view::npos ? xsd::integer : xsd::decimal));
   }
-  bool lower(TermId shape, const Facets& f) {
-    if (f.min()) add(shape, f.min_exclusive() ? sh::minExclusive : sh::minInclusive, bound(*f.min()));
-    return f.min().has_value();
-  }
-  bool upper(TermId shape, const Facets& f) {
-    if (f.max()) add(shape, f.max_exclusive() ? sh::maxExclusive : sh::maxInclusive, bound(*f.max()));
-    return f.max().has_value();
+  static bool binds(std::optional<double> bound) noexcept { return bound && std::isfinite(*bound); }
+  void bounds(TermId shape, const Facets& f) {
+    if (binds(f.min())) add(shape, f.min_exclusive() ? sh::minExclusive : sh::minInclusive, bound(*f.min()));
+    if (binds(f.max())) add(shape, f.max_exclusive() ? sh::maxExclusive : sh::maxInclusive, bound(*f.max()));
   }
 
+  /// The range of the C++ type is that of its datatype.
   void integer(TermId shape, const Type& type, const Facets& facets) {
-    add(shape, sh::or_, datatypes("integerDatatypes", {integer_datatypes}, {std::size(integer_datatypes)}));
-    // On each side the narrower of two bounds applies.
-    const bool own_low = !facets.min() || *facets.min() < static_cast<double>(type.lowest);
-    const bool own_high = !facets.max() || *facets.max() > static_cast<double>(type.highest);
-    if (own_low) add(shape, sh::minInclusive, rdf::literal(std::to_string(type.lowest), xsd::integer));
-    else lower(shape, facets);
-    if (own_high) add(shape, sh::maxInclusive, rdf::literal(std::to_string(type.highest), xsd::integer));
-    else upper(shape, facets);
+    add(shape, sh::datatype, rdf::TermView(type.datatype));
+    bounds(shape, facets);
   }
 
   void real(TermId shape, const Type& type, const Facets& facets) {
-    if (!facets.allows_non_finite()) return finite(shape, type, facets);
-    const TermId number = graph_.fresh_blank();
-    finite(number, type, facets);
-    std::vector<TermId> others;
-    for (const Iri datatype : {xsd::float_, xsd::double_})
-      for (const std::string_view text : {"NaN", "INF", "+INF", "-INF"})
-        others.push_back(graph_.intern(rdf::literal(text, datatype)));
-    add(shape, sh::or_, graph_.add_list({number, blank_with(sh::in_, graph_.add_list(others))}));
-  }
-
-  void finite(TermId shape, const Type& type, const Facets& facets) {
-    add(shape, sh::or_,
-        datatypes("numberDatatypes", {real_datatypes, integer_datatypes},
-                  {std::size(real_datatypes), std::size(integer_datatypes)}));
-    // A bound of the largest finite number excludes infinity. NaN satisfies no bound.
-    const auto largest = [&](const char* sign) {
-      const std::string text = type.single ? rdf::lexical::format(std::numeric_limits<float>::max())
-                                           : rdf::lexical::format(std::numeric_limits<double>::max());
-      return graph_.intern(rdf::literal(sign + text, type.single ? xsd::float_ : xsd::double_));
-    };
-    const double largest_finite =
-        type.single ? static_cast<double>(std::numeric_limits<float>::max()) : std::numeric_limits<double>::max();
-    if (!facets.min() || *facets.min() < -largest_finite) add(shape, sh::minInclusive, largest("-"));
-    else lower(shape, facets);
-    if (!facets.max() || *facets.max() > largest_finite) add(shape, sh::maxInclusive, largest(""));
-    else upper(shape, facets);
+    add(shape, sh::datatype, rdf::TermView(type.datatype));
+    const bool low = binds(facets.min()), high = binds(facets.max());
+    if (!facets.allows_non_finite()) {
+      bounds(shape, facets);
+      // NaN satisfies no bound, an infinity all on its side.
+      if (input_ && (!low || !high)) add(shape, sh::pattern, rdf::literal(finite_pattern));
+    } else if (low || high) {
+      const TermId number = graph_.fresh_blank();
+      bounds(number, facets);
+      std::vector<TermId> others;
+      for (const std::string_view text : {"NaN", "INF", "+INF", "-INF"}) others.push_back(graph_.intern(rdf::literal(text, type.datatype)));
+      add(shape, sh::or_, graph_.add_list({number, blank_with(sh::in_, graph_.add_list(others))}));
+    }
   }
 
   rdf::Graph& graph_;
-  std::string names_base_;
+  std::string vocabulary_;
+  bool input_;
 };
 
 }  // namespace
 
-void derive(rdf::Graph& graph, rdf::TermId shape, const rdf::Type& type, const rdf::Facets& facets, std::string_view names_base,
-            bool required) {
-  Deriver(graph, names_base).focus(shape, type, facets, required);
+void derive(rdf::Graph& graph, rdf::TermId shape, const rdf::Type& type, const rdf::Facets& facets, std::string_view vocabulary,
+            const DeriveOptions& options) {
+  Deriver(graph, vocabulary, options.input).focus(shape, type, facets, options.required);
 }
 
 }  // namespace lrt::shacl

@@ -33,9 +33,22 @@ std::vector<rdf::TermId> objects(const rdf::Graph& graph, rdf::TermId subject, I
 
 bool is(const rdf::Graph& graph, std::optional<rdf::TermId> id, Iri iri) { return id && graph.term(*id) == rdf::TermView(iri); }
 
+/// The datatypes of the integer types of C++.
+constexpr std::pair<Iri, std::string_view> integer_ranges[] = {{xsd::byte_, " from -128 to 127"},
+                                                               {xsd::short_, " from -32768 to 32767"},
+                                                               {xsd::int_, " from -2147483648 to 2147483647"},
+                                                               {xsd::long_, " of at most 64 bits"},
+                                                               {xsd::unsignedByte, " from 0 to 255"},
+                                                               {xsd::unsignedShort, " from 0 to 65535"},
+                                                               {xsd::unsignedInt, " from 0 to 4294967295"},
+                                                               {xsd::unsignedLong, " from 0 to 18446744073709551615"}};
+
 std::string words_for(std::string_view datatype) {
   if (datatype == xsd::boolean.text) return "true or false";
   if (datatype == xsd::string.text) return "a text";
+  if (datatype == xsd::double_.text || datatype == xsd::float_.text) return "a number";
+  for (const auto& [iri, range] : integer_ranges)
+    if (datatype == iri.text) return "an integer" + std::string(range);
   if (datatype == xsd::dateTime.text) return "a date and time with its zone like \"2026-11-21T10:38:39Z\"";
   if (datatype == xsd::dayTimeDuration.text || datatype == xsd::duration.text) return "a duration like \"PT1.5S\"";
   return {};
@@ -49,8 +62,6 @@ std::string words_for(const rdf::Graph& graph, rdf::TermId list) {
     return std::any_of(members->begin(), members->end(),
                        [&](rdf::TermId m) { return is(graph, object(graph, m, sh::datatype), datatype); });
   };
-  if (accepts(xsd::integer) && accepts(xsd::long_) && accepts(xsd::int_))
-    return accepts(xsd::float_) && accepts(xsd::double_) && accepts(xsd::decimal) ? "a number" : "an integer";
   return accepts(xsd::dayTimeDuration) && accepts(xsd::duration) ? words_for(xsd::duration.text) : std::string();
 }
 
@@ -136,6 +147,8 @@ std::string expectation(const Plan& plan, rdf::TermId shape) {
     std::string words = words_for(graph, list);
     if (!words.empty()) return words;
   }
+  if (const auto path = object(graph, shape, sh::path); is(graph, path, vocab::vom::unit) || is(graph, path, vocab::qudt::hasUnit))
+    if (const auto unit = object(graph, shape, sh::hasValue)) return "the unit " + shown(graph.term(*unit));
   if (const auto datatype = object(graph, shape, sh::datatype)) return words_for(graph.term(*datatype).text);
   if (has_cells_as_path(graph, shape)) return words_for_list(graph, shape);
   std::string names;

@@ -30,7 +30,7 @@ const std::string constrained_by(vocab::ldp::constrainedBy.text);
 
 std::string pose(const std::string& x = "1", const std::string& more = {}) {
   return "<> a maths:Vector3D ; maths:x [ vom:numericalValue " + x + " ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] ;"
-         " <http://localhost/arm/blueprint#frame> \"base\" " + more + ".";
+         " <http://localhost/ns/vocabulary#Pose/frame> \"base\" " + more + ".";
 }
 std::string callback(const std::string& more = {}, const std::string& url = "http://127.0.0.1:9/r") {
   return "<> a hybrit:WebCallback ; hybrit:onResource </arm/angle> ; hybrit:callbackURL \"" + url + "\"^^xsd:anyURI " + more + ".";
@@ -268,7 +268,7 @@ void unknown_is_constrained() {
                           r.bench.turtle("POST", subscriptions, "<> <http://localhost/unknown> 1 .")}) {
     CHECK(a.status == 422);
     CHECK(a.says("sh:ValidationReport"));
-    CHECK(a.links_to("http://localhost/arm/blueprint", constrained_by));
+    CHECK(a.links_to("http://localhost/blueprints/RevoluteJoint", constrained_by));
   }
 }
 
@@ -531,10 +531,10 @@ void put_without_a_tag() {
 
 void base_of_a_put() {
   Robot r;
-  // <blueprint#frame> below /arm/pose is the blueprint's; below anything else it is nobody's and the shape refuses it.
+  // <../ns/vocabulary#Pose/frame> is the server's term below /arm/pose; below anything else it is nobody's and the shape refuses it.
   const std::string relative =
       "<> a maths:Vector3D ; maths:x [ vom:numericalValue 3 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] ;"
-      " <blueprint#frame> \"wrist\" .";
+      " <../ns/vocabulary#Pose/frame> \"wrist\" .";
   const Answer a = r.bench.turtle("PUT", "/arm/pose", relative);
   INFO(a.body);
   CHECK(a.status == 204);
@@ -543,7 +543,7 @@ void base_of_a_put() {
 
 void put_replaces() {
   Robot r;
-  CHECK(r.bench.turtle("PUT", "/arm/pose", pose("1", "; <http://localhost/arm/blueprint#tolerance> 0.5")).status == 204);
+  CHECK(r.bench.turtle("PUT", "/arm/pose", pose("1", "; <http://localhost/ns/vocabulary#Pose/tolerance> 0.5")).status == 204);
   CHECK(r.robot.pose.tolerance);
   CHECK(r.bench.turtle("PUT", "/arm/pose", pose("2")).status == 204);
   CHECK_FALSE(r.robot.pose.tolerance);

@@ -794,8 +794,8 @@ TEST_CASE("an action states its effect on properties as shapes that they conform
   bench.add(std::move(thing));
   CHECK(missing(bench.get("/arm/actions/turn"),
                 "<arm/actions/turn> hybrit:produces <arm/actions/turn#effect-1> , <arm/actions/turn#effect-2> ; hybrit:consumes _:input ."
-                "<arm/actions/turn#effect-1> a sh:NodeShape ; ssn:forProperty <arm/angle> ; sh:node <arm/blueprint#angle> ; lrt:valueFrom _:input ."
-                "<arm/actions/turn#effect-2> ssn:forProperty <arm/mode> ; sh:node <arm/blueprint#mode> .") == "");
+                "<arm/actions/turn#effect-1> a sh:NodeShape ; ssn:forProperty <arm/angle> ; sh:node <blueprints/arm#angle> ; lrt:valueFrom _:input ."
+                "<arm/actions/turn#effect-2> ssn:forProperty <arm/mode> ; sh:node <blueprints/arm#mode> .") == "");
   const Answer closing = bench.get("/arm/actions/close");
   CHECK(missing(closing, "<arm/actions/close> hybrit:produces <arm/actions/close#effect> . <arm/actions/close#effect> <http://example.org/leaves> <arm/mode> .") == "");
   // Nothing of it is a claim about the present: no validator of all graphs finds a violation.
@@ -821,7 +821,7 @@ TEST_CASE("an action states its effect on properties as shapes that they conform
   Thing hand{"hand"};
   hand.property("grip", [] { return 1.0; });
   bench.add(std::move(hand));
-  CHECK(missing(bench.get("/arm/actions/hand"), "<arm/actions/hand#effect-1> sh:node <hand/blueprint#grip> .") == "");
+  CHECK(missing(bench.get("/arm/actions/hand"), "<arm/actions/hand#effect-1> sh:node <blueprints/hand#grip> .") == "");
 }
 
 TEST_CASE("the effect of a record is stated for each of its fields", "[engine][R1.10]") {

@@ -286,7 +286,7 @@ TEST_CASE("a description that the shape refuses gets 422 with the report and con
     INFO(bad << answer.body);
     CHECK(answer.status == 422);
     CHECK(answer.says("sh:ValidationReport"));
-    CHECK(answer.links_to("http://localhost/arm/blueprint", vocab::ldp::constrainedBy.text));
+    CHECK(answer.links_to("http://localhost/blueprints/RevoluteJoint", vocab::ldp::constrainedBy.text));
   }
   CHECK(post(description("a hybrit:WebSocket")).status == 422);
   CHECK(post(description("a hybrit:WebSocket")).says("Upgrade: websocket"));

@@ -90,10 +90,9 @@ TEST_CASE("a host's own HTTP server offers no WebSocket", "[engine][R0.12]") {
 
 TEST_CASE("what can be written says how: a binding with the shape of its body", "[engine][R1.10]") {
   Arm arm(false, true, {});
-  CHECK(missing(arm.bench.get("/arm/angle"),
-                "<arm/angle> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:PUT ;"
-                " http-core:requestURI <arm/angle> ; http-core:body [ dcterms:conformsTo <arm/blueprint#angle> ] ] .") == "");
-  CHECK(missing(arm.bench.get("/arm/blueprint"), "<arm/blueprint#angle> a sh:NodeShape .") == "");
+  CHECK(missing(arm.bench.get("/arm/angle"), "<arm/angle> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:PUT ;"
+                                             " http-core:requestURI <arm/angle> ; http-core:body [ a maths:Scalar ; dcterms:conformsTo <blueprints/RevoluteJoint#angle> ] ] .") == "");
+  CHECK(missing(arm.bench.get("/blueprints/RevoluteJoint"), "<blueprints/RevoluteJoint#angle> a sh:NodeShape .") == "");
   CHECK_FALSE(arm.bench.get("/arm/speed").says("hybrit:binding"));
   // What GET gives can still be sent back.
   const Answer read = arm.bench.get("/arm/angle");

@@ -16,7 +16,7 @@ struct Robot {
     CHECK(bench.ask("POST /arm/actions/home").status == 204);  // i1
     CHECK(bench.turtle("POST", "/arm/waypoints",
                        "<> a maths:Vector3D ; maths:x [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ;"
-                       " qudt:hasUnit unit:M ] ; <http://localhost/arm/blueprint#frame> \"base\" .").status == 201);  // i2
+                       " qudt:hasUnit unit:M ] ; <http://localhost/ns/vocabulary#Pose/frame> \"base\" .").status == 201);  // i2
   }
   SampleRobot robot;
   Bench bench;
@@ -138,7 +138,7 @@ TEST_CASE("every response about a resource has its LDP type", "[engine][R0.9]") 
   CHECK(done.links_to(ldp + "Resource", "type"));
   const Answer made = r.bench.turtle("POST", "/arm/waypoints",
                                      "<> maths:x [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] ;"
-                                     " <http://localhost/arm/blueprint#frame> \"base\" .");
+                                     " <http://localhost/ns/vocabulary#Pose/frame> \"base\" .");
   CHECK(made.status == 201);
   CHECK(made.links_to(ldp + "BasicContainer", "type"));
   CHECK(r.bench.ask("DELETE /arm/waypoints/i2").links_to(ldp + "Resource", "type"));
@@ -150,7 +150,7 @@ TEST_CASE("a refused PUT or POST says what constrains it", "[engine][R0.9][R1.11
   const auto check = [&](const Answer& a, int status) {
     CAPTURE(a.body);
     CHECK(a.status == status);
-    CHECK(a.links_to("http://localhost/arm/blueprint", ldp + "constrainedBy"));
+    CHECK(a.links_to("http://localhost/blueprints/RevoluteJoint", ldp + "constrainedBy"));
   };
   check(r.bench.turtle("PUT", "/arm/angle", "broken ["), 400);
   check(r.bench.turtle("PUT", "/arm/speed", number_body("1")), 405);
@@ -167,7 +167,7 @@ TEST_CASE("a POST may not request a member that is a container", "[engine][R0.5]
   Robot r;
   const std::string member =
       "<> maths:x [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; qudt:hasUnit unit:M ] ;"
-      " <http://localhost/arm/blueprint#frame> \"base\" .";
+      " <http://localhost/ns/vocabulary#Pose/frame> \"base\" .";
   for (const char* model : {"Container", "BasicContainer", "DirectContainer", "IndirectContainer", "NonRDFSource"})
     for (const char* form : {"; rel=\"type\"", ";rel=type", "; title=\"x\"; REL = \"type\""}) {
       CAPTURE(model, form);

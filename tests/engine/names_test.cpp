@@ -10,6 +10,7 @@
 #include "src/engine/parts.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "tests/support/bench.hpp"
+#include "tests/support/blueprint.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace lrt;
@@ -28,10 +29,17 @@ std::string linked(Bench& bench, const std::string& path, Iri predicate) {
   return objects.empty() ? std::string() : std::string(objects.front().text.substr(host.size()));
 }
 
+/// The Blueprint of the thing `arm` itself: the second one that it refers to.
+std::string own_blueprint(Bench& bench) {
+  const rdf::Graph graph = bench.get("/arm").graph();
+  const auto objects = graph.objects(rdf::iri(host + "/arm"), rdf::TermView(vocab::hybrit::blueprint));
+  return objects.size() == 2 ? std::string(objects.back().text.substr(host.size())) : std::string();
+}
+
 /// The resources of lrt that the thing `arm` links to.
 std::map<std::string, std::string> own_paths(Bench& bench) {
   return {{"state", linked(bench, "/arm", vocab::lrt_::state)},
-          {"blueprint", linked(bench, "/arm", vocab::hybrit::blueprint)},
+          {"blueprint", own_blueprint(bench)},
           {"subscriptions", linked(bench, "/arm", vocab::hybrit::subscriptions)},
           {"action", linked(bench, "/arm", vocab::hybrit::action)}};
 }
@@ -49,6 +57,7 @@ Thing arm() {
   Thing thing{"arm"};
   thing.property<double>("angle", unit::degree).publish(1);
   thing.action("turn", [](double) {}).consumes(rdf::Facets().between(0, 10));
+  thing.shapes("<#own> a <http://www.w3.org/ns/shacl#NodeShape> .");  // so that it has a Blueprint of its own
   return thing;
 }
 
@@ -80,10 +89,8 @@ TEST_CASE("a robot's own state, blueprint, subscriptions and actions have these 
     CHECK(std::count(related.begin(), related.end(), host + path) == 1);
     CHECK(bench.get(path).status == 200);
   }
-  CHECK(bench.get("/arm/angle").linked("describedby") == std::vector<std::string>{host + "/arm/blueprint-lrt"});
-  const auto shapes = shacl::Shapes::compile(bench.get("/arm/blueprint-lrt").graph());
-  REQUIRE(shapes);
-  CHECK(shacl::validate(*shapes, bench.get("/arm/state-lrt").graph())->conforms());
+  CHECK(bench.get("/arm/angle").linked("describedby") == std::vector<std::string>{host + "/blueprints/arm"});
+  CHECK(violations([&](const std::string& path) { return bench.get(path); }, "/arm", host, "/state-lrt") == "");
 }
 
 TEST_CASE("a Thing at the name of a sub-resource moves it aside, in either order, and back when it goes", "[engine][R0.3]") {
@@ -273,12 +280,12 @@ TEST_CASE("a saved callback goes on with the resource it was made for, whatever 
 
 TEST_CASE("the paths that remain reserved are named in the error", "[engine][R0.3]") {
   Bench bench;
-  for (const char* path : {"ns/lrt", "ns/context.jsonld"}) {
+  for (const char* path : {"ns/lrt", "ns/vocabulary", "ns/context.jsonld"}) {
     const Result<void> added = bench.engine.add(Thing{path});
     REQUIRE_FALSE(added);
     CHECK(added.error().code == Errc::duplicate_path);
     CHECK(added.error().message ==
-          "path \"" + std::string(path) + "\" is reserved, as are \"ns/lrt\" and \"ns/context.jsonld\": choose another name");
+          "path \"" + std::string(path) + "\" is reserved, as are \"ns/lrt\", \"ns/vocabulary\" and \"ns/context.jsonld\": choose another name");
   }
   bench.add(arm());
   CHECK(bench.engine.add(Thing{"arm/angle"}).error().message ==

@@ -30,7 +30,7 @@ TEST_CASE("every resource has a URI of its own and responds to GET with Turtle t
   REQUIRE(r.bench.ask("POST /arm/actions/home").status == 204);
   REQUIRE(r.bench.turtle("POST", "/arm/waypoints",
                          "<> a maths:Vector3D ; maths:x [ vom:numericalValue 1 ; qudt:hasUnit unit:M ] ; maths:y [ vom:numericalValue 2 ; "
-                         "qudt:hasUnit unit:M ] ; <http://localhost/arm/blueprint#frame> \"base\" .").status == 201);
+                         "qudt:hasUnit unit:M ] ; <http://localhost/ns/vocabulary#Pose/frame> \"base\" .").status == 201);
   std::vector<std::string> paths = all_paths;
   paths.push_back("/arm/actions/home/i1");
   paths.push_back("/arm/waypoints/i2");
@@ -75,7 +75,7 @@ TEST_CASE("a thing names its subscriptions, state, blueprint, properties, action
   Robot r;
   const Answer a = r.bench.get("/arm");
   CHECK(missing(a,
-                "<arm> dcterms:title \"arm\" ; hybrit:subscriptions <arm/subscriptions> ; lrt:state <arm/state> ; hybrit:blueprint <arm/blueprint> ;"
+                "<arm> dcterms:title \"arm\" ; hybrit:subscriptions <arm/subscriptions> ; lrt:state <arm/state> ; hybrit:blueprint <blueprints/RevoluteJoint> ;"
                 " hybrit:property <arm/angle> , <arm/speed> , <arm/silent> ; ros:rotation <arm/angle> ;"
                 " hybrit:action <arm/actions/turn> , <arm/actions/grip> ; lrt:collection <arm/waypoints> ;"
                 " dcterms:hasPart <arm/tool> ; rdfs:label \"Arm\"@en ."
@@ -84,10 +84,10 @@ TEST_CASE("a thing names its subscriptions, state, blueprint, properties, action
                 " <arm/waypoints> a ldp:BasicContainer . <arm/tool> a hybrit:RoboticThing .") == "");
   const std::vector<std::string> related = a.linked("related");
   const std::set<std::string> links(related.begin(), related.end());
-  for (const char* path : {"state", "blueprint", "subscriptions", "angle", "speed", "actions/turn", "actions/grip", "waypoints", "tool"})
+  for (const char* path : {"state", "subscriptions", "angle", "speed", "actions/turn", "actions/grip", "waypoints", "tool"})
     CHECK(links.count(std::string("http://localhost/arm/") + path) == 1);
   CHECK(a.links_to("http://localhost/", "up"));
-  CHECK(a.links_to("http://localhost/arm/blueprint", "describedby"));
+  CHECK(a.links_to("http://localhost/blueprints/RevoluteJoint", "describedby"));
 
   const Answer tool = r.bench.get("/arm/tool");
   CHECK(missing(tool, "<arm/tool> a hybrit:RoboticThing ; dcterms:title \"The tool\" ; dcterms:isPartOf <arm> .") == "");
@@ -163,10 +163,10 @@ TEST_CASE("properties show every type with its datatype and unit", "[engine][R1.
   CHECK(shows("/arm/mode", "<arm/mode> rdf:value \"idle\" .") == "");
   CHECK(shows("/arm/gains", "<arm/gains> rdf:value ( \"1\"^^xsd:double \"2.5\"^^xsd:double ) .") == "");
   CHECK(shows("/arm/pose", "<arm/pose> a maths:Vector3D ; maths:x [ a maths:Scalar ; vom:numericalValue \"0\"^^xsd:double ; qudt:hasUnit unit:M ] ;"
-                           " <arm/blueprint#frame> \"base\" .") == "");
+                           " <ns/vocabulary#Pose/frame> \"base\" .") == "");
   CHECK_FALSE(r.bench.get("/arm/pose").says("tolerance"));
   r.robot.pose.tolerance = 0.5;
-  CHECK(shows("/arm/pose", "<arm/pose> <arm/blueprint#tolerance> \"0.5\"^^xsd:double .") == "");
+  CHECK(shows("/arm/pose", "<arm/pose> <ns/vocabulary#Pose/tolerance> \"0.5\"^^xsd:double .") == "");
   const Answer silent = r.bench.get("/arm/silent");
   CHECK(silent.status == 200);
   CHECK_FALSE(silent.says("numericalValue"));
@@ -215,21 +215,22 @@ TEST_CASE("a thing may refer to a blueprint elsewhere", "[engine][R1.11]") {
   CHECK(missing(a, "<arm> hybrit:blueprint <http://example.org/shapes#Joint> .") == "");
   CHECK(a.links_to("http://example.org/shapes#Joint", "describedby"));
   // What bodies are judged by is our own.
-  CHECK(bench.turtle("PUT", "/arm/p", "").links_to("http://localhost/arm/blueprint", "http://www.w3.org/ns/ldp#constrainedBy"));
+  CHECK(bench.turtle("PUT", "/arm/p", "").links_to("http://localhost/blueprints/arm", "http://www.w3.org/ns/ldp#constrainedBy"));
 }
 
 TEST_CASE("the generated blueprint lists types, units and bounds", "[engine][R1.11]") {
   Robot r;
-  const Answer a = r.bench.get("/arm/blueprint");
+  const Answer a = r.bench.get("/blueprints/RevoluteJoint");
   CHECK(missing(a,
-                "<arm/blueprint> a sh:NodeShape ; sh:targetNode <arm> ; sh:property [ sh:path ros:rotation ; sh:hasValue <arm/angle> ] ."
-                "<arm/blueprint#angle> a sh:NodeShape ; sh:targetNode <arm/angle> ; sh:property"
+                "<blueprints/RevoluteJoint> a sh:NodeShape ; sh:targetClass ros:RevoluteJoint ; sh:property"
+                " [ sh:path ros:rotation ; sh:minCount 1 ; sh:maxCount 1 ; sh:class hybrit:Property ; sh:node <blueprints/RevoluteJoint#angle> ] ."
+                "<blueprints/RevoluteJoint#angle> a sh:NodeShape ; sh:class maths:Scalar ; sh:property"
                 " [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:minInclusive -90 ;"
-                "   sh:maxInclusive 90 ] , [ sh:path vom:unit ; sh:in ( maths:Degree ) ] .") == "");
+                "   sh:maxInclusive 90 ] , [ sh:path vom:unit ; sh:minCount 1 ; sh:maxCount 1 ; sh:hasValue maths:Degree ] .") == "");
   CHECK(missing(a,
-                "<arm/blueprint#actions/turn/input> a sh:NodeShape ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ;"
+                "<blueprints/RevoluteJoint#actions/turn/input> a sh:NodeShape ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ;"
                 " sh:minInclusive 0 ; sh:maxExclusive 360 ] .") == "");
-  CHECK(missing(a, "<arm/blueprint#mode> sh:property [ sh:path rdf:value ; sh:in ( \"idle\" \"active\" ) ] .") == "");
+  CHECK(missing(a, "<blueprints/RevoluteJoint#mode> sh:property [ sh:path rdf:value ; sh:in ( \"idle\" \"active\" ) ] .") == "");
 }
 
 TEST_CASE("an action publishes the method and URI that really work", "[engine][R1.10][R0.5]") {

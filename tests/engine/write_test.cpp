@@ -164,16 +164,16 @@ TEST_CASE("a record is read field by field; an absent optional is none", "[engin
   Robot r;
   const std::string metres = " ; qudt:hasUnit unit:M ] ";
   const std::string pose = "<> maths:x [ vom:numericalValue 1" + metres + "; maths:y [ vom:numericalValue 2" + metres +
-                           "; <http://localhost/arm/blueprint#frame> \"tool\" ";
+                           "; <http://localhost/ns/vocabulary#Pose/frame> \"tool\" ";
   CHECK(r.put("pose", pose + ".").status == 204);
   CHECK(r.robot.pose.x == 1);
   CHECK(r.robot.pose.y == 2);
   CHECK(r.robot.pose.frame == "tool");
   CHECK_FALSE(r.robot.pose.tolerance);
-  CHECK(r.put("pose", pose + "; <http://localhost/arm/blueprint#tolerance> 0.5 .").status == 204);
+  CHECK(r.put("pose", pose + "; <http://localhost/ns/vocabulary#Pose/tolerance> 0.5 .").status == 204);
   CHECK(r.robot.pose.tolerance == 0.5);
-  CHECK(r.put("pose", pose + "; <http://localhost/arm/blueprint#tolerance> -1 .").status == 422);
-  CHECK(r.put("pose", "<> maths:x 1 ; maths:y 2 ; <http://localhost/arm/blueprint#frame> \"tool\" .").status == 422);
+  CHECK(r.put("pose", pose + "; <http://localhost/ns/vocabulary#Pose/tolerance> -1 .").status == 422);
+  CHECK(r.put("pose", "<> maths:x 1 ; maths:y 2 ; <http://localhost/ns/vocabulary#Pose/frame> \"tool\" .").status == 422);
 }
 
 TEST_CASE("the focus of a body is <>, else the only subject of the target class", "[engine][R0.5]") {
@@ -187,8 +187,13 @@ TEST_CASE("the focus of a body is <>, else the only subject of the target class"
   CHECK(put("<http://example.org/x> a maths:Scalar ;" + value) == 204);
   // <> counts if it is a subject at all.
   CHECK(put("<> a maths:Scalar . [] a maths:Scalar ;" + value) == 422);
-  // None, several, and nothing at all.
-  CHECK(put("[]" + value) == 422);
+  // A node without a type is taken if it is the only one.
+  CHECK(put("[]" + value) == 204);
+  CHECK(put("[]" + value + " [] rdfs:label \"another\" .") == 422);
+  CHECK(put("[ rdfs:seeAlso [] ;" + value.substr(0, value.size() - 1) + "] .") == 204);
+  CHECK(put("[ a maths:Vector3D ;" + value.substr(0, value.size() - 1) + "] .") == 422);
+  CHECK(put("<http://example.org/x>" + value) == 422);
+  // Several, and nothing at all.
   CHECK(put("_:a a maths:Scalar ;" + value + " _:b a maths:Scalar ;" + value) == 422);
   CHECK(put("") == 422);
   CHECK(put("<http://example.org/x> rdfs:seeAlso <> .") == 422);

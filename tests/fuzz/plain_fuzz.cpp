@@ -62,7 +62,7 @@ using namespace lrt::rdf;
 
 namespace {
 
-constexpr std::string_view names = "http://example.org/blueprint";
+constexpr std::string_view names = "http://example.org/vocabulary#";
 constexpr std::array<Plain, 5> formats = {Plain::json, Plain::json_with_units, Plain::text, Plain::cbor, Plain::octets};
 
 struct Case {

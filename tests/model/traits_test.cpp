@@ -258,17 +258,17 @@ TEST_CASE("facets of fields are checked", "[model][R0.6]") {
 
 TEST_CASE("mismatches have the path and what was expected and found", "[model][R0.6]") {
   const rdf::Graph graph = test::turtle(
-      "<x> a <http://example.org/Car> ; <http://localhost/b#name> 7 ; <http://localhost/b#gear> \"up\" ; <http://localhost/b#age> \"P1Y\"^^xsd:duration ;"
-      " <http://localhost/b#matrix> () ; <http://localhost/b#wheels> ( 1 2 ) .");
+      "<x> a <http://example.org/Car> ; <http://localhost/b#Car/name> 7 ; <http://localhost/b#Car/gear> \"up\" ; <http://localhost/b#Car/age> \"P1Y\"^^xsd:duration ;"
+      " <http://localhost/b#Car/matrix> () ; <http://localhost/b#Car/wheels> ( 1 2 ) .");
   std::vector<rdf::Mismatch> mismatches;
-  CHECK_FALSE(rdf::read_value(graph, *graph.find(rdf::iri("http://localhost/x")), traits<Car>::type(), {}, "http://localhost/b", mismatches));
+  CHECK_FALSE(rdf::read_value(graph, *graph.find(rdf::iri("http://localhost/x")), traits<Car>::type(), {}, "http://localhost/b#", mismatches));
   REQUIRE(mismatches.size() >= 4);
   for (const rdf::Mismatch& m : mismatches) {
     CHECK_FALSE(m.path.empty());
     CHECK(m.message.find("expected ") == 0);
     CHECK(m.message.find("found ") != std::string::npos);
   }
-  CHECK(mismatches[0].path == "<http://localhost/b#name>");
+  CHECK(mismatches[0].path == "<http://localhost/b#Car/name>");
 }
 
 TEST_CASE("reading any record ends", "[model][R0.6]") {

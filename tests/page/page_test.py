@@ -124,7 +124,7 @@ def every_address_shows_its_resource(browser):
         member = robot.members("baxter/right_s1")[0]
         for path, title, inside, element in (
                 ("baxter/right_s1/rotation", "rotation", "rotation angle", ".property.large"), ("baxter/right_s1/actions/rotate", "rotate", "0 to below 360", ".action form"),
-                ("baxter/right_s1/blueprint", "Blueprint of right_s1", "0 to below 360", "table"), ("baxter/right_s1/state", "right_s1", "friction", ".property"),
+                ("blueprints/RevoluteJoint", "Blueprint of RevoluteJoint", "0 to below 360", "table"), ("baxter/right_s1/blueprint", "Blueprint of right_s1", "position", "table"), ("baxter/right_s1/state", "right_s1", "friction", ".property"),
                 ("baxter/right_s1/subscriptions", "Subscriptions of right_s1", "http://127.0.0.1:9/", "td button"), (member, "Subscription", "127.0.0.1:9", "td button"),
                 (made, "Invocation of rotate", "input", ".status"), ("baxter", "Baxter's right arm", "right_s1", ".thing"), ("ns/lrt", "Terms of Linked Robotic Things", "progress", ".facts")):
             browser.open(path if path.startswith("http") else robot.at(path))
@@ -450,13 +450,13 @@ def a_robot_is_seen_by_another_name_than_its_public_one(browser):
 def it_fits_a_phone_and_the_dark(browser):
     with Robot("--demo") as robot:
         for width, scheme, name, path in ((390, "light", "root", ""), (390, "dark", "thing", "baxter/right_s1"), (390, "light", "subscriptions", "baxter/right_s1/subscriptions"),
-                                          (390, "light", "blueprint", "baxter/right_s1/blueprint"), (1280, "dark", "thing", "baxter/right_s1"), (1280, "light", "thing", "baxter/right_s1"),
-                                          (1280, "light", "root", ""), (1280, "light", "property", "baxter/right_s1/rotation"), (1280, "light", "blueprint", "baxter/right_s1/blueprint")):
+                                          (390, "light", "blueprint", "blueprints/RevoluteJoint"), (1280, "dark", "thing", "baxter/right_s1"), (1280, "light", "thing", "baxter/right_s1"),
+                                          (1280, "light", "root", ""), (1280, "light", "property", "baxter/right_s1/rotation"), (1280, "light", "blueprint", "blueprints/RevoluteJoint")):
             browser.size(width, 844, phone=width == 390)
             browser.prefer(color_scheme=scheme)
             browser.open(robot.at(path))
             browser.until("return document.querySelector('.source')", "the page")
-            if "right_s1" not in path or name in ("thing", "property"):
+            if name in ("root", "thing", "property"):
                 browser.until("return [...document.querySelectorAll('.plot')].some(p => !p.hidden)", "a plot")
             over = browser.run("return [document.documentElement.scrollWidth, innerWidth, [...document.querySelectorAll('main *')].filter(e => e.getBoundingClientRect().right > innerWidth + 1 && !e.closest('.scroll, pre')).slice(0, 3).map(e => e.outerHTML.slice(0, 200))]")
             assert over[0] <= over[1] == width and not over[2], (path, over)

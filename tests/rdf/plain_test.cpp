@@ -97,7 +97,7 @@ using plain_test::Mode;
 using plain_test::Move;
 using plain_test::Step;
 
-constexpr std::string_view focus = "http://example.org/focus", names = "http://example.org/blueprint";
+constexpr std::string_view focus = "http://example.org/focus", names = "http://example.org/vocabulary#";
 constexpr std::size_t many = 10'000;
 
 std::string hex(std::string_view bytes) {
@@ -160,7 +160,7 @@ std::string findings(const Graph& data, const Type& type, const Facets& facets =
   Graph graph;
   const TermId shape = graph.intern(lrt::rdf::iri("http://example.org/shape"));
   graph.add(shape, graph.intern(vocab::rdf_::type), graph.intern(vocab::sh::NodeShape));
-  lrt::shacl::derive(graph, shape, type, facets, names, type.kind != Type::Kind::optional);
+  lrt::shacl::derive(graph, shape, type, facets, names, {type.kind != Type::Kind::optional});
   const auto report = lrt::shacl::validate(lrt::shacl::Shapes::compile(graph).value(), data, lrt::rdf::iri(focus), lrt::rdf::iri("http://example.org/shape"));
   return report.value().to_text();
 }

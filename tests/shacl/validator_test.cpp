@@ -157,9 +157,9 @@ TEST_CASE("messages contain what was expected and what was found, or the shape's
     return all;
   };
   CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:datatype xsd:double .", "ex:a ex:p \"fast\" .") ==
-        "expected a xsd:double, found \"fast\";");
+        "expected a number, found \"fast\";");
   CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:datatype xsd:double .", "ex:a ex:p \"fast\"^^xsd:double .") ==
-        "expected a well-formed xsd:double, found \"fast\"^^xsd:double;");
+        "expected a number, found \"fast\";");
   CHECK(message("ex:S sh:targetObjectsOf ex:p ; sh:maxExclusive 360 .", "ex:a ex:p 360.0 .") ==
         "expected less than 360, found 360.0;");
   CHECK(message("ex:S sh:targetNode ex:a ; sh:property [ sh:path ex:q ; sh:minCount 1 ] .", "ex:a ex:p 1 .") ==

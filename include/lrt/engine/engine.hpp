@@ -67,6 +67,7 @@ struct EngineOptions : Limits {
   subscription::SubscriptionOptions subscriptions;
   subscription::CallbackOptions callbacks;
   rdf::Prefixes prefixes = rdf::default_prefixes();
+  std::string vocabulary;                              ///< Options::vocabulary
   const Clock* clock = nullptr;                        ///< nullptr: system_clock()
   std::shared_ptr<IdSource> ids;                       ///< nullptr: RandomIds
   LogCallback log;

@@ -472,7 +472,7 @@ inline constexpr bool is_result<Result<T>> = true;
 }  // namespace detail
 
 /// The name and predicate of a field of a Record: a vocabulary term, or a name of your own. The predicate of the latter is
-/// `<blueprint#name>`, which the Thing's Blueprint documents.
+/// `<vocabulary>Type/name`, a term of the server's vocabulary (Options::vocabulary): one IRI for all values of the C++ type.
 class FieldName {
  public:
   FieldName(Iri term) : name(term.text.substr(term.text.find_last_of("#/") + 1)), predicate(term.text) {}  // NOLINT: an argument of field()
@@ -483,6 +483,32 @@ class FieldName {
   std::string name, predicate;
 };
 
+namespace detail {
+/// What the compiler calls a type, without namespaces: "PidGains", "LimitsOf<true>".
+template <class T>
+constexpr std::string_view type_name() noexcept {
+#ifdef _MSC_VER
+  std::string_view text = __FUNCSIG__;
+  text = text.substr(text.find("type_name<") + 10);
+  text = text.substr(0, text.rfind(">(void)"));
+#else
+  std::string_view text = __PRETTY_FUNCTION__;
+  text = text.substr(text.find("T = ") + 4);
+  text = text.substr(0, text.find_first_of(";]"));
+#endif
+  const std::size_t arguments = text.find('<');
+  const std::size_t colons = text.substr(0, arguments).rfind("::");
+  if (colons != std::string_view::npos) text = text.substr(colons + 2);
+  for (const std::string_view word : {std::string_view("struct "), std::string_view("class ")})
+    if (text.substr(0, word.size()) == word) text = text.substr(word.size());
+  return text;
+}
+/// The name with '-' for each run of characters that a term does not have: "LimitsOf-true".
+std::string term_name(std::string_view name);
+/// Puts "#name" predicates below the type's name, and gives a record without classes its own.
+void place_terms(Type& record);
+}  // namespace detail
+
 /// Base of `traits` for a struct or class. The user lists its fields:
 ///
 ///     r.field("x", &S::x);                            // a data member; also of type char[N] (a text) or T[N] (a list)
@@ -491,6 +517,9 @@ class FieldName {
 ///     r.field("speed", [](const S& s) { return s.v(); }, [](S& s, double v) { s.drive(v); });   // lambdas; the first alone: read-only
 ///
 /// field() returns the field's facets, for unit and bounds. A field is optional if its C++ type is std::optional, and only then.
+///
+/// A record without is() has the class `<vocabulary>Type`. Type is the name of the C++ type without namespaces, or that of named(). Two
+/// types of one server with the same name and different fields are an error of Server::add().
 ///
 /// A value with a read-only field cannot be made from what a client sends: on_write, on_create and an action whose input contains one are
 /// an error of Server::add() that names the field. So is a const data member.
@@ -503,6 +532,9 @@ class Record {
  public:
   /// Adds an rdf:type.
   Record& is(Iri type) { return type_.classes.emplace_back(type.text), *this; }
+  /// Names the C++ type in the server's vocabulary: letters, digits, '-' and '_'. For types of the same name in two namespaces, and to keep
+  /// the terms when the C++ type is renamed.
+  Record& named(std::string_view name) { return type_.name = detail::term_name(name), *this; }
   /// Adds a field: a data member, or a read-only field by a getter or a callable of const S&.
   template <class Get>
   Facets& field(FieldName name, Get get) {
@@ -749,7 +781,9 @@ class Record {
     static const Record self = [] {
       Record r;
       r.type_.kind = Type::Kind::record;
+      r.type_.name = detail::term_name(detail::type_name<S>());
       traits<S>::describe(r);
+      detail::place_terms(r.type_);
       return r;
     }();
     return self;

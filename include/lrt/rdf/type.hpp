@@ -27,6 +27,7 @@ class Facets {
   Facets& at_most(double v) { return max_ = v, max_exclusive_ = false, *this; }
   Facets& below(double v) { return max_ = v, max_exclusive_ = true, *this; }
   Facets& between(double low, double high) { return at_least(low).at_most(high); }
+  Facets& without_bounds() { return min_.reset(), max_.reset(), *this; }
   /// Accepts NaN and infinities from clients. Values that the robot reads or publishes may always be non-finite.
   Facets& allow_non_finite() { return non_finite_ = true, *this; }
   /// Bounds the length of a text, in code points.
@@ -68,7 +69,7 @@ struct Type;
 /// One field of a record.
 struct FieldType {
   std::string name;          ///< for people and JSON
-  std::string predicate;     ///< absolute IRI, or "#name" resolved against the Blueprint that documents it
+  std::string predicate;     ///< a term: an absolute IRI, or "#Type/name" of the server's vocabulary
   const Type* type = nullptr;
   Facets facets;
   bool read_only = false;    ///< values of the record cannot be decoded
@@ -88,7 +89,8 @@ struct Type {
   const Type* element = nullptr;         ///< list, optional, map: type of the members or of the value
   std::size_t shortest = 0;              ///< list: minimum number of members
   std::size_t longest = std::numeric_limits<std::size_t>::max();
-  std::vector<std::string> classes;      ///< record: its rdf:types
+  std::string name;                      ///< record: that of the C++ type, "PidGains"; empty: it has no terms of its own
+  std::vector<std::string> classes;      ///< record: its rdf:types, terms: absolute IRIs, or "#Type" of the server's vocabulary
   std::vector<FieldType> fields;         ///< record
   std::string value_predicate;           ///< record: from its node to a node that has its fields; empty: its own node has them
   std::vector<std::string> value_classes;  ///< record with a value_predicate: rdf:types of that node

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,12 +23,12 @@ namespace lrt::rdf {
 /// without any field is `a rdfs:Resource` at the focus node.
 
 /// Adds the triples of `value` to `graph` at `focus`.
-/// @param names_base  absolute IRI, the base of "#name" predicates
+/// @param vocabulary  namespace of the server's own terms, "http://robot/ns/vocabulary#"
 /// @pre `value` is of that type
-void write_value(Graph& graph, TermId focus, const Type& type, const Facets& facets, const Value& value, std::string_view names_base);
+void write_value(Graph& graph, TermId focus, const Type& type, const Facets& facets, const Value& value, std::string_view vocabulary);
 
-/// The predicate of a field: its own, or "#name" resolved against the Blueprint that documents it.
-std::string predicate_iri(const FieldType& field, std::string_view names_base);
+/// The IRI of a term: an absolute IRI itself, "#Type" and "#Type/name" in the vocabulary.
+std::string term_iri(std::string_view term, std::string_view vocabulary);
 
 /// A difference between a graph and a type.
 struct Mismatch {
@@ -40,14 +41,22 @@ struct Mismatch {
 /// @param mismatches  receives at most 16 mismatches
 /// @return the value, if there is no mismatch
 /// @par Errors  expected_value, out_of_range: the first mismatch as a sentence
-Result<Value> read_value(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view names_base,
+Result<Value> read_value(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary,
                          std::vector<Mismatch>& mismatches);
+
+/// The graph of a body with what a client may leave out or write in another way, so that it conforms to the derived shape if its values fit
+/// (SPEC 3.3):
+/// - the node of a value that has no rdf:type, or one of the value's classes, has all of them;
+/// - a number of another numeric datatype has the datatype of the C++ type, if that can hold it;
+/// - a unit that is stated in one vocabulary is stated in the other one, too.
+/// @return  nullopt: nothing is missing
+std::optional<Graph> completed(const Graph& graph, TermId focus, const Type& type, const Facets& facets, std::string_view vocabulary);
 
 /// Checks a value that was not read from RDF (a C++ value, JSON) against facets.
 bool within(const Type& type, const Facets& facets, const Value& value) noexcept;
 
 /// The class of nodes with such a value: maths:Scalar for numbers, the first class of a record, else empty.
-Iri target_class(const Type& type) noexcept;
+std::string target_class(const Type& type, std::string_view vocabulary);
 
 /// "vom:numericalValue" if a default prefix fits, else "<iri>".
 std::string abbreviate(std::string_view iri);

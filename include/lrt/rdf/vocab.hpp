@@ -29,8 +29,15 @@ LRT_TERM(rdfs, seeAlso);
 LRT_TERM(rdfs, isDefinedBy);
 LRT_TERM(rdfs, subClassOf);
 LRT_TERM(rdfs, Class);
+LRT_TERM(rdfs, domain);
+LRT_TERM(rdfs, range);
 LRT_TERM(rdfs, Resource);
 }  // namespace rdfs
+
+#define LRT_VOCAB_owl "http://www.w3.org/2002/07/owl#"
+namespace owl {
+LRT_TERM(owl, Ontology);
+}  // namespace owl
 
 #define LRT_VOCAB_xsd "http://www.w3.org/2001/XMLSchema#"
 namespace xsd {

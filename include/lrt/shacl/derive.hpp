@@ -7,24 +7,30 @@
 
 namespace lrt::shacl {
 
+/// What a derived shape is for.
+struct DeriveOptions {
+  bool required = true;  ///< false: the value may be missing, as for std::optional
+  bool input = true;     ///< false: only the robot gives such values; the shape has no constraints that only clients could violate
+};
+
 /// Adds constraints for a value of a type to a shape in `graph`. A focus node written by rdf::write_value() conforms to the shape. A focus
-/// node that rdf::read_value() refuses does not (SPEC 3.3: Numbers, Units).
+/// node that rdf::read_value() refuses does not, if rdf::completed() has completed it (SPEC 3.3: Numbers, Units).
 ///
-/// Numbers are validated by value. A floating-point type accepts xsd:float, double, decimal and the integer types; an integer type accepts
-/// all integer types. The value must be in the range of the C++ type and, by default, finite. A unit is given by vom:unit or qudt:hasUnit, at
-/// least one, and each must be the declared unit. Lists must be well-formed RDF lists of the right length. Bounds are written as decimals
-/// if these are short: `below(360)` becomes `sh:maxExclusive 360`.
+/// A number has the datatype of its C++ type, which rdf::completed() gives to numbers of other datatypes; sh:datatype judges its range. It has
+/// the bounds of the facets, as decimals if these are short: `below(360)` becomes `sh:maxExclusive 360`. An input without two bounds has a
+/// pattern that excludes NaN and infinities, unless these are allowed. Nodes have their classes, and the unit in the first vocabulary that has
+/// it. Lists must be well-formed RDF lists of the right length.
 ///
-/// The shape and read_value() differ in two cases. The shape does not limit durations to 64 bits of nanoseconds. If a bound is not
-/// representable as float (0.1), the shape compares an xsd:float as float, as XPath does, and read_value() compares it as double.
+/// The shape and read_value() differ in three cases. The shape does not limit durations to 64 bits of nanoseconds. A number whose text is
+/// beyond its datatype (1e400) conforms, and read_value() refuses it. If a bound is not representable as float (0.1), the shape compares an
+/// xsd:float as float, as XPath does, and read_value() compares it as double.
 ///
 /// @param shape       an IRI or blank node of `graph`; the caller adds rdf:type and targets
-/// @param names_base  absolute IRI, the base of "#name" predicates
-/// @param required    false: the value may be missing, as for std::optional
+/// @param vocabulary  namespace of the server's own terms, "http://robot/ns/vocabulary#"
 ///
-/// @par Time        Allocates. All numbers of a graph share one list of allowed datatypes.
+/// @par Time        Allocates.
 /// @par Implements  R1.11
-void derive(rdf::Graph& graph, rdf::TermId shape, const rdf::Type& type, const rdf::Facets& facets, std::string_view names_base,
-            bool required = true);
+void derive(rdf::Graph& graph, rdf::TermId shape, const rdf::Type& type, const rdf::Facets& facets, std::string_view vocabulary,
+            const DeriveOptions& options = {});
 
 }  // namespace lrt::shacl

@@ -80,8 +80,8 @@ Outcome InvocationResource::remove(Context& context, Parts& parts) { return part
 
 void InvocationResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
-  const std::string names = thing->names_base(d.base);
-  describe_types(about);
+  const std::string names = d.engine.vocabulary(d.base);
+  describe_types(about, d);
   about.link(vocab::rdfs::seeAlso, d.base + action.path);
   about.link(vocab::lrt_::invocationOf, d.base + action.path);
   about.add(vocab::lrt_::status, rdf::TermView(status_iri(status)));
@@ -101,7 +101,7 @@ void InvocationResource::describe(const Description& d) const {
     part(vocab::lrt_::result, "#result", *spec.output, spec.output_facets, *result);
 }
 
-void InvocationResource::describe_types(About& about) const { about.a(vocab::lrt_::Invocation).a(vocab::prov::Activity); }
+void InvocationResource::describe_types(About& about, const Description&) const { about.a(vocab::lrt_::Invocation).a(vocab::prov::Activity); }
 
 std::optional<PlainValue> InvocationResource::plain_value() const {
   static const rdf::Facets no_facets;
@@ -146,29 +146,25 @@ Outcome ActionResource::post(Context& context, Parts& parts) { return parts.invo
 
 void ActionResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
-  describe_types(about);
+  describe_types(about, d);
   about.link(vocab::rdfs::seeAlso, d.base + thing->self.path);
-  const std::string shapes = thing->names_base(d.base) + "#";
-  if (spec->input) about.link(vocab::hybrit::consumes, shapes + input_shape());
-  if (spec->output) about.link(vocab::hybrit::produces, shapes + output_shape());
+  if (spec->input) about.link(vocab::hybrit::consumes, thing->shape_iri(d.base, input_shape()));
+  if (spec->output) about.link(vocab::hybrit::produces, thing->shape_iri(d.base, output_shape()));
   describe_parts(about, d);
   const rdf::TermId binding = d.graph.fresh_blank();
   about.add(vocab::hybrit::binding, binding);
-  describe_binding(d, binding, shapes);
+  describe_binding(d, binding);
   about.add(vocab::lrt_::policy, rdf::literal(policy_name(*spec)));
   if (!unavailable.empty()) about.add(vocab::lrt_::unavailable, rdf::literal(unavailable));
   about.statements(spec->statements, d.base);
   for (const auto& i : invocations) about.link(vocab::lrt_::invocation, d.base + i->path);
-  const auto shape = [&](const std::string& name, const rdf::Type* type, const rdf::Facets& facets) {
-    if (type) describe_shape(d.graph, *thing, d.base, name, *type, facets);
-  };
-  shape(input_shape(), spec->input, spec->facets);
-  shape(output_shape(), spec->output, spec->output_facets);
-  describe_effects(about, d, shapes);
+  if (spec->input) describe_value_shape(d, *thing, input_shape());
+  if (spec->output) describe_value_shape(d, *thing, output_shape());
+  describe_effects(about, d);
 }
 
 /// The request that invokes it (HTTP Vocabulary in RDF 1.0).
-void ActionResource::describe_binding(const Description& d, rdf::TermId node, const std::string& shapes) const {
+void ActionResource::describe_binding(const Description& d, rdf::TermId node) const {
   About request(d.graph, node);
   request.a(vocab::http_core::Request)
       .add(vocab::http_core::mthd, rdf::TermView(vocab::http_methods::POST))
@@ -192,7 +188,7 @@ void ActionResource::describe_binding(const Description& d, rdf::TermId node, co
   if (!spec->input) return;
   const rdf::TermId body = d.graph.fresh_blank();
   request.add(vocab::http_core::body, body);
-  About(d.graph, body).link(vocab::dcterms::conformsTo, shapes + input_shape());
+  About(d.graph, body).link(vocab::dcterms::conformsTo, thing->shape_iri(d.base, input_shape()));
 }
 
 /// The actions that it is composed of.
@@ -225,7 +221,7 @@ void must_have(rdf::Graph& graph, rdf::TermId shape, const rdf::Graph& from, rdf
 }  // namespace
 
 /// What it produces besides an output: shapes that properties conform to afterwards. They have no target, because they hold only then.
-void ActionResource::describe_effects(About& about, const Description& d, const std::string& shapes) const {
+void ActionResource::describe_effects(About& about, const Description& d) const {
   if (!effects.empty()) {
     about.link(vocab::hybrit::produces, d.base + path + "#effect");
     add_placed(d.graph, effects, d.base);
@@ -237,18 +233,18 @@ void ActionResource::describe_effects(About& about, const Description& d, const 
     shape.a(vocab::sh::NodeShape).link(vocab::ssn::forProperty, d.base + effect.property);
     if (const Resource* r = d.engine.registry.find_usual(effect.property, vocab::hybrit::Property.text)) {
       const auto& property = static_cast<const PropertyResource&>(*r);
-      shape.link(vocab::sh::node, property.thing->names_base(d.base) + "#" + property.spec->path);
+      shape.link(vocab::sh::node, property.thing->shape_iri(d.base, property.spec->path));
     }
-    if (effect.from_input) shape.link(vocab::lrt_::valueFrom, shapes + input_shape());
+    if (effect.from_input) shape.link(vocab::lrt_::valueFrom, thing->shape_iri(d.base, input_shape()));
     if (!effect.value) continue;
     rdf::Graph value;
     const rdf::TermId node = value.fresh_blank();
-    rdf::write_value(value, node, *effect.spec->type, effect.spec->facets, *effect.value, thing->names_base(d.base));
+    rdf::write_value(value, node, *effect.spec->type, effect.spec->facets, *effect.value, d.engine.vocabulary(d.base));
     must_have(d.graph, shape.subject(), value, node);
   }
 }
 
-void ActionResource::describe_types(About& about) const {
+void ActionResource::describe_types(About& about, const Description&) const {
   about.a(vocab::hybrit::Action);
   if (spec->asynchronous) about.a(vocab::hybrit::AsynchronousAction);
   about.a(spec->classes);

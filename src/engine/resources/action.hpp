@@ -39,7 +39,7 @@ class InvocationResource final : public Resource {
   Outcome remove(Context& context, Parts& parts) override;
 
   void describe(const Description& d) const override;
-  void describe_types(About& about) const override;
+  void describe_types(About& about, const Description& d) const override;
   std::string_view kind() const noexcept override { return "invocation"; }
   const Variants& variants() const override { return value_variants(); }
   std::optional<PlainValue> plain_value() const override;
@@ -80,7 +80,7 @@ class ActionResource final : public Resource {
   bool takes_plain_values() const noexcept override { return true; }
 
   void describe(const Description& d) const override;
-  void describe_types(About& about) const override;
+  void describe_types(About& about, const Description& d) const override;
   std::string_view kind() const noexcept override { return "action"; }
   void summarize(Overview& o) const override;
   void overview(Overview& o) const override;
@@ -106,9 +106,9 @@ class ActionResource final : public Resource {
 
  private:
   std::string shape_name(std::string_view what) const;
-  void describe_binding(const Description& d, rdf::TermId node, const std::string& shapes) const;
+  void describe_binding(const Description& d, rdf::TermId node) const;
   void describe_parts(About& about, const Description& d) const;
-  void describe_effects(About& about, const Description& d, const std::string& shapes) const;
+  void describe_effects(About& about, const Description& d) const;
 };
 
 }  // namespace lrt::engine

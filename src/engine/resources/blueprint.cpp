@@ -1,8 +1,10 @@
 #include "src/engine/resources/blueprint.hpp"
 
+#include <algorithm>
 #include <vector>
 
 #include <lrt/engine/engine.hpp>
+#include <lrt/rdf/value_codec.hpp>
 #include <lrt/shacl/derive.hpp>
 
 #include "src/engine/bases.hpp"
@@ -11,6 +13,7 @@
 #include "src/engine/registration.hpp"
 #include "src/engine/resources/action.hpp"
 #include "src/engine/resources/collection.hpp"
+#include "src/engine/resources/kind.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
 
@@ -44,80 +47,59 @@ void copy_described(Graph& to, const Graph& from, TermId node) {
   }
 }
 
-/// A property shape with one value that must be there.
-void must_have(Graph& graph, TermId shape, Iri path, const std::string& value, Iri type = {}) {
-  const TermId p = graph.fresh_blank();
-  About(graph, shape).add(vocab::sh::property, p);
-  About constraint(graph, p);
-  constraint.add(vocab::sh::path, rdf::TermView(path)).link(vocab::sh::hasValue, value);
-  if (!type.empty()) constraint.add(vocab::sh::class_, rdf::TermView(type));
-}
-
-/// The shape of the Thing itself.
-void describe_structure(const ThingNode& thing, const Description& d) {
-  Graph& graph = d.graph;
-  const TermId shape = graph.intern(rdf::iri(thing.names_base(d.base)));
-  About(graph, shape)
-      .a(vocab::sh::NodeShape)
-      .add(vocab::sh::name, rdf::literal(thing.spec->title))
-      .link(vocab::sh::targetNode, d.base + thing.self.path);
-  must_have(graph, shape, vocab::rdf_::type, std::string(vocab::hybrit::RoboticThing.text));
-  for (const std::string& c : thing.spec->classes) must_have(graph, shape, vocab::rdf_::type, c);
-  must_have(graph, shape, vocab::hybrit::subscriptions, d.base + thing.subscriptions.path);
-  const auto links = [&](const auto& resources, Iri predicate, Iri type) {
-    for (const auto& r : resources) {
-      must_have(graph, shape, predicate, d.base + r->path, type);
-      for (const std::string& p : r->spec->predicates) must_have(graph, shape, Iri(std::string_view(p)), d.base + r->path);
-    }
-  };
-  links(thing.available_actions(), vocab::hybrit::action, vocab::hybrit::Action);
-  links(thing.properties, vocab::hybrit::property, vocab::hybrit::Property);
-  links(thing.collections, vocab::lrt_::collection, vocab::ldp::BasicContainer);
-  for (const ThingNode* child : thing.children)
-    must_have(graph, shape, vocab::dcterms::hasPart, d.base + child->self.path, vocab::hybrit::RoboticThing);
+/// The generated shape of values.
+void describe_generated(const Description& d, const std::string& iri, const ValueShape& values) {
+  const TermId shape = d.graph.intern(rdf::iri(iri));
+  About(d.graph, shape).a(vocab::sh::NodeShape).add(vocab::sh::name, rdf::literal(values.name));
+  shacl::derive(d.graph, shape, *values.type, *values.facets, d.engine.vocabulary(d.base), {true, values.input});
 }
 
 }  // namespace
 
-void describe_shape(Graph& graph, const ThingNode& thing, const std::string& base, const std::string& name, const rdf::Type& type,
-                    const rdf::Facets& facets) {
+bool has_user_shape(const ThingNode& thing, const std::string& name) { return user_shape(thing, name).has_value(); }
+
+bool has_own_shape(const ThingNode& thing, const std::string& name) {
+  if (!thing.kind || has_user_shape(thing, name)) return true;
+  const std::vector<ValueShape> shapes = value_shapes(thing);
+  const auto it = std::find_if(shapes.begin(), shapes.end(), [&](const ValueShape& s) { return s.name == name; });
+  return it != shapes.end() && !thing.kind->shares_bounds(static_cast<std::size_t>(it - shapes.begin()));
+}
+
+void describe_value_shape(const Description& d, const ThingNode& thing, const std::string& name) {
+  const std::vector<ValueShape> shapes = value_shapes(thing);
+  const ValueShape& values = *std::find_if(shapes.begin(), shapes.end(), [&](const ValueShape& s) { return s.name == name; });
+  const std::string iri = thing.shape_iri(d.base, name);
   if (const auto users = user_shape(thing, name)) {
     Graph described;
     copy_described(described, thing.user_shapes, *users);
-    return add_placed(graph, described, base);
+    add_placed(d.graph, described, d.base);
+  } else {
+    describe_generated(d, iri, values);
   }
-  const std::string names = thing.names_base(base);
-  const TermId shape = graph.intern(rdf::iri(names + "#" + name));
-  About(graph, shape).a(vocab::sh::NodeShape).add(vocab::sh::name, rdf::literal(name));
-  shacl::derive(graph, shape, type, facets, names);
+  const std::string of = rdf::target_class(*values.type, d.engine.vocabulary(d.base));
+  if (!of.empty()) About(d.graph, iri).link(vocab::sh::targetClass, of);
 }
 
 void BlueprintResource::describe(const Description& d) const {
   const ThingNode& node = *thing;
   const std::string self = node.names_base(d.base);
-  if (!user_shape(node, {})) describe_structure(node, d);
-  const auto generate = [&](const std::string& name, const rdf::Type* type, const rdf::Facets& facets) {
-    if (type && !user_shape(node, name)) describe_shape(d.graph, node, d.base, name, *type, facets);
-  };
-  for (const auto& p : node.properties) {
-    generate(p->spec->path, p->spec->type, p->spec->facets);
-    if (p->promises_triples()) About(d.graph, self + "#" + p->spec->path).link(vocab::sh::targetNode, d.base + p->path);
+  if (!user_shape(node, {}))
+    About(d.graph, self).a(vocab::sh::NodeShape).link(vocab::sh::targetNode, d.base + node.self.path).link(vocab::sh::node, d.base + node.kind->path);
+  const std::vector<ValueShape> shapes = value_shapes(node);
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    if (!has_own_shape(node, shapes[i].name)) continue;
+    const std::string iri = self + "#" + shapes[i].name;
+    if (!user_shape(node, shapes[i].name)) describe_generated(d, iri, shapes[i]);
+    // The first shapes are those of the properties.
+    if (i < node.properties.size() && node.properties[i]->promises_triples())
+      About(d.graph, iri).link(vocab::sh::targetNode, d.base + node.properties[i]->path);
   }
-  for (const auto& a : node.actions) {
-    generate(a->input_shape(), a->spec->input, a->spec->facets);
-    generate(a->output_shape(), a->spec->output, a->spec->output_facets);
-  }
-  for (const auto& c : node.collections) generate(c->spec->path, c->spec->type, c->spec->facets);
-  const std::string subscriptions = node.subscriptions.input_shape();
-  if (d.engine.makes_callbacks && !user_shape(node, subscriptions))
-    describe_subscription_shape(d.graph, self + "#" + subscriptions, d.engine.options.subscriptions);
   add_placed(d.graph, node.user_shapes, d.base);
 }
 
 void BlueprintResource::overview(Overview& o) const {
-  o.links("properties", thing->properties);
-  o.links("actions", thing->actions);
-  o.links("collections", thing->collections);
+  o.link("thing", thing->self);
+  o.link("kind", *thing->kind);
 }
 
 void BlueprintResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const {
@@ -126,16 +108,17 @@ void BlueprintResource::for_each_property(FunctionRef<void(PropertyResource&)> v
 
 /// Names and shapes are resolved against its path, so what was made with them is made again.
 void BlueprintResource::path_changed() {
-  thing->compiled_shapes.clear();
   if (Result<rdf::Graph> shapes = read_shapes(*thing->spec, path))
     thing->user_shapes = *std::move(shapes);  // the texts were judged before
-  for (Resource* r : thing->resources()) r->mark_changed();
+  thing->shapes_moved();
 }
 
 Result<const shacl::Shapes*> compiled_shapes(ThingNode& thing, std::size_t base, const EngineView& engine) {
   if (const auto known = thing.compiled_shapes.find(base); known != thing.compiled_shapes.end()) return &known->second;
   Graph graph;
-  thing.blueprint.describe({graph, engine.bases[base], 1, engine});
+  const Description d{graph, engine.bases[base], 1, engine};
+  thing.kind->describe(d);
+  thing.blueprint.describe(d);
   Result<shacl::Shapes> compiled = shacl::Shapes::compile(std::move(graph));
   if (!compiled) return Unexpected{std::move(compiled).error()};
   return &thing.compiled_shapes.emplace(base, *std::move(compiled)).first->second;

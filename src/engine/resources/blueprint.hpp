@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/graph.hpp>
@@ -11,13 +12,13 @@
 
 namespace lrt::engine {
 
-/// What a Thing promises and requires, as SHACL shapes (R1.11): its structure, the values of its Properties and members, what its
-/// Actions consume and produce. The state of the Thing conforms (SPEC 2).
+/// What a Thing adds to the Blueprint of its kind (R1.11): bounds that other Things of the kind do not share, and the shapes that the user gave.
+/// The state of the Thing conforms to both (SPEC 2).
 class BlueprintResource final : public Resource {
  public:
   using Resource::Resource;
   void describe(const Description& d) const override;
-  void describe_types(About&) const override {}
+  void describe_types(About&, const Description&) const override {}
   std::string_view kind() const noexcept override { return "blueprint"; }
   void overview(Overview& o) const override;
   std::string described_by(const std::string&) const override { return {}; }
@@ -26,11 +27,17 @@ class BlueprintResource final : public Resource {
   void path_changed() override;
 };
 
-/// The shape of values under a name: the user's, taken literally, or the one that the type implies.
-void describe_shape(rdf::Graph& graph, const ThingNode& thing, const std::string& base, const std::string& name, const rdf::Type& type,
-                    const rdf::Facets& facets);
+/// The shape of values under a name, with the class of nodes that it judges in bodies: the user's, or the one that the type implies with the
+/// bounds of the Thing.
+void describe_value_shape(const Description& d, const ThingNode& thing, const std::string& name);
 
-/// The Blueprint of a Thing, compiled for one base. It is compiled once, for the first body, or at registration when the user gave
+/// Whether the shape of that name is in the Thing's own Blueprint: the user has given it, or the bounds are not those of the kind.
+bool has_own_shape(const ThingNode& thing, const std::string& name);
+
+/// Whether the user has given the shape of that name.
+bool has_user_shape(const ThingNode& thing, const std::string& name);
+
+/// The Blueprints of a Thing and its kind, compiled for one base. It is compiled once, for the first body, or at registration when the user gave
 /// shapes, which may be ill-formed.
 /// @par Errors  expected_value, unsupported_syntax, limit_exceeded: of shacl::Shapes::compile
 Result<const shacl::Shapes*> compiled_shapes(ThingNode& thing, std::size_t base, const EngineView& engine);

@@ -71,13 +71,13 @@ void MemberResource::removed(const Result<void>& result, Ticket ticket, Parts& p
 
 void MemberResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
-  describe_types(about);
-  rdf::write_value(d.graph, about.subject(), *collection.spec->type, collection.spec->facets, value, thing->names_base(d.base));
+  describe_types(about, d);
+  rdf::write_value(d.graph, about.subject(), *collection.spec->type, collection.spec->facets, value, d.engine.vocabulary(d.base));
 }
 
-void MemberResource::describe_types(About& about) const {
+void MemberResource::describe_types(About& about, const Description& d) const {
   about.a(vocab::ldp::RDFSource);
-  describe_value_types(about, *collection.spec->type);
+  describe_value_types(about, *collection.spec->type, d.engine.vocabulary(d.base));
 }
 
 std::optional<PlainValue> MemberResource::plain_value() const { return PlainValue{collection.spec->type, &collection.spec->facets, &value}; }
@@ -165,13 +165,13 @@ void CollectionResource::removed(Parts& parts) {
 
 void CollectionResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
-  describe_types(about);
+  describe_types(about, d);
   about.link(vocab::rdfs::seeAlso, d.base + thing->self.path);
   about.statements(spec->statements, d.base);
   describe_container(about, *this, d);
 }
 
-void CollectionResource::describe_types(About& about) const { describe_container_types(about); }
+void CollectionResource::describe_types(About& about, const Description&) const { describe_container_types(about); }
 
 void CollectionResource::summarize(Overview& o) const {
   o.described(spec->statements, spec->classes, nullptr);

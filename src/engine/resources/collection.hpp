@@ -24,7 +24,7 @@ class MemberResource final : public Resource {
   Methods methods() const noexcept override;
   Outcome remove(Context& context, Parts& parts) override;
   void describe(const Description& d) const override;
-  void describe_types(About& about) const override;
+  void describe_types(About& about, const Description& d) const override;
   std::string_view kind() const noexcept override { return "member"; }
   void summarize(Overview& o) const override;
   const Variants& variants() const override { return value_variants(); }
@@ -53,7 +53,7 @@ class CollectionResource final : public Resource {
   std::string input_shape() const override { return spec->path; }
   bool takes_plain_values() const noexcept override { return true; }
   void describe(const Description& d) const override;
-  void describe_types(About& about) const override;
+  void describe_types(About& about, const Description& d) const override;
   std::string_view kind() const noexcept override { return "collection"; }
   void summarize(Overview& o) const override;
   void overview(Overview& o) const override;

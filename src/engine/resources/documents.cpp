@@ -9,6 +9,7 @@
 #include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "src/engine/terms.hpp"
+#include "src/engine/vocabulary.hpp"
 
 namespace lrt::engine {
 
@@ -18,14 +19,14 @@ constexpr std::string_view title = "Robotic Things";
 
 void RootResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
-  describe_types(about);
+  describe_types(about, d);
   about.add(vocab::dcterms::title, rdf::literal(title));
-  about.link(vocab::rdfs::seeAlso, d.base + terms_);
+  about.link(vocab::rdfs::seeAlso, d.base + terms_).link(vocab::rdfs::seeAlso, d.base + VocabularyResource::location);
   if (!registry_.roots().empty()) about.link(vocab::lrt_::all, d.base + all_.path);
   describe_container(about, *this, d);
 }
 
-void RootResource::describe_types(About& about) const { describe_container_types(about); }
+void RootResource::describe_types(About& about, const Description&) const { describe_container_types(about); }
 
 void RootResource::overview(Overview& o) const {
   o.text("title", title);

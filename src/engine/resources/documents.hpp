@@ -13,7 +13,7 @@ class RootResource final : public Resource {
   RootResource(const Registry& registry, std::string terms, const Resource& all)
       : Resource("/", nullptr), registry_(registry), terms_(std::move(terms)), all_(all) {}
   void describe(const Description& d) const override;
-  void describe_types(About& about) const override;
+  void describe_types(About& about, const Description& d) const override;
   std::string_view kind() const noexcept override { return "root"; }
   void overview(Overview& o) const override;
   bool is_container() const noexcept override { return true; }
@@ -33,7 +33,7 @@ class TermsResource final : public Resource {
   static constexpr const char* location = "/ns/lrt";
   TermsResource() : Resource(location, nullptr) {}
   void describe(const Description& d) const override;
-  void describe_types(About&) const override {}
+  void describe_types(About&, const Description&) const override {}
   const Variants& variants() const override { return graph_variants(); }
   std::string_view kind() const noexcept override { return "terms"; }
   std::uint64_t state(std::uint64_t) const noexcept override { return 1; }
@@ -47,7 +47,7 @@ class ContextResource final : public Resource {
   static constexpr const char* location = "/ns/context.jsonld";
   explicit ContextResource(std::string text) : Resource(location, nullptr), text_(std::move(text)) {}
   void describe(const Description&) const override {}
-  void describe_types(About&) const override {}
+  void describe_types(About&, const Description&) const override {}
   const Variants& variants() const override { return context_variants(); }
   std::string_view kind() const noexcept override { return "context"; }
   std::optional<std::string_view> document() const override { return text_; }

@@ -31,10 +31,10 @@ void PropertyResource::for_each_property(FunctionRef<void(PropertyResource&)> vi
 
 void PropertyResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
-  describe_types(about);
+  describe_types(about, d);
   about.link(vocab::rdfs::seeAlso, d.base + thing->self.path);
   if (!value.is_null() && !only_octets)
-    rdf::write_value(d.graph, about.subject(), *spec->type, spec->facets, value, thing->names_base(d.base));
+    rdf::write_value(d.graph, about.subject(), *spec->type, spec->facets, value, d.engine.vocabulary(d.base));
   describe_quantity(about, *spec->type, spec->facets);
   about.when(vocab::dcterms::modified, modified);
   if (spec->frame) about.add(frame_predicate(*spec->type), object_term(d.graph, *spec->frame, d.base));
@@ -52,12 +52,14 @@ void PropertyResource::describe_controls(About& about, const Description& d) con
       .add(vocab::http_core::mthd, rdf::TermView(vocab::http_methods::PUT))
       .link(vocab::http_core::requestURI, d.base + path)
       .add(vocab::http_core::body, body);
-  About(d.graph, body).link(vocab::dcterms::conformsTo, thing->names_base(d.base) + "#" + input_shape());
+  const std::string shape = thing->shape_iri(d.base, input_shape()), of = rdf::target_class(*spec->type, d.engine.vocabulary(d.base));
+  if (!of.empty()) About(d.graph, body).a(Iri(std::string_view(of)));
+  About(d.graph, body).link(vocab::dcterms::conformsTo, shape);
 }
 
-void PropertyResource::describe_types(About& about) const {
+void PropertyResource::describe_types(About& about, const Description& d) const {
   about.a(vocab::hybrit::Property);
-  describe_value_types(about, *spec->type);
+  describe_value_types(about, *spec->type, d.engine.vocabulary(d.base));
   about.a(spec->classes);
 }
 

@@ -30,7 +30,7 @@ class PropertyResource final : public Resource {
   void describe(const Description& d) const override;
   /// A writable Property has a binding, as Actions have.
   void describe_controls(About& about, const Description& d) const override;
-  void describe_types(About& about) const override;
+  void describe_types(About& about, const Description& d) const override;
   std::string_view kind() const noexcept override { return "property"; }
   void summarize(Overview& o) const override;
   const Variants& variants() const override { return own_variants_ ? *own_variants_ : value_variants(); }

@@ -80,7 +80,7 @@ void SubscriptionResource::describe(const Description& d) const {
   if (retry.suspended()) about.add(vocab::lrt_::suspended, rdf::literal("true", vocab::xsd::boolean));
 }
 
-void SubscriptionResource::describe_types(About& about) const {
+void SubscriptionResource::describe_types(About& about, const Description&) const {
   about.a(vocab::hybrit::Subscription);
   switch (protocol) {
     case Protocol::websocket: about.a(vocab::hybrit::WebSocket); break;
@@ -90,7 +90,7 @@ void SubscriptionResource::describe_types(About& about) const {
 }
 
 void SubscriptionResource::describe_as_member(About& about, const Description& d) const {
-  describe_types(about);
+  describe_types(about, d);
   about.link(vocab::hybrit::onResource, d.engine.bases[base] + observed.path);
   if (protocol == Protocol::callback) about.add(vocab::hybrit::callbackURL, rdf::literal(url, vocab::xsd::anyURI));
   about.add(vocab::hybrit::mediaType, rdf::literal(observed.variants().type_of(its_variant)));
@@ -133,12 +133,12 @@ std::string SubscriptionsResource::input_shape() const { return thing->shape_nam
 
 void SubscriptionsResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
-  describe_types(about);
+  describe_types(about, d);
   about.link(vocab::rdfs::seeAlso, d.base + thing->self.path);
   describe_container(about, *this, d);
 }
 
-void SubscriptionsResource::describe_types(About& about) const { describe_container_types(about); }
+void SubscriptionsResource::describe_types(About& about, const Description&) const { describe_container_types(about); }
 
 void SubscriptionsResource::overview(Overview& o) const { o.members("members", *this); }
 

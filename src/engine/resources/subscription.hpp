@@ -41,7 +41,7 @@ class SubscriptionResource final : public Resource, public Observer {
   /// DELETE cancels. With If-Match it is cancelled only if its counters have not moved (R0.11).
   Outcome remove(Context& context, Parts& parts) override;
   void describe(const Description& d) const override;
-  void describe_types(About& about) const override;
+  void describe_types(About& about, const Description& d) const override;
   /// What does not change while it lives: all of Figure 4. The entity tag of the container does not change with a notification.
   void describe_as_member(About& about, const Description& d) const override;
   std::string_view kind() const noexcept override { return "subscription"; }
@@ -95,7 +95,7 @@ class SubscriptionsResource final : public Resource {
   Outcome post(Context& context, Parts& parts) override;
   std::string input_shape() const override;
   void describe(const Description& d) const override;
-  void describe_types(About& about) const override;
+  void describe_types(About& about, const Description& d) const override;
   std::string_view kind() const noexcept override { return "subscriptions"; }
   void overview(Overview& o) const override;
   std::uint64_t state(std::uint64_t structure) const noexcept override { return structure + revision; }

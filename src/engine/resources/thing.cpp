@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include <lrt/engine/engine.hpp>
+#include <lrt/rdf/value_codec.hpp>
 
 #include "src/engine/change_scanner.hpp"
 #include "src/engine/description.hpp"
@@ -10,7 +11,9 @@
 #include "src/engine/registry.hpp"
 #include "src/engine/resources/action.hpp"
 #include "src/engine/resources/collection.hpp"
+#include "src/engine/resources/kind.hpp"
 #include "src/engine/resources/property.hpp"
+#include "src/engine/vocabulary.hpp"
 
 namespace lrt::engine {
 
@@ -21,9 +24,9 @@ void ThingResource::describe(const Description& d) const {
   const model::ThingSpec& spec = *node.spec;
   const std::vector<ActionResource*> actions = node.available_actions();
   About about(d.graph, d.base + path);
-  describe_types(about);
+  describe_types(about, d);
   about.add(vocab::dcterms::title, rdf::literal(spec.title));
-  about.link(vocab::hybrit::blueprint, node.blueprint_iri(d.base));
+  for (const std::string& iri : node.blueprint_iris(d.base)) about.link(vocab::hybrit::blueprint, iri);
   about.link(vocab::hybrit::subscriptions, d.base + node.subscriptions.path);  // R1.8
   about.link(vocab::lrt_::state, d.base + node.state.path);
   if (!node.children.empty()) about.link(vocab::lrt_::all, d.base + node.tree.path);
@@ -38,6 +41,9 @@ void ThingResource::describe(const Description& d) const {
   };
   domain_links(actions);
   domain_links(node.properties);
+  const std::string vocabulary = d.engine.vocabulary(d.base);
+  for (const auto& p : node.properties)
+    if (p->spec->predicates.empty()) about.link(Iri(std::string_view(rdf::term_iri(link_term(p->spec->path), vocabulary))), d.base + p->path);
   domain_links(node.collections);
   about.statements(spec.statements, d.base);
   add_placed(d.graph, node.statements, d.base);
@@ -47,6 +53,7 @@ void ThingResource::describe(const Description& d) const {
   for (const auto& p : node.properties) describe_types_of(*p, d);
   for (const auto& c : node.collections) describe_types_of(*c, d);
   for (const ThingNode* child : node.children) describe_types_of(child->self, d);
+  if (node.parent) describe_types_of(node.parent->self, d);
   for (const Statement& s : spec.statements) {
     if (s.object.kind() != Object::Kind::resource) continue;
     const Result<std::string> linked_path = model::encode_path_from_root(s.object.text());
@@ -54,7 +61,7 @@ void ThingResource::describe(const Description& d) const {
   }
 }
 
-void ThingResource::describe_types(About& about) const { about.a(vocab::hybrit::RoboticThing).a(thing->spec->classes); }
+void ThingResource::describe_types(About& about, const Description&) const { about.a(vocab::hybrit::RoboticThing).a(thing->spec->classes); }
 
 void ThingResource::summarize(Overview& o) const {
   o.text("title", thing->spec->title);
@@ -65,8 +72,9 @@ void ThingResource::overview(Overview& o) const {
   const ThingNode& node = *thing;
   o.link("state", node.state);
   if (!node.children.empty()) o.link("all", node.tree);
-  if (node.spec->blueprint.empty()) o.link("blueprint", node.blueprint);
+  if (node.spec->blueprint.empty()) o.link("blueprint", *node.kind);
   else o.link("blueprint", node.spec->blueprint, node.blueprint.kind());
+  if (node.adds_shapes()) o.link("ownBlueprint", node.blueprint);
   o.link("subscriptions", node.subscriptions);
   o.links("properties", node.properties);
   o.links("actions", node.available_actions());
@@ -79,7 +87,8 @@ void ThingResource::overview(Overview& o) const {
 void ThingResource::link_related(http::LinkWriter& links, const std::string& base) const {
   const ThingNode& node = *thing;
   links.add(base + node.state.path, "related");
-  links.add(base + node.blueprint.path, "related");
+  links.add(base + node.kind->path, "related");
+  if (node.adds_shapes()) links.add(base + node.blueprint.path, "related");
   links.add(base + node.subscriptions.path, "related");
   if (!node.children.empty()) {
     links.add(base + node.tree.path, "related");
@@ -172,6 +181,29 @@ ThingNode::ThingNode(std::unique_ptr<model::ThingSpec> s)
 }
 
 ThingNode::~ThingNode() = default;
+
+bool ThingNode::adds_shapes() const {
+  if (!user_shapes.empty()) return true;
+  const std::vector<ValueShape> shapes = value_shapes(*this);
+  for (std::size_t i = 0; kind && i < shapes.size(); ++i)
+    if (!kind->shares_bounds(i)) return true;
+  return false;
+}
+
+std::vector<std::string> ThingNode::blueprint_iris(const std::string& base) const {
+  std::vector<std::string> iris = {!spec->blueprint.empty() ? spec->blueprint : base + (kind ? kind->path : blueprint.path)};
+  if (kind && adds_shapes()) iris.push_back(names_base(base));
+  return iris;
+}
+
+std::string ThingNode::shapes_of(const std::string& base, const std::string& name) const {
+  return kind && (name.empty() || !has_own_shape(*this, name)) ? base + kind->path : names_base(base);
+}
+
+void ThingNode::shapes_moved() {
+  compiled_shapes.clear();
+  for (Resource* r : resources()) r->mark_changed();
+}
 
 std::string ThingNode::shape_name(std::string name, std::string_view rest) const {
   const auto is_users = [&](const auto& r) {

@@ -21,6 +21,7 @@ namespace lrt::engine {
 
 class ActionResource;
 class CollectionResource;
+class KindResource;
 class PropertyResource;
 
 /// A Thing: links, the types of what it links to, and static triples, without values (SPEC 2).
@@ -28,7 +29,7 @@ class ThingResource final : public Resource {
  public:
   using Resource::Resource;
   void describe(const Description& d) const override;
-  void describe_types(About& about) const override;
+  void describe_types(About& about, const Description& d) const override;
   std::string_view kind() const noexcept override { return "thing"; }
   void summarize(Overview& o) const override;
   void overview(Overview& o) const override;
@@ -44,7 +45,7 @@ class StateResource final : public Resource {
  public:
   using Resource::Resource;
   void describe(const Description& d) const override;
-  void describe_types(About&) const override {}
+  void describe_types(About&, const Description&) const override {}
   std::vector<const Resource*> described_resources() const override;
   const Variants& variants() const override { return value_variants(); }
   std::string_view kind() const noexcept override { return "state"; }
@@ -64,10 +65,17 @@ struct ThingNode {
   explicit ThingNode(std::unique_ptr<model::ThingSpec> s);
   ~ThingNode();
 
-  /// What "#name" predicates and shapes are resolved against: its own Blueprint, also where it refers to an external one.
+  /// Its own Blueprint: what it adds to that of its kind, and the shapes that the user gave.
   std::string names_base(const std::string& base) const { return base + blueprint.path; }
-  /// The Blueprint that it refers to.
-  std::string blueprint_iri(const std::string& base) const { return spec->blueprint.empty() ? names_base(base) : spec->blueprint; }
+  /// Its own Blueprint says something.
+  bool adds_shapes() const;
+  /// The Blueprints that it refers to: that of its kind or the external one, and its own if that adds something.
+  std::vector<std::string> blueprint_iris(const std::string& base) const;
+  /// The Blueprint that has the shape of values under a name: its own, or that of its kind.
+  std::string shapes_of(const std::string& base, const std::string& name) const;
+  std::string shape_iri(const std::string& base, const std::string& name) const { return shapes_of(base, name) + "#" + name; }
+  /// The path of a Blueprint has changed.
+  void shapes_moved();
   /// Where the lambdas of one of its resources run.
   Dispatch where(const model::ResourceSpec& resource) const noexcept { return resource.dispatch.value_or(spec->dispatch); }
   /// The name of a shape that is not that of a property or collection of the user: "actions" + "/turn/input", "actions-lrt" + "/turn/input".
@@ -91,6 +99,7 @@ struct ThingNode {
   std::vector<PropertyResource*> in_state;  ///< those of them that its state contains
   std::vector<std::unique_ptr<ActionResource>> actions;
   std::vector<std::unique_ptr<CollectionResource>> collections;
+  KindResource* kind = nullptr;                         ///< set while it is registered
   ThingNode* parent = nullptr;                          ///< nullptr: below the root
   std::vector<ThingNode*> children;                     ///< in the order of registration
 };

@@ -21,7 +21,7 @@ class TreeResource final : public Resource {
       : Resource(its_path, its_thing, its_path.size()), registry_(registry) {}
 
   void describe(const Description& d) const override;
-  void describe_types(About&) const override {}
+  void describe_types(About&, const Description&) const override {}
   std::vector<const Resource*> described_resources() const override;
   std::string_view kind() const noexcept override { return "all"; }
   const Variants& variants() const override { return value_variants(); }

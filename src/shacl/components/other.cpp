@@ -66,6 +66,8 @@ class HasValue final : public Constraint {
       if (run.node(i) == wanted) return;
     run.violation(scene, *this, std::nullopt, [&] {
       std::string text = list_violation(run, scene);
+      if (const std::string words = expectation(run.plan(), scene.shape.id); text.empty() && words.rfind("the unit ", 0) == 0)
+        text = "expected " + words + ", found " + (scene.size() == 0 ? "none" : shown(run.term(run.node(scene.begin))));
       return text.empty() ? "expected the value " + shown(run.plan().graph.term(wanted_)) + ", found no such value" : text;
     });
   }

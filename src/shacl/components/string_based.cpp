@@ -100,7 +100,8 @@ class Pattern final : public Constraint {
       }
       if (outcome == Regex::Outcome::match) continue;
       run.violation(scene, *this, node, [&] {
-        const bool is_derived = text_ == day_time_pattern || text_ == zone_pattern;
+        if (text_ == finite_pattern && is_number(term)) return "expected a finite number, found " + shown_value(term);
+        const bool is_derived = text_ == day_time_pattern || text_ == zone_pattern || text_ == finite_pattern;
         const std::string words = is_derived ? expectation(run.plan(), scene.shape.id) : std::string();
         if (!words.empty()) return "expected " + words + ", found " + shown_value(term);
         return "expected a text that matches " + shown(rdf::literal(text_)) + ", found " + shown(term) +

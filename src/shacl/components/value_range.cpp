@@ -1,7 +1,7 @@
 // SHACL 4.3 Value Range Constraint Components
 
-#include <cmath>
-#include <limits>
+#include <string>
+#include <string_view>
 
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/vocab.hpp>
@@ -25,8 +25,9 @@ class Range : public Constraint {
       const Order order = compare(Comparable(term), bound_.comparable);
       if (order == strict_ || (inclusive_ && order == Order::equal)) continue;
       run.violation(scene, *this, node, [&] {
-        return "expected " + (order == Order::unordered ? unordered(run.plan(), scene, term) : ordered(term)) + ", found " +
-               shown_value(term);
+        const std::string words = order == Order::unordered ? unordered(run.plan(), scene, term)
+                                                            : std::string(expected_) + " " + shown_value(bound_.term);
+        return "expected " + words + ", found " + shown_value(term);
       });
     }
   }
@@ -43,11 +44,6 @@ class Range : public Constraint {
   }
 
  private:
-  std::string ordered(const rdf::TermView& found) const {
-    if (!is_largest_finite()) return std::string(expected_) + " " + shown_value(bound_.term);
-    const auto number = rdf::lexical::parse_double(found.text);
-    return number && std::isfinite(*number) ? "a number that a float of 32 bits can hold" : "a finite number";
-  }
   /// What is expected of a value that has no order with the bound.
   std::string unordered(const Plan& plan, const Scene& scene, const rdf::TermView& found) const {
     if (is_number(found)) return "a finite number";  // NaN
@@ -55,15 +51,6 @@ class Range : public Constraint {
     if (is_number(bound_.term.view())) return words == "an integer" ? words : "a number";
     return words.rfind("a date", 0) == 0 ? words : "a value that can be compared with " + shown(bound_.term);
   }
-  /// The bound stands for "finite" in a shape that a type of C++ implies.
-  bool is_largest_finite() const noexcept {
-    const rdf::TermView term = bound_.term.view();
-    if (term.datatype == vocab::xsd::double_.text)
-      return std::abs(rdf::lexical::parse_double(term.text).value_or(0)) == std::numeric_limits<double>::max();
-    return term.datatype == vocab::xsd::float_.text &&
-           std::abs(rdf::lexical::parse_float(term.text).value_or(0)) == std::numeric_limits<float>::max();
-  }
-
   struct Bound {  // owns the text that the comparable refers to
     explicit Bound(const rdf::TermView& view) : term(view), comparable(term.view()) {}
     rdf::Term term;

@@ -11,6 +11,13 @@ namespace lrt::shacl {
 namespace sh = vocab::sh;
 namespace {
 
+/// What a node with the value of a C++ type is, where a literal was found; empty: the shape does not say it.
+std::string words_for_node(const Plan& plan, rdf::TermId shape) {
+  std::string words = expectation(plan, shape);
+  const bool number = words == "a number" || words.rfind("an integer", 0) == 0;
+  return number ? words + " with its unit, as a node with vom:numericalValue" : words;
+}
+
 /// SHACL 4.1.1 sh:class: every value node is an instance of the class or of one of its subclasses in the data. Values: IRIs; each is a
 /// constraint.
 class Class final : public Constraint {
@@ -25,7 +32,10 @@ class Class final : public Constraint {
       const Node node = run.node(i);
       if (run.is_instance(node, wanted_)) continue;
       run.violation(scene, *this, node, [&] {
-        return "expected an instance of " + shown(run.plan().graph.term(wanted_)) + ", found " + shown(run.term(node));
+        const rdf::TermView term = run.term(node);
+        const std::string words = term.is_literal() ? words_for_node(run.plan(), scene.shape.id) : std::string();
+        if (!words.empty()) return "expected " + words + ", found " + shown_value(term);
+        return "expected an instance of " + shown(run.plan().graph.term(wanted_)) + ", found " + shown(term);
       });
     }
   }
@@ -52,7 +62,10 @@ class Datatype final : public Constraint {
       if (typed && rdf::lexical::is_well_formed(term.text, known_)) continue;
       run.violation(scene, *this, node, [&] {
         const std::string words = expectation(run.plan(), scene.shape.id);
-        if (!words.empty()) return "expected " + words + ", found " + (typed ? shown_value(term) : shown(term));
+        // A number that rdf::completed() could not give the datatype.
+        if (is_number(term) && iri_ == vocab::xsd::float_.text) return "expected a number that a float of 32 bits can hold, found " + shown_value(term);
+        if (is_number(term) && iri_ == vocab::xsd::double_.text) return "expected a finite number, found " + shown_value(term);
+        if (!words.empty()) return "expected " + words + ", found " + (typed || is_number(term) ? shown_value(term) : shown(term));
         return "expected a " + std::string(typed ? "well-formed " : "") + shown(Iri(std::string_view(iri_))) + ", found " +
                shown(term);
       });
@@ -93,8 +106,7 @@ class NodeKind final : public Constraint {
       const unsigned kind = term.is_iri() ? iri : term.is_blank() ? blank : literal;
       if ((allowed_ & kind) != 0) continue;
       run.violation(scene, *this, node, [&] {
-        std::string words = allowed_ == (blank | iri) ? expectation(run.plan(), scene.shape.id) : std::string();
-        if (words == "a number" || words == "an integer") words += " with its unit, as a node with vom:numericalValue";
+        const std::string words = allowed_ == (blank | iri) ? words_for_node(run.plan(), scene.shape.id) : std::string();
         return "expected " + (words.empty() ? std::string(expected_) : words) + ", found " +
                (words.empty() ? shown(term) : shown_value(term));
       });

@@ -1,0 +1,324 @@
+#include "src/engine/resources/kind.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include <lrt/base/iri.hpp>
+#include <lrt/engine/engine.hpp>
+#include <lrt/rdf/value_codec.hpp>
+#include <lrt/shacl/derive.hpp>
+
+#include "src/engine/description.hpp"
+#include "src/engine/overview.hpp"
+#include "src/engine/registry.hpp"
+#include "src/engine/resources/action.hpp"
+#include "src/engine/resources/blueprint.hpp"
+#include "src/engine/resources/collection.hpp"
+#include "src/engine/resources/property.hpp"
+#include "src/engine/resources/subscription.hpp"
+#include "src/engine/resources/thing.hpp"
+#include "src/engine/vocabulary.hpp"
+
+namespace lrt::engine {
+
+namespace {
+
+using rdf::TermId;
+
+bool has_own_bounds(const rdf::Type& type) {
+  return type.kind == rdf::Type::Kind::optional ? has_own_bounds(*type.element) : type.is_number();
+}
+
+auto bounds_of(const rdf::Facets& f) { return std::tuple(f.min(), f.max(), f.min_exclusive(), f.max_exclusive()); }
+
+/// Writes what the description of a Thing of this kind depends on, except for bounds of numbers.
+class Signature {
+ public:
+  Signature& text(std::string_view s) {
+    out_ += std::to_string(s.size());
+    out_ += ':';
+    out_ += s;
+    return *this;
+  }
+  Signature& number(std::size_t n) { return text(std::to_string(n)); }
+  Signature& texts(const std::vector<std::string>& all) {
+    number(all.size());
+    for (const std::string& s : all) text(s);
+    return *this;
+  }
+  Signature& value(const rdf::Type* type, const rdf::Facets& f) {
+    number(reinterpret_cast<std::uintptr_t>(type)).text(f.unit().qudt.text).text(f.unit().vom.text);
+    number(f.allows_non_finite()).number(f.min_length()).number(f.max_length());
+    if (type && !has_own_bounds(*type))
+      number(f.min_exclusive()).number(f.max_exclusive()).text(f.min() ? std::to_string(*f.min()) : "").text(f.max() ? std::to_string(*f.max()) : "");
+    return *this;
+  }
+  std::string take() { return std::move(out_); }
+
+ private:
+  std::string out_;
+};
+
+/// The objects of the user's triples about a Thing, by predicate.
+struct Links {
+  std::size_t count = 0;
+  std::set<std::string> classes;  ///< of linked resources; empty texts for others
+};
+std::map<std::string, Links> links_of(const ThingNode& thing, const Registry& registry) {
+  std::map<std::string, Links> links;
+  const auto add = [&](std::string_view predicate, const Resource* to) {
+    if (predicate == vocab::rdf_::type.text) return;
+    Links& l = links[std::string(predicate)];
+    ++l.count;
+    const bool is_thing = to && to->thing && to == &to->thing->self;
+    if (!is_thing) l.classes.emplace();
+    else l.classes.insert(to->thing->spec->classes.empty() ? std::string(vocab::hybrit::RoboticThing.text) : to->thing->spec->classes.back());
+  };
+  for (const Statement& s : thing.spec->statements) {
+    const Resource* to = nullptr;
+    if (s.object.kind() == Object::Kind::resource)
+      if (const Result<std::string> path = model::encode_path_from_root(s.object.text())) to = registry.find("/" + *path);
+    add(s.predicate, to);
+  }
+  const rdf::Graph& graph = thing.statements;
+  const std::string base(placeholder_base);
+  if (const auto self = graph.find(rdf::iri(base + "/" + thing.spec->path)))
+    for (const rdf::Triple& t : graph.match(*self, std::nullopt, std::nullopt)) {
+      const rdf::TermView object = graph.term(t.object);
+      const bool is_ours = object.is_iri() && object.text.substr(0, base.size()) == base;
+      add(graph.term(t.predicate).text, is_ours ? registry.find(object.text.substr(base.size())) : nullptr);
+    }
+  return links;
+}
+
+std::string signature_of(const ThingNode& thing, const Registry& registry) {
+  Signature s;
+  const model::ThingSpec& spec = *thing.spec;
+  s.texts(spec.classes).texts(spec.shapes).text(spec.blueprint);
+  s.number(spec.properties.size());
+  for (const auto& p : spec.properties)
+    s.text(p->path).texts(p->predicates).texts(p->classes).number(p->file).number(static_cast<bool>(p->write)).value(p->type, p->facets);
+  s.number(spec.actions.size());
+  for (const auto& a : spec.actions)
+    s.text(a->path).texts(a->predicates).texts(a->classes).value(a->input, a->facets).value(a->output, a->output_facets);
+  s.number(spec.collections.size());
+  for (const auto& c : spec.collections) s.text(c->path).texts(c->predicates).value(c->type, c->facets);
+  for (const auto& [predicate, links] : links_of(thing, registry)) s.text(predicate);
+  return s.take();
+}
+
+/// The last segment of an IRI or path.
+std::string local_name(std::string_view iri) { return std::string(iri.substr(iri.find_last_of("#/") + 1)); }
+
+/// Adds the property shapes of a node shape.
+class Structure {
+ public:
+  Structure(rdf::Graph& graph, TermId shape) : graph_(graph), shape_(shape) {}
+  /// @param max  0: any number
+  About path(const std::string& predicate, std::size_t min, std::size_t max = 0, std::string_view of = {}) {
+    const TermId p = graph_.fresh_blank();
+    About(graph_, shape_).add(vocab::sh::property, p);
+    About constraint(graph_, p);
+    constraint.link(vocab::sh::path, predicate);
+    if (min > 0) constraint.add(vocab::sh::minCount, count(min));
+    if (max > 0) constraint.add(vocab::sh::maxCount, count(max));
+    if (!of.empty()) constraint.add(vocab::sh::class_, rdf::iri(of));
+    return constraint;
+  }
+  About path(Iri predicate, std::size_t min, std::size_t max = 0, Iri of = {}) { return path(std::string(predicate.text), min, max, of.text); }
+
+ private:
+  TermId count(std::size_t n) { return graph_.intern(rdf::literal(std::to_string(n), vocab::xsd::integer)); }
+  rdf::Graph& graph_;
+  TermId shape_;
+};
+
+}  // namespace
+
+std::vector<ValueShape> value_shapes(const ThingNode& thing) {
+  std::vector<ValueShape> all;
+  for (const auto& p : thing.properties) all.push_back({p->spec->path, p->spec->type, &p->spec->facets, static_cast<bool>(p->spec->write)});
+  for (const auto& a : thing.actions) {
+    if (a->spec->input) all.push_back({a->input_shape(), a->spec->input, &a->spec->facets, true});
+    if (a->spec->output) all.push_back({a->output_shape(), a->spec->output, &a->spec->output_facets, false});
+  }
+  for (const auto& c : thing.collections) all.push_back({c->spec->path, c->spec->type, &c->spec->facets, true});
+  return all;
+}
+
+// ------------------------------------------------------------------------------------------------------------------ kind
+
+void KindResource::join(ThingNode& member) {
+  things.push_back(&member);
+  member.kind = this;
+  compare_bounds();
+}
+
+void KindResource::leave(ThingNode& member) {
+  things.erase(std::find(things.begin(), things.end(), &member));
+  member.kind = nullptr;
+  compare_bounds();
+}
+
+void KindResource::compare_bounds() {
+  if (things.empty()) return;
+  const std::vector<ValueShape> first = value_shapes(*things.front());
+  shared_.assign(first.size(), true);
+  for (ThingNode* t : things) {
+    const std::vector<ValueShape> shapes = value_shapes(*t);
+    for (std::size_t i = 0; i < first.size(); ++i)
+      if (bounds_of(*shapes[i].facets) != bounds_of(*first[i].facets)) shared_[i] = false;
+    t->compiled_shapes.clear();
+  }
+}
+
+void KindResource::describe(const Description& d) const {
+  rdf::Graph& graph = d.graph;
+  const ThingNode& first = *things.front();
+  const model::ThingSpec& spec = *first.spec;
+  const std::string self = d.base + path, vocabulary = d.engine.vocabulary(d.base);
+  About about(graph, self);
+  about.a(vocab::sh::NodeShape).add(vocab::sh::name, rdf::literal(local_name(path)));
+
+  // The class, if it says which Things these are.
+  const auto is_other = [&](const auto& entry) {
+    const ThingNode& other = *entry.second;
+    const auto& classes = other.spec->classes;
+    return other.kind != this && std::find(classes.begin(), classes.end(), spec.classes.back()) != classes.end();
+  };
+  const auto& all = d.engine.registry.things();
+  if (!spec.classes.empty() && std::none_of(all.begin(), all.end(), is_other)) about.link(vocab::sh::targetClass, spec.classes.back());
+  else for (const ThingNode* t : things) about.link(vocab::sh::targetNode, d.base + t->self.path);
+
+  about.add(vocab::sh::class_, rdf::TermView(vocab::hybrit::RoboticThing));
+  for (const std::string& c : spec.classes) about.link(vocab::sh::class_, c);
+  Structure structure(graph, about.subject());
+  structure.path(vocab::dcterms::title, 1);
+  structure.path(vocab::hybrit::blueprint, 1);
+  structure.path(vocab::hybrit::subscriptions, 1, 1);
+  structure.path(vocab::lrt_::state, 1, 1);
+  if (std::all_of(things.begin(), things.end(), [](const ThingNode* t) { return t->parent; }))
+    structure.path(vocab::dcterms::isPartOf, 1, 1, vocab::hybrit::RoboticThing);
+  std::size_t children = std::numeric_limits<std::size_t>::max();
+  for (const ThingNode* t : things) children = std::min(children, t->children.size());
+  if (children > 0) structure.path(vocab::dcterms::hasPart, children, 0, vocab::hybrit::RoboticThing);
+  if (children > 0) structure.path(vocab::lrt_::all, 1, 1);
+  std::size_t actions = first.actions.size();
+  for (const ThingNode* t : things) actions = std::min(actions, t->available_actions().size());
+  if (!first.actions.empty()) structure.path(vocab::hybrit::action, actions, 0, vocab::hybrit::Action);
+  if (!first.collections.empty()) structure.path(vocab::lrt_::collection, first.collections.size(), 0, vocab::ldp::BasicContainer);
+  if (!first.properties.empty()) structure.path(vocab::hybrit::property, first.properties.size(), 0, vocab::hybrit::Property);
+
+  // The links that the user has given.
+  std::map<std::string, Links> links = links_of(first, d.engine.registry);
+  std::map<std::string, std::size_t> most;
+  for (const auto& [predicate, l] : links) most[predicate] = l.count;
+  for (const ThingNode* t : things)
+    for (const auto& [predicate, l] : links_of(*t, d.engine.registry)) {
+      Links& joint = links[predicate];
+      joint.count = std::min(joint.count, l.count);
+      joint.classes.insert(l.classes.begin(), l.classes.end());
+      most[predicate] = std::max(most[predicate], l.count);
+    }
+  for (const auto& [predicate, l] : links) {
+    const bool things_only = l.classes.find({}) == l.classes.end();
+    const std::string of = l.classes.size() == 1 ? *l.classes.begin() : things_only ? std::string(vocab::hybrit::RoboticThing.text) : std::string();
+    structure.path(predicate, l.count, most[predicate], of);
+  }
+
+  // Properties by their predicates, with the shapes of their values.
+  const auto is_promised = [&](std::size_t i) {
+    return std::all_of(things.begin(), things.end(), [i](const ThingNode* t) { return t->properties[i]->promises_triples(); });
+  };
+  const TermId any = graph.fresh_blank(), with_value = graph.fresh_blank();  // shapes of each property, and of each that has a value
+  std::map<std::string, std::vector<std::size_t>> by_predicate;
+  for (std::size_t i = 0; i < first.properties.size(); ++i) {
+    const model::PropertySpec& p = *first.properties[i]->spec;
+    if (p.predicates.empty()) by_predicate[rdf::term_iri(link_term(p.path), vocabulary)].push_back(i);
+    for (const std::string& predicate : p.predicates) by_predicate[predicate].push_back(i);
+  }
+  for (const auto& [predicate, indices] : by_predicate) {
+    About constraint = structure.path(predicate, indices.size(), indices.size(), vocab::hybrit::Property.text);
+    if (indices.size() > 1) continue;  // their values cannot be told apart by the predicate
+    const std::size_t i = indices.front();
+    const model::PropertySpec& p = *first.properties[i]->spec;
+    for (const std::string& c : p.classes) constraint.link(vocab::sh::class_, c);
+    if (p.file) continue;  // not in the state
+    const bool promised = is_promised(i);
+    if (promised && !has_user_shape(first, p.path)) constraint.link(vocab::sh::node, self + "#" + p.path);
+    if (const std::string of = rdf::target_class(*p.type, vocabulary); !promised && !of.empty()) constraint.link(vocab::sh::class_, of);
+    constraint.add(vocab::sh::node, promised && p.type->kind != rdf::Type::Kind::optional ? with_value : any);
+    Structure more(graph, constraint.subject());
+    const auto all_have = [&](auto has) { return std::all_of(things.begin(), things.end(), [&](const ThingNode* t) { return has(*t->properties[i]->spec); }); };
+    if (all_have([](const model::PropertySpec& s) { return s.frame.has_value(); })) more.path(frame_predicate(*p.type), 1, 1);
+    std::set<std::string> stated;
+    for (const Statement& s : p.statements) stated.insert(s.predicate);
+    for (const std::string& of : stated)
+      if (all_have([&](const model::PropertySpec& s) {
+            return std::any_of(s.statements.begin(), s.statements.end(), [&](const Statement& statement) { return statement.predicate == of; });
+          }))
+        more.path(of, 1);
+  }
+  if (!by_predicate.empty()) {
+    About(graph, any).a(vocab::sh::NodeShape);
+    Structure(graph, any).path(vocab::rdfs::seeAlso, 1, 0, vocab::hybrit::RoboticThing);
+    About(graph, with_value).a(vocab::sh::NodeShape).add(vocab::sh::node, any);
+    Structure(graph, with_value).path(vocab::dcterms::modified, 1, 1).add(vocab::sh::datatype, rdf::TermView(vocab::xsd::dateTime));
+  }
+  const std::vector<ValueShape> shapes = value_shapes(first);
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    if (has_user_shape(first, shapes[i].name)) continue;
+    const TermId shape = graph.intern(rdf::iri(self + "#" + shapes[i].name));
+    About(graph, shape).a(vocab::sh::NodeShape).add(vocab::sh::name, rdf::literal(shapes[i].name));
+    rdf::Facets facets = *shapes[i].facets;
+    if (!shares_bounds(i)) facets.without_bounds();
+    shacl::derive(graph, shape, *shapes[i].type, facets, vocabulary, {true, shapes[i].input});
+  }
+  const std::string subscriptions = first.subscriptions.input_shape();
+  if (d.engine.makes_callbacks && !has_user_shape(first, subscriptions))
+    describe_subscription_shape(graph, self + "#" + subscriptions, d.engine.options.subscriptions);
+}
+
+void KindResource::overview(Overview& o) const {
+  o.begin_array("things");
+  for (const ThingNode* t : things) o.link({}, t->self);
+  o.end_array();
+}
+
+void KindResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const {
+  for (const ThingNode* t : things) t->state.for_each_property(visit);
+}
+
+void KindResource::path_changed() {
+  for (ThingNode* t : things) t->shapes_moved();
+}
+
+// ----------------------------------------------------------------------------------------------------------------- kinds
+
+void Kinds::join(ThingNode& thing) {
+  std::string signature = signature_of(thing, registry_);
+  std::unique_ptr<KindResource>& kind = kinds_[signature];
+  if (!kind) {
+    const std::string name = thing.spec->classes.empty() ? local_name(thing.spec->path) : iri::encode_segment(local_name(thing.spec->classes.back()));
+    std::string path = std::string(KindResource::folder) + "/" + name;
+    for (int n = 2; registry_.find_usual(path, {}) != nullptr; ++n) path = std::string(KindResource::folder) + "/" + name + "-" + std::to_string(n);
+    kind = std::make_unique<KindResource>(std::move(path), std::move(signature));
+    registry_.add(*kind);
+  }
+  kind->join(thing);
+}
+
+void Kinds::leave(ThingNode& thing) {
+  KindResource& kind = *thing.kind;
+  kind.leave(thing);
+  if (!kind.things.empty()) return;
+  registry_.remove(kind);
+  kinds_.erase(kinds_.find(kind.signature));
+}
+
+}  // namespace lrt::engine

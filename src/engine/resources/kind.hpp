@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <lrt/rdf/graph.hpp>
+#include <lrt/rdf/type.hpp>
+
+#include "src/engine/resource.hpp"
+
+namespace lrt::engine {
+
+struct ThingNode;
+
+/// The shape of values under a name: of a property, of what an action takes or gives, of the members of a collection.
+struct ValueShape {
+  std::string name;  ///< "rotation", "actions/rotate/input"
+  const rdf::Type* type;
+  const rdf::Facets* facets;
+  bool input;        ///< clients send such values
+};
+
+/// The value shapes of a Thing, in the order of registration. Equal Things have as many.
+std::vector<ValueShape> value_shapes(const ThingNode& thing);
+
+/// The Blueprint of Things that were registered in the same way (R1.11, SPEC 3.12), "/blueprints/RevoluteJoint": which types, links, properties
+/// and actions they have, and the shapes of their values. Bounds that differ between the Things are in their own Blueprints.
+class KindResource final : public Resource {
+ public:
+  static constexpr std::string_view folder = "/blueprints";
+  KindResource(std::string its_path, std::string its_signature)
+      : Resource(std::move(its_path), nullptr, folder.size()), signature(std::move(its_signature)) {}
+
+  void describe(const Description& d) const override;
+  void describe_types(About&, const Description&) const override {}
+  std::string_view kind() const noexcept override { return "blueprint"; }
+  void overview(Overview& o) const override;
+  std::string described_by(const std::string&) const override { return {}; }
+  std::string up() const override { return "/"; }
+  Reads reads() const noexcept override { return Reads::known_values; }
+  void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
+  void path_changed() override;
+
+  void join(ThingNode& thing);
+  void leave(ThingNode& thing);
+  /// The bounds of a value shape are the same for all Things.
+  bool shares_bounds(std::size_t value_shape) const { return shared_[value_shape]; }
+
+  const std::string signature;
+  std::vector<ThingNode*> things;
+
+ private:
+  void compare_bounds();
+  std::vector<bool> shared_;  ///< by value shape
+};
+
+/// The kinds of the registered Things.
+class Kinds {
+ public:
+  explicit Kinds(Registry& registry) : registry_(registry) {}
+  /// Finds or makes the kind of the Thing.
+  void join(ThingNode& thing);
+  /// The last Thing of a kind ends it.
+  void leave(ThingNode& thing);
+  /// Ends all kinds, after their Things.
+  void clear() { kinds_.clear(); }
+
+ private:
+  Registry& registry_;
+  std::map<std::string, std::unique_ptr<KindResource>> kinds_;  ///< by signature
+};
+
+}  // namespace lrt::engine
