@@ -48,7 +48,7 @@ int main(int argc, char** argv) {
     std::sort(load.begin(), load.end());
 
     lrt::Options server_options;
-    server_options.port = 0;
+    server_options.listen.port = 0;
     lrt::Server server = lrt::Server::create(server_options).value();
     const long before = resident();
     auto robot = lrt::urdf::load(argv[i], options).value();
