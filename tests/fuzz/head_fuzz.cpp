@@ -44,7 +44,7 @@ http::Request parse(std::string_view head) {
   request.method = take(" ");
   request.target = take(" ");
   const std::string_view version = take("\r\n");
-  require(version == "HTTP/1.1" || version == "HTTP/1.0");
+  require(version.size() == 8 && version.substr(0, 7) == "HTTP/1." && version[7] >= '0' && version[7] <= '9');  // RFC 9110 6.2
   request.version = version == "HTTP/1.0" ? 10 : 11;
   while (head != "\r\n") {
     const std::string_view line = take("\r\n");
