@@ -50,8 +50,8 @@ struct Security {
   /// of the public base: "robot.local" (with the listening port, or that of the public base) or "name:port". Others: 421. So a page whose own
   /// name resolves to this machine cannot read or command the robot.
   std::vector<std::string> allowed_hosts;
-  /// Pages of other origins ("https://dashboard.example") that may send commands from a browser, besides those of this server; "*": any. If
-  /// there are some, WebSockets and event streams that name another origin are refused, too.
+  /// Pages of other origins ("https://dashboard.example") that may send commands and open WebSockets and event streams from a browser, besides
+  /// those of this server; "*": any. Others: 403. A client that sends no Origin is no browser's page.
   std::vector<std::string> allowed_origins;
   /// Allows listening on an address that is not a loopback address without TLS and without an authorizer. Then every client that can connect
   /// to the port can move the robot.

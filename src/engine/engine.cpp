@@ -133,7 +133,7 @@ bool Engine::Impl::is_from_foreign_page(const Context& context) const {
   const http::Request& request = context.request();
   if (is_safe(request.method)) {
     const bool subscribes = (request.can_upgrade && http::requests_upgrade(request, "websocket")) || names_event_stream(request);
-    if (parts.options.allowed_origins.empty() || !subscribes) return false;
+    if (!subscribes) return false;
   }
   const auto origin = request.find("Origin");
   if (!origin) return false;
