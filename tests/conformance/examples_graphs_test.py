@@ -66,6 +66,16 @@ def start(path, folder):
     return Lesson(path)
 
 
+def fill(program, name, receiver):
+    """Commands, members and a subscription, so that there is a resource of each kind."""
+    for target, turtle in ASKED.get(name, []):
+        answer = program.post(target, PREFIXES + turtle if turtle else "")
+        assert answer.status in (200, 201, 204), answer
+    if name == "baxter":
+        program.rotate("right_s1", 10).expect(204)
+        program.post_subscription("baxter/right_s1/rotation", receiver.url).expect(201)
+
+
 def consistent(program, url):
     """A resource in every syntax, all of one moment; None if it has changed meanwhile."""
     found = {extension: program.get(url, Accept=accepted).expect(200) for extension, accepted in SYNTAXES.items()}
@@ -115,12 +125,7 @@ def main():
             print(f"{name} is left out: it {WITHOUT_PORT[name]}")
             continue
         with Receiver() as receiver, start(path, folder) as program:
-            for target, turtle in ASKED.get(name, []):
-                answer = program.post(target, PREFIXES + turtle if turtle else "")
-                assert answer.status in (200, 201, 204), answer
-            if name == "baxter":
-                program.rotate("right_s1", 10).expect(204)
-                program.post_subscription("baxter/right_s1/rotation", receiver.url).expect(201)
+            fill(program, name, receiver)
             resources, count = crawl(program, documents)
         print(f"{name}: {resources} resources, {count} triples")
         all_resources, all_triples = all_resources + resources, all_triples + count

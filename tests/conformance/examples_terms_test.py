@@ -12,7 +12,7 @@ import sys
 import tempfile
 
 sys.dont_write_bytecode = True  # nothing is left in the source tree
-from examples_graphs_test import ASKED, MOST, PREFIXES, WITHOUT_PORT, linked, start  # noqa: E402
+from examples_graphs_test import MOST, WITHOUT_PORT, fill, linked, start  # noqa: E402
 from robot_process import Receiver, triples  # noqa: E402
 
 # Vocabularies whose owners publish them.
@@ -60,12 +60,7 @@ def main():
         if name in WITHOUT_PORT:
             continue
         with tempfile.TemporaryDirectory() as folder, Receiver() as receiver, start(path, pathlib.Path(folder)) as program:
-            for target, turtle in ASKED.get(name, []):
-                answer = program.post(target, PREFIXES + turtle if turtle else "")
-                assert answer.status in (200, 201, 204), answer
-            if name == "baxter":
-                program.rotate("right_s1", 10).expect(204)
-                program.post_subscription("baxter/right_s1/rotation", receiver.url).expect(201)
+            fill(program, name, receiver)
             terms = terms_of(program)
             known = described(program, "ns/lrt") | described(program, "ns/vocabulary")
             missing = {t: url for t, url in terms.items() if t not in known and not t.startswith((*STANDARD, EXAMPLE))}
