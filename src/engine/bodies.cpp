@@ -158,7 +158,7 @@ std::variant<rdf::Value, http::Response> Bodies::read_value(const Context& conte
   rdf::Graph& graph = std::get<Body>(body).graph;
 
   const std::string here = responses_.iri(context, context.resource->path);
-  const std::string wanted = rdf::target_class(type, view_.vocabulary(view_.bases[context.base]));
+  const std::string vocabulary = view_.vocabulary(view_.bases[context.base]), wanted = rdf::target_class(type, vocabulary);
   const std::vector<rdf::TermId> nodes = focus_nodes(graph, here, wanted);
   if (nodes.size() > 1) {
     return responses_.problem(context, 422, "body: expected triples about <> or one subject " +
@@ -169,7 +169,6 @@ std::variant<rdf::Value, http::Response> Bodies::read_value(const Context& conte
 
   ThingNode& thing = *context.resource->thing;
   auto node = nodes.empty() ? std::nullopt : std::optional(nodes.front());
-  const std::string vocabulary = view_.vocabulary(view_.bases[context.base]);
   // A shape of the user is taken literally.
   if (!has_user_shape(thing, context.resource->input_shape())) {
     const rdf::TermId focus = node ? *node : graph.intern(rdf::iri(here));

@@ -1,9 +1,10 @@
 #include "src/engine/description.hpp"
 
 #include <lrt/engine/engine.hpp>
-
 #include <lrt/model/detail/spec.hpp>
 #include <lrt/rdf/value_codec.hpp>
+
+#include "src/engine/vocabulary.hpp"
 
 namespace lrt::engine {
 
@@ -39,7 +40,7 @@ void describe_value_types(About& about, const rdf::Type& type, const std::string
 }
 
 std::string EngineView::vocabulary(const std::string& base) const {
-  return options.vocabulary.empty() ? base + "/ns/vocabulary#" : options.vocabulary;
+  return options.vocabulary.empty() ? base + VocabularyResource::location + "#" : options.vocabulary;
 }
 
 void describe_unit(About& about, const Unit& unit) {

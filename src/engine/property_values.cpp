@@ -42,6 +42,21 @@ void run_encoders(model::PropertySpec& spec, const std::vector<std::size_t>& enc
     if (!encodings[i].made) encodings[i] = encoded(spec.representations[i], whole);
 }
 
+/// Takes the published values in their order. When the time is over, the older ones are dropped, and the newest follows.
+template <class Use>
+void take_each(model::SlotBase& slot, const Clock& clock, PropertyValues::Instant until, Use use) {
+  for (std::size_t left = slot.available(); left > 0; --left) {
+    if (left > 1 && clock.now().steady >= until) {
+      slot.skip_to_newest();
+      left = 1;
+    }
+    Sample sample;
+    if (!slot.take(sample.value, sample.since)) return;
+    sample.whole = slot.whole();
+    use(std::move(sample));
+  }
+}
+
 }  // namespace
 
 Encodings Encodings::of(Variant variant) noexcept {
@@ -148,18 +163,10 @@ void PropertyValues::take_published(PropertyResource& property) { take_published
 void PropertyValues::take_published(PropertyResource& property, Instant until) {
   model::SlotBase* slot = property.spec->slot.get();
   if (!slot || property.refresh_state.running || !slot->has_change() || needs_user_code(property)) return;
-  Sample sample;
   // Of values that are kept each one is a change.
-  for (std::size_t left = slot->available(); left > 0; --left) {
-    if (left > 1 && clock_.now().steady >= until) {
-      slot->skip_to_newest();
-      left = 1;
-    }
-    if (!slot->take(sample.value, sample.since)) break;
-    if (!slot->every_sample() && rdf::same(sample.value, property.value)) continue;  // SPEC 3.8
-    sample.whole = slot->whole();
-    set(property, std::exchange(sample, {}));
-  }
+  take_each(*slot, clock_, until, [&](Sample sample) {
+    if (slot->every_sample() || !rdf::same(sample.value, property.value)) set(property, std::move(sample));  // SPEC 3.8
+  });
   property.report_lost();
 }
 
@@ -220,21 +227,13 @@ void PropertyValues::take(PropertyResource& property, std::vector<std::size_t> e
   using Samples = std::vector<Sample>;
   property.refresh_state.token = calls_.call<Samples>(
       Dispatch::io_thread,
-      [this, spec = property.spec, encoders = std::move(encoders)]() -> Result<Samples> {
+      [spec = property.spec, encoders = std::move(encoders), &clock = clock_,
+       limit = options_.subscriptions.max_catch_up_time]() -> Result<Samples> {
         Samples samples;
-        model::SlotBase& slot = *spec->slot;
-        Sample sample;
-        const Instant until = catch_up_end();
-        for (std::size_t left = slot.available(); left > 0; --left) {
-          if (left > 1 && clock_.now().steady >= until) {
-            slot.skip_to_newest();
-            left = 1;
-          }
-          if (!slot.take(sample.value, sample.since)) break;
-          sample.whole = slot.whole();
+        take_each(*spec->slot, clock, clock.now().steady + limit, [&](Sample sample) {
           run_encoders(*spec, encoders, sample.whole.get(), sample.encodings);
-          samples.push_back(std::exchange(sample, {}));
-        }
+          samples.push_back(std::move(sample));
+        });
         return samples;
       },
       [this, ref = Ref(property)](Result<Samples> samples, TimePoint now) {

@@ -7,6 +7,7 @@
 #include <lrt/rdf/value_codec.hpp>
 
 #include "src/engine/description.hpp"
+#include "src/engine/resources/documents.hpp"
 
 namespace lrt::engine {
 
@@ -59,9 +60,7 @@ void describe_range(About& term, const rdf::FieldType& field, const std::string&
     case Kind::record: term.link(vocab::rdfs::range, rdf::target_class(*type, vocabulary)); break;
     default: range(type->is_number() && !field.facets.unit().empty() ? vocab::maths::Scalar : type->datatype);
   }
-  const Unit& unit = field.facets.unit();
-  if (!unit.vom.empty()) term.add(vocab::vom::unit, rdf::TermView(unit.vom));
-  if (!unit.qudt.empty()) term.add(vocab::qudt::hasUnit, rdf::TermView(unit.qudt));
+  describe_unit(term, field.facets.unit());
 }
 
 /// What every term has.
@@ -113,7 +112,7 @@ void Vocabulary::describe(const Description& d) const {
   const std::string vocabulary = d.engine.vocabulary(d.base);
   About self(d.graph, vocabulary.back() == '#' ? vocabulary.substr(0, vocabulary.size() - 1) : vocabulary);
   self.a(vocab::owl::Ontology).add(vocab::dcterms::title, rdf::literal("Terms of this robot"));
-  self.link(vocab::rdfs::seeAlso, d.base + "/ns/lrt");
+  self.link(vocab::rdfs::seeAlso, d.base + TermsResource::location);
   for (const auto& [name, use] : types_) {
     const rdf::Type& type = *use.type;
     if (is_own(type.classes.front())) described_term(d, vocabulary, type.classes.front(), vocab::rdfs::Class, name);
