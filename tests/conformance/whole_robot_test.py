@@ -1,7 +1,8 @@
 """Clients that know nothing of lrt read whole robots: from the root, by links, in few requests.
 
     whole_robot_test.py BAXTER EX_URDF_ROBOT SOURCE_DIR SHARED_DIR rdflib
-    whole_robot_test.py BAXTER EX_URDF_ROBOT SOURCE_DIR SHARED_DIR comunica FOLDER      with Comunica in FOLDER/node_modules
+    whole_robot_test.py BAXTER EX_URDF_ROBOT SOURCE_DIR SHARED_DIR comunica FOLDER      with Comunica in FOLDER/node_modules,
+                                                                                       fetched there by npm once
 
 One SPARQL query for each question about all joints (QUESTIONS) is asked of Baxter, of Panda and of PR2. The answers must be what the URDF says, as
 ElementTree reads it. Prints rows, requests and seconds for each robot and question.
@@ -22,6 +23,7 @@ from robot_process import LRT, Program
 
 MAX_REQUESTS = 10
 COMUNICA = "@comunica/query-sparql@4.4.1"  # 5 needs a newer Node than Debian has
+INSTALL_TIMEOUT = 400  # seconds
 COMUNICA_TIMEOUT = 180  # seconds for all questions about one robot
 ROS = "http://ros.org/#"
 UNIT = "http://qudt.org/vocab/unit/"
@@ -165,6 +167,20 @@ def rdflib_reads(name, robot, description):
         assert set(found) == rotations and len(found) == len(rotations), (syntax, found)
 
 
+def install_comunica(folder):
+    """In a folder of the build, once: 500 packages."""
+    if not shutil.which("npm"):
+        skip("there is no npm")
+    folder.mkdir(parents=True, exist_ok=True)
+    command = ["npm", "install", "--prefix", str(folder), "--no-save", "--no-audit", "--no-fund", "--ignore-scripts", COMUNICA]
+    try:
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=INSTALL_TIMEOUT, check=False)
+    except subprocess.TimeoutExpired:
+        skip(f"npm has not installed Comunica in {INSTALL_TIMEOUT} s")
+    if done.returncode != 0:
+        skip("npm cannot install Comunica: " + done.stderr.strip()[-300:])
+
+
 def comunica_reads(name, robot, description, folder):
     script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "comunica.mjs")
     queries = json.dumps({"all": ALL, "questions": {**QUESTIONS, "angle by graph": ANGLES_BY_GRAPH}})
@@ -195,7 +211,7 @@ def main():
         if not shutil.which("node"):
             skip("there is no node")
         if not (folder / "node_modules" / "@comunica" / "query-sparql" / "package.json").exists():
-            skip(f"Comunica is not there: npm install --prefix {folder} --ignore-scripts {COMUNICA}")
+            install_comunica(folder)
 
         def ask(name, robot, description):
             comunica_reads(name, robot, description, folder)
