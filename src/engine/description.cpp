@@ -4,6 +4,7 @@
 #include <lrt/model/detail/spec.hpp>
 #include <lrt/rdf/value_codec.hpp>
 
+#include "src/engine/resources/thing.hpp"
 #include "src/engine/vocabulary.hpp"
 
 namespace lrt::engine {
@@ -46,6 +47,18 @@ std::string EngineView::vocabulary(const std::string& base) const {
 void describe_unit(About& about, const Unit& unit) {
   if (!unit.vom.empty()) about.add(vocab::vom::unit, rdf::TermView(unit.vom));
   if (!unit.qudt.empty()) about.add(vocab::qudt::hasUnit, rdf::TermView(unit.qudt));
+}
+
+void describe_binding(About& about, const Description& d, const Resource& resource, Iri method, const std::string& body_class) {
+  const rdf::TermId binding = d.graph.fresh_blank(), body = d.graph.fresh_blank();
+  about.add(vocab::hybrit::binding, binding);
+  About(d.graph, binding)
+      .a(vocab::http_core::Request)
+      .add(vocab::http_core::mthd, rdf::TermView(method))
+      .link(vocab::http_core::requestURI, d.base + resource.path)
+      .add(vocab::http_core::body, body);
+  if (!body_class.empty()) About(d.graph, body).a(Iri(std::string_view(body_class)));
+  About(d.graph, body).link(vocab::dcterms::conformsTo, resource.thing->shape_iri(d.base, resource.input_shape()));
 }
 
 Quantity quantity_of(const rdf::Type& type, const rdf::Facets& facets) {

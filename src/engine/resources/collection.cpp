@@ -171,6 +171,11 @@ void CollectionResource::describe(const Description& d) const {
   describe_container(about, *this, d);
 }
 
+void CollectionResource::describe_controls(About& about, const Description& d) const {
+  Resource::describe_controls(about, d);
+  if (spec->create) describe_binding(about, d, *this, vocab::http_methods::POST, rdf::target_class(*spec->type, d.engine.vocabulary(d.base)));
+}
+
 void CollectionResource::describe_types(About& about, const Description&) const { describe_container_types(about); }
 
 void CollectionResource::summarize(Overview& o) const {

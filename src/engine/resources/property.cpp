@@ -44,17 +44,7 @@ void PropertyResource::describe(const Description& d) const {
 
 void PropertyResource::describe_controls(About& about, const Description& d) const {
   Resource::describe_controls(about, d);
-  if (!spec->write) return;
-  const rdf::TermId binding = d.graph.fresh_blank(), body = d.graph.fresh_blank();
-  about.add(vocab::hybrit::binding, binding);
-  About(d.graph, binding)
-      .a(vocab::http_core::Request)
-      .add(vocab::http_core::mthd, rdf::TermView(vocab::http_methods::PUT))
-      .link(vocab::http_core::requestURI, d.base + path)
-      .add(vocab::http_core::body, body);
-  const std::string shape = thing->shape_iri(d.base, input_shape()), of = rdf::target_class(*spec->type, d.engine.vocabulary(d.base));
-  if (!of.empty()) About(d.graph, body).a(Iri(std::string_view(of)));
-  About(d.graph, body).link(vocab::dcterms::conformsTo, shape);
+  if (spec->write) describe_binding(about, d, *this, vocab::http_methods::PUT, rdf::target_class(*spec->type, d.engine.vocabulary(d.base)));
 }
 
 void PropertyResource::describe_types(About& about, const Description& d) const {
