@@ -22,7 +22,7 @@ namespace lrt {
 /// Which thread does the I/O (SPEC 3.10).
 enum class Io : std::uint8_t {
   own_thread,  ///< a thread of lrt: requests for pushed and static resources do not need the host
-  in_poll,     ///< no thread of lrt: Server::poll does everything
+  in_poll,     ///< Server::poll does everything, but judge large bodies (Threads::body_threads)
 };
 
 /// Where the server listens, and by which name clients know it.
@@ -81,6 +81,9 @@ struct Threads {
   Dispatch dispatch = Dispatch::in_poll;  ///< of things that do not have their own
   /// Runs the lambdas of things with Dispatch::executor. It must run each exactly once, at any time.
   std::function<void(std::function<void()>)> executor;
+  /// Threads of lrt that parse and judge request bodies above Limits::small_body_bytes, so that neither the control loop nor other clients wait
+  /// for them. They start with the first such body, and run no lambda. 0: the thread that serves judges every body, 1 MiB in up to 0.2 s.
+  unsigned body_threads = 1;
 };
 
 /// Options of a Server. The defaults suit a robot on a developer's desk.
