@@ -11,6 +11,7 @@
 #include <lrt/base/ids.hpp>
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
+#include <lrt/base/thread_options.hpp>
 #include <lrt/delivery/deliverer.hpp>
 #include <lrt/engine/engine.hpp>
 #include <lrt/rdf/codec.hpp>
@@ -81,6 +82,9 @@ struct Threads {
   Dispatch dispatch = Dispatch::in_poll;  ///< of things that do not have their own
   /// Runs the lambdas of things with Dispatch::executor. It must run each exactly once, at any time.
   std::function<void(std::function<void()>)> executor;
+  /// Policy, CPUs and stack of all threads that the server starts: lrt-io (Io::own_thread), lrt-run (Server::start), lrt-callback, lrt-save. They do
+  /// not inherit those of the thread that creates the server, and block all signals; a process that a lambda starts there inherits the mask.
+  ThreadOptions own;
 };
 
 /// Options of a Server. The defaults suit a robot on a developer's desk.

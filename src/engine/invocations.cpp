@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <lrt/base/ids.hpp>
+#include <lrt/base/immortal.hpp>
 #include <lrt/rdf/value_codec.hpp>
 
 #include "src/engine/resources/thing.hpp"
@@ -32,12 +33,12 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
     input = std::move(std::get<rdf::Value>(read));
   } else if (!context.request().body.empty()) {
     // Without input it takes an empty body, whatever the header fields say of it. RDF is covered by no constraint, and so ignored.
-    static const rdf::Type nothing = [] {
+    static const Immortal<rdf::Type> nothing([] {
       rdf::Type type;
       type.kind = rdf::Type::Kind::record;
       return type;
-    }();
-    auto read = bodies_.read(context, &nothing);
+    }());
+    auto read = bodies_.read(context, &*nothing);
     if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
   }
   if (auto response = representations_.failed_precondition(context)) return *std::move(response);
