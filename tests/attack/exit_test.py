@@ -23,10 +23,14 @@ JSON_LD = b'{"http://vocab.arvida.de/2015/06/vom/vocab#numericalValue": {"@type"
 
 
 def request(method, path, fields=(), body=b""):
-    lines = [f"{method} {path} HTTP/1.1", "Host: localhost", *fields]
+    lines = [f"{method} {path} HTTP/1.1", "Host: localhost:PORT", *fields]
     if body:
         lines.append(f"Content-Length: {len(body)}")
     return "\r\n".join(lines).encode() + b"\r\n\r\n" + body
+
+
+def with_port(text, port):
+    return text.replace(b":PORT", f":{port}".encode())
 
 
 TYPES = ["text/turtle", "application/ld+json", "application/rdf+xml", "application/json", "application/cbor", "application/trig", "text/html", "image/png"]
@@ -41,6 +45,7 @@ class Clients:
 
     def __init__(self, port, context, count=4):
         self.port, self.context, self.ended = port, context, False
+        self.requests = [with_port(r, port) for r in REQUESTS]
         self.answered = 0
         self.threads = [threading.Thread(target=self.run, args=(i,), daemon=True) for i in range(count)]
         for thread in self.threads:
@@ -56,7 +61,7 @@ class Clients:
             try:
                 with self.connect() as client:
                     while not self.ended:
-                        batch = [REQUESTS[(turn + i) % len(REQUESTS)] for i in range(16)]
+                        batch = [self.requests[(turn + i) % len(self.requests)] for i in range(16)]
                         turn += 16
                         client.sendall(b"".join(batch))
                         got = b""
@@ -98,7 +103,7 @@ def run_once(program, transport, io, end, tls):
             return "no responses"
         if end == "lambda":
             with clients.connect() as client:
-                client.sendall(request("POST", "/arm/actions/exit", ["Content-Length: 0"]))
+                client.sendall(with_port(request("POST", "/arm/actions/exit", ["Content-Length: 0"]), port))
                 try:
                     client.recv(1)
                 except OSError:

@@ -1,5 +1,6 @@
 #include "src/base/thread.hpp"
 
+#include <dlfcn.h>
 #include <pthread.h>
 #include <sched.h>
 #include <signal.h>
@@ -9,6 +10,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "tests/support/catch.hpp"
@@ -173,4 +175,18 @@ TEST_CASE("a handle of a thread joins when it is destroyed and when it is assign
     CHECK_FALSE(thread.joinable());
   }
   CHECK(ended == 2);
+}
+
+TEST_CASE("dlclose() does not unload the shared object whose thread still runs", "[base]") {
+  void* const object = ::dlopen(LRT_CLOSED_OBJECT, RTLD_NOW | RTLD_LOCAL);
+  REQUIRE(object != nullptr);
+  const auto start = reinterpret_cast<bool (*)(std::atomic<int>*)>(::dlsym(object, "start"));
+  REQUIRE(start != nullptr);
+  static std::atomic<int> state{0};
+  REQUIRE(start(&state));
+  while (state != 1) std::this_thread::yield();
+  REQUIRE(::dlclose(object) == 0);
+  CHECK(::dlopen(LRT_CLOSED_OBJECT, RTLD_NOW | RTLD_NOLOAD) != nullptr);
+  state = 2;  // the thread continues in the object's code
+  while (state != 3) std::this_thread::yield();
 }
