@@ -58,3 +58,14 @@ int main() {
 }
 
 // Output:
+// lrt-io: normal policy
+//
+// POST /arm/joint/actions/turn
+//   <> vom:numericalValue 0.5 .
+// 204 No Content
+// Location: http://127.0.0.1:8080/arm/joint/actions/turn/id-1
+//
+// GET /arm/joint/angle
+// 200 OK
+// Content-Type: text/turtle
+//     vom:numericalValue "0.5"^^xsd:double ;

@@ -5,7 +5,9 @@
 #include <signal.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <system_error>
@@ -135,6 +137,8 @@ Result<Thread> start_thread(const char* name, const ThreadOptions& options, Uniq
   if (Result<void> set = attributes.set(options); !set) return Unexpected{std::move(set).error()};
   auto start = std::make_unique<Start>();
   std::string(name).copy(start->name, sizeof start->name - 1);
+  char named[sizeof start->name];
+  std::copy(std::begin(start->name), std::end(start->name), named);
   start->has_cpus = !options.cpus.empty();
   start->run = std::move(run);
   Thread thread;
@@ -150,6 +154,7 @@ Result<Thread> start_thread(const char* name, const ThreadOptions& options, Uniq
                       std::string("starting the thread ") + name + ": " + std::system_category().message(error));
   static_cast<void>(start.release());
   thread.joinable_ = true;
+  ::pthread_setname_np(thread.id_, named);  // it may not have come to that itself
   return thread;
 }
 
