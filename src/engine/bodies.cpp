@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/base/media_type.hpp>
 #include <lrt/http/message.hpp>
 
@@ -66,14 +67,14 @@ Bodies::Read Bodies::read_graph(Context& context, const FocusRule& focus) {
 }
 
 Bodies::Read Bodies::read_nothing(Context& context) {
-  static const rdf::Type nothing = [] {
+  static const Immortal<rdf::Type> nothing([] {
     rdf::Type type;
     type.kind = rdf::Type::Kind::record;
     return type;
-  }();
-  if (context.judged) return verdict(context, &nothing);
+  }());
+  if (context.judged) return verdict(context, &*nothing);
   if (context.request().body.empty()) return Body{};
-  auto made = task_for(context, &nothing, {});
+  auto made = task_for(context, &*nothing, {});
   if (auto* response = std::get_if<http::Response>(&made)) return std::move(*response);
   return judge(context, std::move(std::get<BodyTask>(made)));
 }

@@ -41,7 +41,7 @@ std::string_view refused_node(const rdf::Graph& graph, rdf::TermId node) {
   return "a WebSocket is opened by GET of the observed resource with Upgrade: websocket, here only web callbacks are made";
 }
 
-const std::string interval_range = "seconds from 0 to " + std::to_string(max_interval.count());
+std::string interval_range() { return "seconds from 0 to " + std::to_string(max_interval.count()); }
 
 }  // namespace
 
@@ -136,7 +136,7 @@ std::optional<http::Response> Subscriptions::read_query(const Context& context, 
   const std::string_view target = context.request().target;
   if (const auto interval = query_parameter(target, "minimumInterval")) {
     const auto parsed = interval_of(*interval);
-    if (!parsed) return responses_.problem(context, 400, "minimumInterval: expected " + interval_range);
+    if (!parsed) return responses_.problem(context, 400, "minimumInterval: expected " + interval_range());
     wanted.policy.minimum_interval = *parsed;
   }
   if (const auto length = query_parameter(target, "queueLength")) {
@@ -297,7 +297,7 @@ Outcome Subscriptions::create(Context& context) {
   wanted.variant = variants.variants[*choice];
   if (const auto seconds = object(vocab::lrt_::minimumInterval)) {
     const auto interval = interval_of(*seconds);
-    if (!interval) return problem(422, "lrt:minimumInterval: expected " + interval_range);
+    if (!interval) return problem(422, "lrt:minimumInterval: expected " + interval_range());
     wanted.policy.minimum_interval = *interval;
   }
   if (const auto length = object(vocab::lrt_::queueLength)) {

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/base/iri.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/vocab.hpp>
@@ -191,9 +192,9 @@ class Reader {
                         std::string(ours) + ">", Errc::unsupported_syntax);
     }
     if (!own_) {
-      static const Context of_default = own_context(default_prefixes());
+      static const Immortal<Context> of_default(own_context(default_prefixes()));
       const bool is_default = options_.context_prefixes == nullptr || *options_.context_prefixes == default_prefixes();
-      own_ = is_default ? of_default : own_context(*options_.context_prefixes);
+      own_ = is_default ? *of_default : own_context(*options_.context_prefixes);
     }
     const bool nothing_yet = layer.terms.empty() && (!layer.below || (layer.below->terms.empty() && !layer.below->below));
     if (nothing_yet) {

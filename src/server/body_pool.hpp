@@ -7,11 +7,14 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
+#include <lrt/base/thread_options.hpp>
 #include <lrt/engine/engine.hpp>
+
+#include "src/base/thread.hpp"
 
 namespace lrt {
 
@@ -42,7 +45,7 @@ class BodyQueue {
 class BodyPool {
  public:
   /// @param threads  at least 1
-  explicit BodyPool(std::size_t threads) : max_threads_(threads) {}
+  BodyPool(std::size_t threads, ThreadOptions options) : max_threads_(threads), options_(std::move(options)) {}
   ~BodyPool() { stop(); }
   BodyPool(const BodyPool&) = delete;
   BodyPool& operator=(const BodyPool&) = delete;
@@ -55,10 +58,11 @@ class BodyPool {
   void work();
 
   const std::size_t max_threads_;
+  const ThreadOptions options_;
   std::mutex mutex_;  ///< guards all below
   std::condition_variable changed_;
   BodyQueue queue_;
-  std::vector<std::thread> threads_;
+  std::vector<Thread> threads_;
   std::size_t idle_ = 0;
   bool stopping_ = false;
 };

@@ -13,10 +13,9 @@
 #include <mutex>
 #include <set>
 #include <system_error>
-#include <thread>
 #include <utility>
 
-#include "src/base/blocked_signals.hpp"
+#include "src/base/thread.hpp"
 
 namespace lrt {
 namespace {
@@ -99,16 +98,14 @@ std::optional<Failure> write_whole(const std::string& link, const std::string& t
 /// Shared with its thread, which is detached if the disk does not respond.
 class SavedFile::Writer {
  public:
-  Writer(std::string path, LogCallback log) : path_(std::move(path)), log_(std::move(log)) {}
+  Writer(std::string path, LogCallback log, ThreadOptions threads)
+      : path_(std::move(path)), threads_(std::move(threads)), log_(std::move(log)) {}
 
   void save(std::string text, const std::shared_ptr<Writer>& self) {
     const std::lock_guard lock(mutex_);
     waiting_ = std::move(text);
     is_fresh_ = true;
-    if (!thread_.joinable()) {
-      const BlockedSignals blocked;
-      thread_ = std::thread([self] { self->run(); });
-    }
+    if (!thread_.joinable()) thread_ = start_thread("lrt-save", threads_, [self] { self->run(); }).value();
     changed_.notify_all();
   }
 
@@ -179,18 +176,20 @@ class SavedFile::Writer {
   }
 
   const std::string path_;
+  const ThreadOptions threads_;
   std::set<std::pair<std::string, int>> told_;  // the thread's
   std::mutex mutex_;
   LogCallback log_;
   std::condition_variable changed_;
-  std::thread thread_;
+  Thread thread_;
   std::optional<std::string> waiting_;
   bool is_fresh_ = false;  ///< `waiting_` was not tried yet
   bool ending_ = false;
   bool over_ = false;
 };
 
-SavedFile::SavedFile(std::string path, LogCallback log) : writer_(std::make_shared<Writer>(std::move(path), std::move(log))) {}
+SavedFile::SavedFile(std::string path, LogCallback log, ThreadOptions threads)
+    : writer_(std::make_shared<Writer>(std::move(path), std::move(log), std::move(threads))) {}
 SavedFile::~SavedFile() { writer_->finish(); }
 
 void SavedFile::save(std::string text) noexcept {

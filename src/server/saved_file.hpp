@@ -7,6 +7,7 @@
 
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
+#include <lrt/base/thread_options.hpp>
 
 namespace lrt {
 
@@ -19,7 +20,7 @@ namespace lrt {
 /// @par Threads  save: any. Writing happens on a thread of its own that comes with the first save().
 class SavedFile {
  public:
-  SavedFile(std::string path, LogCallback log);
+  SavedFile(std::string path, LogCallback log, ThreadOptions threads = {});
   /// Writes what waits. If the disk does not respond for five seconds, the thread is detached.
   ~SavedFile();
   SavedFile(const SavedFile&) = delete;

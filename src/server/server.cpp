@@ -10,14 +10,16 @@
 
 #include <lrt/transport/named.hpp>
 
+#include "src/base/event_waker.hpp"
 #include "src/base/mailbox.hpp"
+#include "src/base/process.hpp"
+#include "src/base/thread.hpp"
 #include "src/page/page.hpp"
 #include "src/server/body_pool.hpp"
 #include "src/server/guest_requests.hpp"
 #include "src/server/listen_addresses.hpp"
 #include "src/server/log_queue.hpp"
 #include "src/server/saved_file.hpp"
-#include "src/base/event_waker.hpp"
 
 namespace lrt {
 
@@ -38,7 +40,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
         clock_(options_.clock ? *options_.clock : system_clock()),
         log_(options_.log),
         engine_(engine_options()),
-        bodies_(std::max(1U, options_.threads.body_threads)) {}
+        bodies_(std::max(1U, options_.threads.body_threads), options_.threads.own) {}
 
   ~Impl() override {
     stop();
@@ -54,30 +56,45 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     transport_waker_ = transport_->waker();
     engine_.set_waker(transport_waker_);
     if (!options_.callbacks.file.empty()) restore();
+    options_.callbacks.threads = options_.threads.own;
     if (const auto& callbacks = options_.callbacks; !callbacks.allow.empty()) {
       auto made = callbacks.deliverer ? callbacks.deliverer(*this, callbacks, waking_log()) : delivery::make_deliverer(*this, callbacks, waking_log());
       if (!made) return Unexpected{std::move(made).error()};
       deliverer_ = *std::move(made);
     }
-    if (options_.threads.io == Io::own_thread) io_ = std::thread([this] { serve(); });
+    if (options_.threads.io == Io::own_thread) {
+      Result<Thread> io = start_thread("lrt-io", options_.threads.own, [this] { serve(); });
+      if (!io) return Unexpected{std::move(io).error()};
+      io_ = *std::move(io);
+    }
     return {};
+  }
+
+  /// False if it is to stay as it is: in a child process, which has none of its threads, and when its destructor runs below one of its own functions,
+  /// as in exit() called by a lambda.
+  bool can_be_destroyed() noexcept {
+    if (!process_.is_current() || serving_ == std::this_thread::get_id()) return false;
+    const std::lock_guard lock(threads_mutex_);
+    return !io_.is_current() && !runner_.is_current();
   }
 
   /// @param what  a Thing, or several
   template <class Things>
   Result<void> add(Things what) {
-    if (stopping_) return unexpected(Errc::closed, "the server has stopped");
+    if (Result<void> open = check_open(); !open) return open;
     Result<void> result = with_engine([&] { return engine_.add(std::move(what)); });
     if (transport_waker_) transport_waker_->wake();  // for observers of the structure
     return result;
   }
   Result<void> remove(std::string_view path) {
+    if (!process_.is_current()) return check_open();
     Result<void> result = with_engine([&] { return engine_.remove(path); });
     if (transport_waker_) transport_waker_->wake();
     return result;
   }
 
   std::chrono::milliseconds poll(std::chrono::microseconds budget) noexcept {
+    if (!process_.is_current()) return forever;
     if (serving_ == std::this_thread::get_id()) return std::chrono::milliseconds(0);  // called by a lambda that the transport's turn runs
     try {
       const auto end = std::chrono::steady_clock::now() + budget;
@@ -105,7 +122,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
   void run() noexcept {
-    while (!stopping_) {
+    while (!stopping_ && process_.is_current()) {
       const std::chrono::milliseconds rest = std::min(poll(std::chrono::milliseconds(10)), std::chrono::milliseconds(1000));
       if (rest.count() == 0) continue;
       try {
@@ -123,16 +140,19 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
   void start() {
+    if (!process_.is_current()) return;
     const std::lock_guard lock(threads_mutex_);
-    if (!runner_.joinable()) runner_ = std::thread([this] { run(); });
+    if (!runner_.joinable()) runner_ = start_thread("lrt-run", options_.threads.own, [this] { run(); }).value();
   }
 
   void wake() noexcept {
+    if (!process_.is_current()) return;
     if (options_.threads.io == Io::in_poll && transport_waker_) transport_waker_->wake();
     else rest_.wake();
   }
 
   void stop() noexcept {
+    if (!process_.is_current()) return;
     stopping_ = true;
     rest_.wake();
     if (transport_waker_) transport_waker_->wake();
@@ -143,14 +163,14 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     const auto me = std::this_thread::get_id();
     if (serving_ == me) return;  // from a lambda: the serving thread finishes when it returns
     // Each thread is joined by the first caller, without a lock: a lambda on one of them may be stopping too.
-    std::thread io, runner;
+    Thread io, runner;
     {
       const std::lock_guard lock(threads_mutex_);
-      if (io_.get_id() != me) io = std::move(io_);
-      if (runner_.get_id() != me) runner = std::move(runner_);
+      if (!io_.is_current()) io = std::move(io_);
+      if (!runner_.is_current()) runner = std::move(runner_);
     }
-    if (io.joinable()) io.join();
-    if (runner.joinable()) runner.join();
+    io.join();
+    runner.join();
     if (options_.threads.io == Io::in_poll && transport_) {
       if (const Turn turn(*this); turn) finish();
       else wait_until_finished();  // a turn on another thread carries out the stop
@@ -159,6 +179,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
   Result<void> reload_tls() {
+    if (!process_.is_current()) return check_open();
     return transport_ ? transport_->reload_tls() : unexpected(Errc::closed, "the server does not listen");
   }
   std::uint16_t port() const noexcept { return transport_ ? transport_->port() : 0; }
@@ -230,6 +251,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
 
   // Requests that came over an HTTP server of the host's, on its threads.
   http::Response serve(const http::Request& request, std::optional<engine::Channel>& channel) {
+    if (!process_.is_current()) return refused();
     const Result<engine::Access> access = engine_.authorize(request);
     engine::Outcome outcome = with_engine([&] {
       engine::Outcome made = engine_.handle(request, access, clock_.now());
@@ -251,7 +273,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   std::optional<engine::Push> next_event(engine::Channel channel, std::chrono::milliseconds max_wait) {
     const auto end = std::chrono::steady_clock::now() + std::min<std::chrono::milliseconds>(max_wait, std::chrono::hours(24));
     while (true) {
-      if (stopping_) return closing_push();
+      if (stopping_ || !process_.is_current()) return closing_push();
       if (auto push = with_engine([&] { return engine_.next_push(channel, clock_.now()); })) return push;
       std::unique_lock lock(mutex_);
       while (!guests_.is_ready(channel) && !stopping_) {
@@ -261,6 +283,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     }
   }
   void close_events(engine::Channel channel) noexcept {
+    if (!process_.is_current()) return;
     {
       const std::lock_guard lock(mutex_);
       guests_.remove(channel);
@@ -270,6 +293,11 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
  private:
+  Result<void> check_open() const {
+    if (!process_.is_current()) return unexpected(Errc::closed, "the server belongs to the parent process");
+    return stopping_ ? unexpected(Errc::closed, "the server has stopped") : Result<void>();
+  }
+
   /// Starts a transport on Listen::address; of a host name, on its first address that the machine has.
   Result<void> start_transport() {
     const std::string& given = options_.listen.address;
@@ -447,6 +475,11 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       guests_.wait(lock, std::chrono::steady_clock::now() + longest_guest_wait);
     }
   }
+  static http::Response refused() {
+    http::Response response;
+    response.status = 503;
+    return response;
+  }
   static engine::Push closing_push() {
     engine::Push push;
     push.close = 1001;
@@ -466,7 +499,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       log(LogLevel::error, "the subscriptions in \"" + path + "\" are lost: " + restored.error().message + "; the file " +
                                (aside ? "is kept as \"" + *aside + "\"" : "could not be set aside: " + aside.error().message));
     }
-    saved_.emplace(path, waking_log());
+    saved_.emplace(path, waking_log(), options_.threads.own);
   }
 
   /// The end: waiting requests get their response, then everything closes. Inside the transport.
@@ -525,6 +558,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     runs_io_jobs_ = false;
   }
 
+  const OwnProcess process_;
   Options options_;
   const Clock& clock_;
   LogQueue log_;
@@ -545,16 +579,21 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   std::atomic<bool> stopping_{false}, finished_{false}, descriptor_is_used_{false};
   std::atomic<std::thread::id> serving_{};                // the thread inside the transport
   std::mutex threads_mutex_;                              // guards io_ and runner_, not the joining
-  std::thread io_, runner_;
+  Thread io_, runner_;
 };
 
-Server::Server(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+void Server::End::operator()(Impl* impl) const noexcept {
+  impl->stop();
+  if (impl->can_be_destroyed()) delete impl;
+}
+
+Server::Server(std::unique_ptr<Impl, End> impl) : impl_(std::move(impl)) {}
 Server::Server(Server&&) noexcept = default;
 Server& Server::operator=(Server&&) noexcept = default;
 Server::~Server() = default;
 
 Result<Server> Server::create(Options options) {
-  auto impl = std::make_unique<Impl>(std::move(options));
+  std::unique_ptr<Impl, End> impl(new Impl(std::move(options)));
   if (Result<void> listening = impl->listen(); !listening) return Unexpected{std::move(listening).error()};
   return Server(std::move(impl));
 }

@@ -5,6 +5,8 @@
 #define PCRE2_CODE_UNIT_WIDTH 8
 #include <pcre2.h>
 
+#include <lrt/base/immortal.hpp>
+
 namespace lrt::shacl {
 namespace {
 
@@ -185,19 +187,19 @@ Result<Regex> Regex::compile(std::string_view pattern, std::string_view flags, s
 }
 
 Regex::Outcome Regex::search(std::string_view subject, Scratch& scratch, std::size_t& steps) const noexcept {
-  static const Limits few(few_steps), many(many_steps);
+  static const Immortal<Limits> few(few_steps), many(many_steps);
   if (!scratch.data_) scratch.data_.reset(pcre2_match_data_create(1, nullptr));
   auto* data = static_cast<pcre2_match_data*>(scratch.data_.get());
-  if (!data || !few.context() || !many.context()) return Outcome::undecided;
+  if (!data || !few->context() || !many->context()) return Outcome::undecided;
   const auto run = [&](const Limits& limits) {
     return pcre2_match(static_cast<const pcre2_code*>(code_.get()), reinterpret_cast<PCRE2_SPTR>(subject.data()),
                        subject.size(), 0, 0, data, limits.context());
   };
   steps += 1 + subject.size() / 32;
-  int result = run(few);
+  int result = run(*few);
   if (result == PCRE2_ERROR_MATCHLIMIT) {
     steps += many_steps;
-    result = run(many);
+    result = run(*many);
   }
   if (result >= 0) return Outcome::match;
   return result == PCRE2_ERROR_NOMATCH ? Outcome::no_match : Outcome::undecided;
