@@ -13,6 +13,14 @@ std::optional<Ticket> PendingRequests::defer(const Context& context, std::chrono
   return ticket;
 }
 
+void PendingRequests::defer_again(Ticket ticket, TimePoint now, std::chrono::milliseconds max_time, Timeout on_timeout) {
+  const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
+  if (found == pending_.end()) return;
+  deadlines_.erase(found->second.deadline);
+  found->second.deadline = deadlines_.emplace(now.steady + max_time, ticket);
+  found->second.on_timeout = std::move(on_timeout);
+}
+
 void PendingRequests::waits_for(Ticket ticket, std::shared_ptr<CancelToken> token) {
   const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
   if (found != pending_.end()) found->second.token = std::move(token);

@@ -38,6 +38,8 @@ class PendingRequests {
   /// @return nullopt: too many requests or calls into the host wait already (503)
   std::optional<Ticket> defer(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout,
                               Dispatch where = Dispatch::in_poll);
+  /// A request that is pending begins to wait for something else, with a time and a timeout of its own.
+  void defer_again(Ticket ticket, TimePoint now, std::chrono::milliseconds max_time, Timeout on_timeout);
   /// The call that the request waits for. It is cancelled when the client goes or the time is over.
   void waits_for(Ticket ticket, std::shared_ptr<CancelToken> token);
   bool is_pending(Ticket ticket) const { return pending_.count(static_cast<std::uint64_t>(ticket)) != 0; }
