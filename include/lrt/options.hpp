@@ -71,8 +71,9 @@ struct Limits : transport::Limits, engine::Limits {};
 struct Callbacks : subscription::CallbackOptions {
   /// The file that stores web callbacks across restarts. Empty: they are not stored. It is replaced atomically after each change, by a thread
   /// of its own (also with Io::in_poll). It has the callbacks' secrets and mode 0600. Directories that are missing are made with mode 0700.
-  /// Something else than a file of lrt at that path (or at `file` + ".new") is an error of Server::create() and stays as it is. If the file is
-  /// damaged, what can be read is restored, the file is kept as `file` + ".damaged-1", and the log says so.
+  /// Something else than a file of lrt at that path (or at `file` + ".new") is an error of Server::create() and stays as it is; so is a file
+  /// that another process uses (a lock on `file` + ".lock"). If the file is damaged, what can be read is restored, the file is kept as
+  /// `file` + ".damaged-1", and the log says so. Two servers of one process need different files.
   std::string file;
   /// Makes the deliverer. Empty: delivery::make_deliverer. Not called if `allow` is empty.
   std::function<Result<std::unique_ptr<delivery::Deliverer>>(delivery::Source&, const subscription::CallbackOptions&, LogCallback)> deliverer;

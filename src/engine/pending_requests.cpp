@@ -3,19 +3,30 @@
 namespace lrt::engine {
 
 std::optional<Ticket> PendingRequests::defer(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout, Dispatch where) {
-  const bool waits_for_host = calls_.waits_for_host(where);
-  const std::size_t waiting = waits_for_host ? waiting_for_host_ : pending_.size() - waiting_for_host_;
-  if (waiting >= max_pending_ || calls_.overloaded(where)) return std::nullopt;
-  if (waits_for_host) ++waiting_for_host_;
+  if (calls_.overloaded(where)) return std::nullopt;
+  return keep(context, max_time, std::move(on_timeout), calls_.waits_for_host(where) ? WaitsFor::host : WaitsFor::io_thread);
+}
+
+std::optional<Ticket> PendingRequests::defer_for_disk(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout) {
+  return keep(context, max_time, std::move(on_timeout), WaitsFor::disk);
+}
+
+std::optional<Ticket> PendingRequests::keep(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout, WaitsFor what) {
+  std::size_t& waiting = waiting_[static_cast<std::size_t>(what)];
+  if (waiting >= max_pending_) return std::nullopt;
+  ++waiting;
   const Ticket ticket{next_ticket_++};
   const auto deadline = deadlines_.emplace(context.now.steady + max_time, ticket);
-  pending_.emplace(static_cast<std::uint64_t>(ticket), Pending{context.kept(), std::move(on_timeout), nullptr, deadline, waits_for_host});
+  pending_.emplace(static_cast<std::uint64_t>(ticket), Pending{context.kept(), std::move(on_timeout), nullptr, deadline, what});
   return ticket;
 }
 
-void PendingRequests::defer_again(Ticket ticket, TimePoint now, std::chrono::milliseconds max_time, Timeout on_timeout) {
+void PendingRequests::continue_for_disk(Ticket ticket, TimePoint now, std::chrono::milliseconds max_time, Timeout on_timeout) {
   const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
   if (found == pending_.end()) return;
+  --waiting_[static_cast<std::size_t>(found->second.waits_for)];
+  ++waiting_[static_cast<std::size_t>(WaitsFor::disk)];
+  found->second.waits_for = WaitsFor::disk;
   deadlines_.erase(found->second.deadline);
   found->second.deadline = deadlines_.emplace(now.steady + max_time, ticket);
   found->second.on_timeout = std::move(on_timeout);
@@ -51,7 +62,7 @@ void PendingRequests::abandon(Ticket ticket) noexcept {
 }
 
 void PendingRequests::remove(Requests::iterator request) {
-  if (request->second.waits_for_host) --waiting_for_host_;
+  --waiting_[static_cast<std::size_t>(request->second.waits_for)];
   deadlines_.erase(request->second.deadline);
   pending_.erase(request);
 }

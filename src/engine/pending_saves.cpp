@@ -14,8 +14,8 @@ Outcome PendingSaves::respond_when_saved(Context& context, std::optional<Ticket>
   const bool is_new = !ticket;
   const auto on_timeout = [this](Ticket late, Context& c, bool) { expire(late, c); };
   if (waiters_.size() >= max_waiting_) return responses_.overloaded(context);
-  if (is_new) ticket = pending_.defer(context, *max_time_, on_timeout, Dispatch::io_thread);
-  else pending_.defer_again(*ticket, context.now, *max_time_, on_timeout);
+  if (is_new) ticket = pending_.defer_for_disk(context, *max_time_, on_timeout);
+  else pending_.continue_for_disk(*ticket, context.now, *max_time_, on_timeout);
   if (!ticket) return responses_.overloaded(context);
   try {
     Change made = make();

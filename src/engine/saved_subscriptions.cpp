@@ -157,7 +157,7 @@ std::pair<std::size_t, std::size_t> SavedSubscriptions::recover(std::string_view
 Result<std::size_t> SavedSubscriptions::read_all(std::string_view saved) {
   rdf::ReadOptions read_options;
   read_options.base = placeholder_base;
-  read_options.max_triples = 100'000;
+  read_options.max_triples = std::max<std::size_t>(100'000, 20 * options_.callbacks.max_callbacks);
   const Result<rdf::Graph> graph = rdf::read(saved, rdf::Syntax::turtle, read_options);
   if (!graph) return Unexpected{graph.error()};
   const auto type = graph->find(vocab::rdf_::type), callback = graph->find(vocab::hybrit::WebCallback);

@@ -137,6 +137,21 @@ Result<void> check_leftover(const std::string& fresh) {
   return {};
 }
 
+/// The empty file at that path stays: removing it would let two processes lock two files of that name.
+Result<SavedFile::Claim> claim(const std::string& lock) {
+  const int descriptor = ::open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600);
+  if (descriptor < 0) {
+    if (errno == ENOSPC || errno == EDQUOT) return SavedFile::Claim();  // a full disk does not stop the start
+    return io_error("opening", lock, errno);
+  }
+  SavedFile::Claim claimed(descriptor);
+  struct flock whole {};
+  whole.l_type = F_WRLCK;
+  if (::fcntl(descriptor, F_SETLK, &whole) != 0 && (errno == EACCES || errno == EAGAIN))
+    return unexpected(Errc::io_error, "\"" + lock + "\": another process writes this file. Choose another path");
+  return claimed;  // some file systems have no locks
+}
+
 std::optional<Failure> write_whole(const std::string& link, const std::string& text) {
   const std::string path = followed(link);
   const std::string fresh = path + ".new";
@@ -286,11 +301,15 @@ void SavedFile::save(std::string text, std::uint64_t revision) noexcept {
   }
 }
 
-Result<void> SavedFile::prepare(const std::string& given) {
+SavedFile::Claim::~Claim() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+Result<SavedFile::Claim> SavedFile::prepare(const std::string& given) {
   if (given.empty() || given.back() == '/') return not_ours(given, "the name of a directory");
   const std::string path = followed(given);
   const std::string directory = directory_of(path);
-  if (Result<void> made = make_directory(directory); !made) return made;
+  if (Result<void> made = make_directory(directory); !made) return Unexpected{made.error()};
   struct stat about {};
   if (::lstat(path.c_str(), &about) != 0) {
     if (errno != ENOENT) return io_error("examining", path, errno);
@@ -299,9 +318,9 @@ Result<void> SavedFile::prepare(const std::string& given) {
   } else if (!S_ISREG(about.st_mode)) {
     return not_ours(path, kind_of(about.st_mode));
   }
-  if (Result<void> checked = check_leftover(path + ".new"); !checked) return checked;
+  if (Result<void> checked = check_leftover(path + ".new"); !checked) return Unexpected{checked.error()};
   if (::faccessat(AT_FDCWD, directory.c_str(), W_OK | X_OK, AT_EACCESS) != 0) return io_error("writing to the directory", directory, errno);
-  return {};
+  return claim(path + ".lock");
 }
 
 Result<std::optional<SavedFile::Content>> SavedFile::load(const std::string& path, std::size_t max_bytes) {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
@@ -17,7 +18,7 @@ namespace lrt {
 /// A text is written beside the file, to `path.new`, and renamed when all of it is on the disk; then the directory is written. So several
 /// texts that come while one is being written cost one write. The file begins with a comment, by which lrt recognizes its own files and finds
 /// damage. It is readable by its owner only (0600), whatever it was before. If `path` is a symbolic link, the file it leads to is replaced and
-/// the link stays. What could not be written is tried again every ten seconds. One writer per path.
+/// the link stays. What could not be written is tried again every ten seconds. One writer per path: prepare() keeps other processes away.
 ///
 /// @par Threads  save: any. Writing happens on a thread of its own that comes with the first save().
 class SavedFile {
@@ -37,9 +38,25 @@ class SavedFile {
   /// @param revision  larger than that of the text before
   void save(std::string text, std::uint64_t revision) noexcept;
 
-  /// Checks that a file of lrt is at that path, or nothing, and that it can be written. Makes the directory for it (0700).
-  /// @par Errors  invalid_option: something else is there; io_error
-  static Result<void> prepare(const std::string& path);
+  /// The right of this process to write a path. It ends with the object, and with the process however that ends.
+  class Claim {
+   public:
+    Claim() = default;
+    explicit Claim(int descriptor) noexcept : descriptor_(descriptor) {}
+    Claim(Claim&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+    Claim& operator=(Claim&& other) noexcept {
+      std::swap(descriptor_, other.descriptor_);
+      return *this;
+    }
+    ~Claim();
+
+   private:
+    int descriptor_ = -1;  ///< of `path.lock`, with a lock (POSIX: children of the process do not inherit it)
+  };
+  /// Checks that a file of lrt is at that path, or nothing, that it can be written, and that no other process writes it. Makes the directory
+  /// for it (0700).
+  /// @par Errors  invalid_option: something else is there; io_error: also, another process writes the file
+  static Result<Claim> prepare(const std::string& path);
 
   enum class State : std::uint8_t {
     whole,     ///< as lrt wrote it

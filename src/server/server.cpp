@@ -49,7 +49,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (options_.threads.dispatch == Dispatch::executor && !options_.threads.executor)
       return unexpected(Errc::invalid_option, "Dispatch::executor needs Threads::executor");
     if (Result<void> checked = engine_.check(); !checked) return checked;
-    const Result<std::optional<SavedFile::Content>> saved = load();
+    Result<std::optional<SavedFile::Content>> saved = load();
     if (!saved) return Unexpected{saved.error()};
     if (Result<void> started = start_transport(); !started) return started;
     transport_waker_ = transport_->waker();
@@ -454,11 +454,13 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
   /// The file of subscriptions. Something else in its place is an error, and stays there.
-  Result<std::optional<SavedFile::Content>> load() const {
-    constexpr std::size_t max_bytes = 16 * 1024 * 1024;
+  Result<std::optional<SavedFile::Content>> load() {
+    const std::size_t max_bytes = std::max<std::size_t>(16 * 1024 * 1024, options_.callbacks.max_callbacks * 32 * 1024);
     const std::string& path = options_.callbacks.file;
     if (path.empty()) return std::optional<SavedFile::Content>();
-    if (Result<void> prepared = SavedFile::prepare(path); !prepared) return not_usable(std::move(prepared).error());
+    Result<SavedFile::Claim> prepared = SavedFile::prepare(path);
+    if (!prepared) return not_usable(std::move(prepared).error());
+    claim_ = *std::move(prepared);
     Result<std::optional<SavedFile::Content>> loaded = SavedFile::load(path, max_bytes);
     if (!loaded) return not_usable(std::move(loaded).error());
     return loaded;
@@ -548,6 +550,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   engine::Engine engine_;
   GuestRequests guests_;
   std::deque<engine::Reply> replies_;                     // of the transport, found by threads of guests
+  SavedFile::Claim claim_;                                // on the path of saved_
   std::optional<SavedFile> saved_;                        // set before the transport starts to be served
   std::unique_ptr<delivery::Deliverer> deliverer_;        // the same
   std::unique_ptr<transport::Transport> transport_;

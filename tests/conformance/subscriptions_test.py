@@ -722,7 +722,7 @@ def a_damaged_file_is_restored_as_far_as_it_can_be_read(robot, demo):
                 assert made.rsplit("/", 1)[1] in open(file).read(), "the file is whole again"
             with Robot("--subscriptions", file, port=port) as again:
                 assert len(again.members(S1)) == len(restored) + 1
-            assert sorted(os.listdir(folder)) == ["subscriptions.ttl", "subscriptions.ttl.damaged-1"], os.listdir(folder)
+            assert sorted(os.listdir(folder)) == ["subscriptions.ttl", "subscriptions.ttl.damaged-1", "subscriptions.ttl.lock"], os.listdir(folder)
 
 
 @case
@@ -736,7 +736,7 @@ def a_write_that_was_interrupted_loses_nothing(robot, demo):
             with Robot("--subscriptions", file, port=port) as own:
                 assert set(own.members(S1)) == set(locations)
                 cancelled(own, own.post_subscription(f"{S1}/rotation", receiver.url).expect(201).field("Location"))
-                assert os.listdir(folder) == ["subscriptions.ttl"], os.listdir(folder)
+                assert sorted(os.listdir(folder)) == ["subscriptions.ttl", "subscriptions.ttl.lock"], os.listdir(folder)
 
 
 @case
@@ -762,9 +762,10 @@ def what_is_no_file_of_lrt_stays_where_it_is(robot, demo):
         refused(os.path.join(foreign, "state"), "callbacks.file")
         os.mkfifo(os.path.join(folder, "fifo"))
         refused(os.path.join(folder, "fifo"), "a FIFO")
-        assert sorted(os.listdir(folder)) == ["fifo", "notes.txt"], os.listdir(folder)
+        assert sorted(os.listdir(folder)) == ["fifo", "notes.txt", "notes.txt.lock"], os.listdir(folder)
         new = os.path.join(folder, "var", "lib", "robot", "subscriptions.ttl")
         with Robot("--subscriptions", new):
+            refused(new, "another process")
             assert os.stat(os.path.dirname(new)).st_mode & 0o777 == 0o700
 
 

@@ -204,6 +204,24 @@ TEST_CASE("as many requests wait for the disk as may wait; further ones are 503 
   CHECK(arm.bench.send("GET /arm/angle" + callback).ticket);
 }
 
+TEST_CASE("requests that wait for the disk take no place of others", "[engine][saves]") {
+  engine::EngineOptions options = saving();
+  options.max_waiting_requests = 3;
+  Arm arm(std::move(options));
+  Thing thing{"stopping"};
+  int stops = 0;
+  thing.action("stop", [&] { ++stops; }).dispatch(Dispatch::io_thread);
+  arm.bench.add(std::move(thing));
+  const std::string path = arm.make();
+  std::vector<Bench::Sent> sent;
+  for (int i = 0; i < 4; ++i) sent.push_back(arm.bench.send("DELETE " + path));
+  CHECK(sent.back().answer.status == 503);
+  CHECK(arm.bench.ask("POST /stopping/actions/stop").status < 300);
+  CHECK(stops == 1);
+  arm.save();
+  for (int i = 0; i < 3; ++i) CHECK(arm.bench.answer(sent[static_cast<std::size_t>(i)]).value().status == 204);
+}
+
 TEST_CASE("without a file nothing waits", "[engine][saves]") {
   engine::EngineOptions options = saving();
   options.save_timeout.reset();

@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -191,7 +192,7 @@ TEST_CASE("places where no file can be are errors, not exceptions", "[server][sa
   throwing.save("x", 1);
 }
 
-TEST_CASE("a leftover of an interrupted write is replaced, a link in its place not followed", "[server][saved_file]") {
+TEST_CASE("a leftover of an interrupted write is replaced, a link in its place is not followed and stays", "[server][saved_file]") {
   const Folder folder;
   const std::string path = folder / "state";
   put(path + ".new", as_written("a text that is half there").substr(0, 30));
@@ -202,8 +203,9 @@ TEST_CASE("a leftover of an interrupted write is replaced, a link in its place n
   put(folder / "victim", "precious");
   fs::create_symlink(folder / "victim", path + ".new");
   { SavedFile(path, nullptr, nullptr).save("second", 1); }
-  CHECK(content(path) == "second");
+  CHECK(content(path) == "whole");
   CHECK(content(folder / "victim") == "precious");
+  CHECK(fs::is_symlink(path + ".new"));
 }
 
 TEST_CASE("a symbolic link stays, and what it leads to is replaced", "[server][saved_file]") {
@@ -273,13 +275,14 @@ TEST_CASE("a copy of a damaged file is kept, and the one before it stays", "[ser
 TEST_CASE("only a file of lrt's, or nothing, may be where the file is to be", "[server][saved_file]") {
   const Folder folder;
   const auto refused = [&](const std::string& path) {
-    const Result<void> prepared = SavedFile::prepare(path);
+    const Result<SavedFile::Claim> prepared = SavedFile::prepare(path);
     INFO(path << ": " << (prepared ? "" : prepared.error().message));
     CHECK_FALSE(prepared);
     return prepared ? Error{} : prepared.error();
   };
   CHECK(SavedFile::prepare(folder / "state"));
-  CHECK(names_in(folder).empty());
+  CHECK(names_in(folder) == std::vector<std::string>{"state.lock"});
+  CHECK(mode_of(folder / "state.lock") == 0600);
   put(folder / "file", "text");
   CHECK(SavedFile::prepare(folder / "file"));  // what it is, load() says
   fs::create_directory(folder / "directory");
@@ -313,6 +316,37 @@ TEST_CASE("only a file of lrt's, or nothing, may be where the file is to be", "[
   CHECK(names_in(folder) == before);
 }
 
+TEST_CASE("a second process does not get the file, until the first one ends", "[server][saved_file]") {
+  const Folder folder;
+  const auto in_child = [&](bool holds) {
+    int ready[2] = {}, go[2] = {};
+    REQUIRE(::pipe(ready) == 0);
+    REQUIRE(::pipe(go) == 0);
+    const pid_t child = ::fork();
+    if (child == 0) {
+      const Result<SavedFile::Claim> claim = SavedFile::prepare(folder / "state");
+      const char result = claim ? 'y' : 'n';
+      char byte = 0;
+      if (::write(ready[1], &result, 1) != 1) ::_exit(1);
+      if (holds && ::read(go[0], &byte, 1) < 0) ::_exit(1);
+      ::_exit(0);
+    }
+    char result = 0;
+    REQUIRE(::read(ready[0], &result, 1) == 1);
+    const Result<SavedFile::Claim> meanwhile = SavedFile::prepare(folder / "state");
+    CHECK((result == 'y') == holds);
+    if (holds) CHECK(meanwhile.error().code == Errc::io_error);
+    ::kill(child, SIGKILL);
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    for (const int end : {ready[0], ready[1], go[0], go[1]}) ::close(end);
+  };
+  in_child(true);
+  const Result<SavedFile::Claim> claim = SavedFile::prepare(folder / "state");
+  REQUIRE(claim);
+  in_child(false);
+}
+
 TEST_CASE("directories that are missing are made for their owner only", "[server][saved_file]") {
   const Folder folder;
   REQUIRE(SavedFile::prepare(folder / "a/b/state"));
@@ -332,8 +366,8 @@ TEST_CASE("a directory that may not be written is an error at the start", "[serv
   ::chmod((folder / "closed").c_str(), 0500);
   const bool is_root = ::geteuid() == 0;
   if (is_root) REQUIRE(::seteuid(65534) == 0);  // root may write everywhere
-  const Result<void> prepared = SavedFile::prepare(folder / "closed/state");
-  const Result<void> below = SavedFile::prepare(folder / "closed/new/state");
+  const Result<SavedFile::Claim> prepared = SavedFile::prepare(folder / "closed/state");
+  const Result<SavedFile::Claim> below = SavedFile::prepare(folder / "closed/new/state");
   if (is_root) REQUIRE(::seteuid(0) == 0);
   CHECK(prepared.error().code == Errc::io_error);
   CHECK(below.error().code == Errc::io_error);
