@@ -43,17 +43,21 @@ std::string text_of(const std::string& path) {
 void put(const std::string& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
 
 std::string description(std::uint16_t port) {
-  return "@prefix hybrit: <https://hybr-it-projekt.de/ns/hybr-it#> . <> a hybrit:WebCallback ; hybrit:onResource <http://localhost:" +
+  return "@prefix hybrit: <https://hybr-it-projekt.de/ns/hybr-it#> . <> a hybrit:WebCallback ; hybrit:onResource "
+         "<http://localhost:" +
          std::to_string(port) + "/arm/angle> ; hybrit:callbackURL \"http://127.0.0.1:9/\" .";
 }
 std::string post(std::uint16_t port) {
-  return "POST /arm/subscriptions\nHost: localhost:" + std::to_string(port) + "\nContent-Type: text/turtle\n\n" + description(port);
+  return "POST /arm/subscriptions\nHost: localhost:" + std::to_string(port) + "\nContent-Type: text/turtle\n\n" +
+         description(port);
 }
 
 /// Makes a callback and returns its path.
 std::string make(Server& server, bool polls) {
   Socket client(server.port());
-  const Answer made = client.ask(post(server.port()), [&] { if (polls) server.poll(); });
+  const Answer made = client.ask(post(server.port()), [&] {
+    if (polls) server.poll();
+  });
   CHECK(made.status == 201);
   return made.field("Location").substr(made.field("Location").find("/arm/"));
 }
@@ -71,8 +75,9 @@ TEST_CASE("when a callback is acknowledged the file has it, when a cancellation 
       const std::string id = made.substr(made.rfind('/') + 1);
       CHECK(text_of(path).find(id) != std::string::npos);
       Socket client(server.port());
-      const Answer cancelled = client.ask("DELETE " + made + "\nHost: localhost:" + std::to_string(server.port()),
-                                          [&] { if (io == Io::in_poll) server.poll(); });
+      const Answer cancelled = client.ask("DELETE " + made + "\nHost: localhost:" + std::to_string(server.port()), [&] {
+        if (io == Io::in_poll) server.poll();
+      });
       CHECK(cancelled.status == 204);
       CHECK(text_of(path).find(id) == std::string::npos);
     }
@@ -130,7 +135,9 @@ TEST_CASE("what cannot be written is 503, and works again when it can", "[server
 TEST_CASE("something else in the place of the file stops the start and stays", "[server][saves]") {
   const Folder folder;
   const std::string path = folder / "state";
-  for (const std::string& text : {std::string("not Turtle {"), std::string("<> <http://purl.org/dc/terms/title> \"of somebody else\" ."), std::string(3000, '\0')}) {
+  for (const std::string& text :
+       {std::string("not Turtle {"), std::string("<> <http://purl.org/dc/terms/title> \"of somebody else\" ."),
+        std::string(3000, '\0')}) {
     put(path, text);
     const auto server = Server::create(with_file(path));
     REQUIRE_FALSE(server);
