@@ -48,7 +48,7 @@ void describe_unit(About& about, const Unit& unit) {
   if (!unit.qudt.empty()) about.add(vocab::qudt::hasUnit, rdf::TermView(unit.qudt));
 }
 
-void describe_quantity(About& about, const rdf::Type& type, const rdf::Facets& facets) {
+Quantity quantity_of(const rdf::Type& type, const rdf::Facets& facets) {
   using Kind = rdf::Type::Kind;
   const rdf::Type* value = &type;
   bool is_list = false;
@@ -56,10 +56,15 @@ void describe_quantity(About& about, const rdf::Type& type, const rdf::Facets& f
     is_list = is_list || value->kind == Kind::list;
     value = value->element;
   }
-  if (!value->datatype.empty()) about.add(is_list ? vocab::lrt_::elementType : vocab::qudt::dataType, rdf::TermView(value->datatype));
-  const Unit unit = value->kind == Kind::record ? rdf::node_unit(*value, facets) : facets.unit();
-  describe_unit(about, unit);
-  if (!unit.quantity_kind.empty()) about.add(vocab::qudt::hasQuantityKind, rdf::TermView(unit.quantity_kind));
+  return {value->kind == Kind::record ? rdf::node_unit(*value, facets) : facets.unit(), value->datatype,
+          is_list ? vocab::lrt_::elementType : vocab::qudt::dataType};
+}
+
+void describe_quantity(About& about, const rdf::Type& type, const rdf::Facets& facets) {
+  const Quantity quantity = quantity_of(type, facets);
+  if (!quantity.datatype.empty()) about.add(quantity.datatype_predicate, rdf::TermView(quantity.datatype));
+  describe_unit(about, quantity.unit);
+  if (!quantity.unit.quantity_kind.empty()) about.add(vocab::qudt::hasQuantityKind, rdf::TermView(quantity.unit.quantity_kind));
 }
 
 Iri frame_predicate(const rdf::Type& type) noexcept {
