@@ -117,15 +117,15 @@ std::optional<Failure> write_directory(const std::string& directory) {
 
 /// Makes a directory and those above it, for their owner only.
 Result<void> make_directory(const std::string& directory) {
-  if (::mkdir(directory.c_str(), 0700) == 0) {
-    if (const auto failure = write_directory(directory_of(directory)))
-      return io_error(failure->step, directory, failure->error);
-    return {};
+  const std::string above = directory_of(directory);
+  bool made = ::mkdir(directory.c_str(), 0700) == 0;
+  if (!made && errno == ENOENT && above != directory) {
+    if (Result<void> made_above = make_directory(above); !made_above) return made_above;
+    made = ::mkdir(directory.c_str(), 0700) == 0;
   }
-  if (errno == EEXIST) return {};
-  if (errno != ENOENT || directory_of(directory) == directory) return io_error("making the directory", directory, errno);
-  if (Result<void> above = make_directory(directory_of(directory)); !above) return above;
-  return make_directory(directory);
+  if (!made) return errno == EEXIST ? Result<void>() : io_error("making the directory", directory, errno);
+  const auto failure = write_directory(above);
+  return failure ? io_error(failure->step, directory, failure->error) : Result<void>();
 }
 
 /// What an interrupted write has left beside the file may be removed: it is a file, and is empty or begins like ours.

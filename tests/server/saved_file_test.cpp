@@ -354,6 +354,11 @@ TEST_CASE("directories that are missing are made for their owner only", "[server
   CHECK(mode_of(folder / "a/b") == 0700);
   { SavedFile(folder / "a/b/state", nullptr, nullptr).save("x", 1); }
   CHECK(mode_of(folder / "a/b/state") == 0600);
+  CHECK(SavedFile::prepare(folder / "c/../d/state"));
+  CHECK(mode_of(folder / "d") == 0700);
+  fs::create_symlink("nowhere", folder / "dangling");
+  CHECK(SavedFile::prepare(folder / "dangling/state").error().code == Errc::io_error);
+  CHECK(SavedFile::prepare(folder / "dangling/a/state").error().code == Errc::io_error);
   fs::create_symlink("later/state", folder / "link");
   REQUIRE(SavedFile::prepare(folder / "link"));
   CHECK(mode_of(folder / "later") == 0700);
