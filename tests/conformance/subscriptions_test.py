@@ -789,6 +789,28 @@ def a_full_disk_is_503_and_changes_nothing(robot, demo):
 
 
 @case
+def what_fits_on_a_small_disk_is_kept(robot, demo):
+    with tempfile.TemporaryDirectory() as folder, Receiver() as receiver:
+        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=32k", "tmpfs", folder], stderr=subprocess.DEVNULL).returncode:
+            raise Skipped("this user may not mount")
+        try:
+            file = os.path.join(folder, "subscriptions.ttl")
+            own = Robot("--subscriptions", file)
+            made, answer = [], None
+            while not made or answer.status == 201:
+                answer = own.post_subscription(f"{S1}/rotation", receiver.url)
+                made += [answer.field("Location")] if answer.status == 201 else []
+                assert len(made) < 100
+            assert answer.status == 503, answer
+            assert "No space left" in own.said(), own.said()
+            own.kill()
+            with Robot("--subscriptions", file, port=own.port) as again:
+                assert set(again.members(S1)) == set(made)
+        finally:
+            subprocess.run(["umount", "-l", folder], check=True)
+
+
+@case
 def the_server_ends_while_receivers_hang(robot, demo):
     release = threading.Event()
 
