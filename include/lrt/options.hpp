@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -69,11 +70,19 @@ struct Limits : transport::Limits, engine::Limits {};
 
 /// Web callbacks: receivers, retries, and how they are posted and kept.
 struct Callbacks : subscription::CallbackOptions {
-  /// The file that stores web callbacks across restarts. Empty: they are not stored. It is written atomically soon after a change. An
-  /// unreadable file is renamed and logged. The file contains the callbacks' secrets, so only its owner can read it.
+  /// The file that stores web callbacks across restarts. Empty: they are not stored. It is replaced atomically after each change, by a thread
+  /// of its own (also with Io::in_poll). It has the callbacks' secrets and mode 0600. Directories that are missing are made with mode 0700.
+  /// Something else than a file of lrt at that path (or at `file` + ".new") is an error of Server::create() and stays as it is; so is a file
+  /// that another process uses (a lock on `file` + ".lock"). If the file is damaged, what can be read is restored, the file is kept as
+  /// `file` + ".damaged-1", and the log says so. Two servers of one process need different files.
   std::string file;
   /// Makes the deliverer. Empty: delivery::make_deliverer. Not called if `allow` is empty.
   std::function<Result<std::unique_ptr<delivery::Deliverer>>(delivery::Source&, const subscription::CallbackOptions&, LogCallback)> deliverer;
+  /// The response to a request that makes a web callback (201) or cancels one (204) waits until `file` is on the disk; requests that come
+  /// together are written together. If the file cannot be written, the response is 503 and nothing has changed: the new callback does not exist,
+  /// the cancelled one continues. false: responses do not wait, and a crash loses what was not written yet.
+  bool respond_when_saved = true;
+  std::chrono::milliseconds save_timeout{10'000};  ///< a request waits so long for the file; then 503 as above
 };
 
 /// Which threads run what.

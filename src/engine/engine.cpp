@@ -292,6 +292,7 @@ std::optional<Reply> Engine::next_reply(TimePoint now) {
 
 std::optional<std::chrono::steady_clock::time_point> Engine::next_deadline() const {
   const Parts& parts = impl_->parts;
+  if (!parts.calls.inbox()->empty()) return std::chrono::steady_clock::time_point{};  // guests look at deadlines alone
   auto first = parts.pending.next_deadline();
   for (const auto& other : {parts.invocations.next_deadline(), parts.subscriptions.next_deadline(), parts.scanner.next_deadline()})
     if (other && (!first || *other < *first)) first = other;
@@ -318,8 +319,13 @@ std::optional<subscription::Notification> Engine::next_notification(Channel chan
 void Engine::delivered(Channel channel, const subscription::DeliveryResult& result, TimePoint now) {
   impl_->parts.subscriptions.delivered(channel, result, now);
 }
-std::optional<std::string> Engine::take_saved() { return impl_->parts.saved.take(); }
-Result<void> Engine::restore(std::string_view saved) { return impl_->parts.saved.restore(saved); }
+std::optional<SavedText> Engine::take_saved() { return impl_->parts.saved.take(); }
+void Engine::saved(std::uint64_t revision, bool written) {
+  Parts& parts = impl_->parts;
+  parts.calls.inbox()->put([&parts, revision, written](TimePoint now) { parts.saves.saved(revision, written, now); });
+}
+Result<std::size_t> Engine::restore(std::string_view saved) { return impl_->parts.saved.restore(saved); }
+std::pair<std::size_t, std::size_t> Engine::recover(std::string_view damaged) { return impl_->parts.saved.recover(damaged); }
 
 std::vector<Job> Engine::take_jobs() { return impl_->parts.calls.take_jobs(); }
 std::vector<BodyJob> Engine::take_body_jobs() { return impl_->parts.bodies.take_jobs(); }
@@ -329,6 +335,7 @@ void Engine::stop() {
   impl_->stopped = true;
   const Parts& parts = impl_->parts;
   impl_->parts.invocations.stop();
+  impl_->parts.saves.stop();
   impl_->parts.pending.end_all([&](Context& context) { return parts.responses.stopping(context); }, parts.clock.now());
 }
 

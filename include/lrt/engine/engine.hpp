@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <lrt/base/clock.hpp>
@@ -77,12 +78,20 @@ struct EngineOptions : Limits {
   std::shared_ptr<const PageSource> page;              ///< HTML for people; nullptr: none
   std::vector<std::string> read_origins;               ///< Security::read_origins
   bool body_jobs = false;                              ///< bodies above small_body_bytes become BodyJobs; else every body is judged at once
+  /// A request that makes or cancels a web callback waits so long for saved(); then 503, and nothing has changed. nullopt: it does not wait.
+  std::optional<std::chrono::milliseconds> save_timeout;
 };
 
 /// The kinds of `Upgrade` that a transport can carry (R0.12, R0.13).
 struct Upgrades {
   bool websocket = false;
   bool callback = true;
+};
+
+/// All web callbacks as text.
+struct SavedText {
+  std::string text;            ///< Turtle, with the secrets
+  std::uint64_t revision = 0;  ///< of the changes that it has
 };
 
 /// User code to be run where its Dispatch says; with io_thread: soon, by the thread that drives the engine. It may also be dropped. It never throws.
@@ -147,12 +156,19 @@ class Engine final : public Handler {
   /// What to post now; nullopt: nothing. It is under way until delivered() says what became of it.
   std::optional<subscription::Notification> next_notification(Channel channel, TimePoint now);
   void delivered(Channel channel, const subscription::DeliveryResult& result, TimePoint now);
-  /// All callback subscriptions as Turtle, if there are others than at the last call. With their secrets.
-  std::optional<std::string> take_saved();
+  /// All callback subscriptions, if there are others than at the last call.
+  std::optional<SavedText> take_saved();
+  /// A text of take_saved() is on the disk, or writing it failed: what was changed up to that revision is final, or taken back.
+  /// @par Threads  any
+  void saved(std::uint64_t revision, bool written);
   /// Restores what take_saved() gave before a restart. A subscription continues when its resource is registered. One whose receiver may
   /// not be called now waits; an invalid one is left out, and the log says so. To be called after listens_on().
+  /// @return  how many subscriptions the text has
   /// @par Errors  expected_rdf, limit_exceeded; then nothing is restored
-  Result<void> restore(std::string_view saved);
+  Result<std::size_t> restore(std::string_view saved);
+  /// Restores from a damaged text the subscriptions that can be read.
+  /// @return  how many; and the parts of the text that cannot be read
+  std::pair<std::size_t, std::size_t> recover(std::string_view damaged);
 
   /// The jobs that have come up since the last call, in order.
   std::vector<Job> take_jobs();
