@@ -1,10 +1,10 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <utility>
 
 #include "src/base/client_key.hpp"
@@ -59,7 +59,7 @@ class Addresses {
   }
 
   const std::size_t limit_;
-  std::unordered_map<std::string, std::size_t> counts_;
+  std::map<std::string, std::size_t> counts_;  ///< not a hash table: clients choose their IPv6 addresses
 };
 
 }  // namespace lrt::transport
