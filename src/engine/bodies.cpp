@@ -70,7 +70,7 @@ void accept_former_unit(rdf::Graph& graph) {
 
 }  // namespace
 
-std::variant<Bodies::Body, http::Response> Bodies::read(const Context& context, const rdf::Type* value, const rdf::Facets& facets) const {
+std::variant<Bodies::Format, http::Response> Bodies::format_of(const Context& context, const rdf::Type* value, bool is_empty) const {
   const http::Request& request = context.request();
   if (const auto coding = request.find("Content-Encoding"); coding && !http::iequals(*coding, "identity")) {
     http::Response response = responses_.problem(context, 415, "Content-Encoding: expected identity, found \"" + std::string(*coding) + "\"");
@@ -80,35 +80,54 @@ std::variant<Bodies::Body, http::Response> Bodies::read(const Context& context, 
   if (request.find("Content-Range")) return responses_.problem(context, 400, "Content-Range has no meaning here (RFC 9110 14.5)");
 
   const auto content_type = request.find("Content-Type");
-  if (!content_type && request.body.empty()) return Body{};
-  const bool octets =
-      value && context.resource->variants().type_of(Variant(rdf::Plain::octets)) != std::string_view() && rdf::reads_octets(*value);
-  const auto accepted_types = [&] {
-    return readable_types(value != nullptr) + (octets ? ", " + std::string(rdf::media_type(rdf::Plain::octets)) : "");
+  if (!content_type && is_empty) return Format{};
+  const auto unsupported = [&](const std::string& found) {
+    return not_accepted(context, value, "expected one of " + accepted_types(context, value) + ", found " + found);
   };
-  const auto not_accepted = [&](const std::string& detail) {
-    const std::string types = accepted_types();
-    http::Response response = responses_.problem(context, 415, "Content-Type: " + detail);
-    response.fields.set("Accept", types);  // RFC 9110 15.5.16
-    if (request.method == "POST") response.fields.set("Accept-Post", types);
-    return response;
-  };
-  const auto unsupported = [&](const std::string& found) { return not_accepted("expected one of " + accepted_types() + ", found " + found); };
   if (!content_type) return unsupported("none");
   const Result<MediaType> type = MediaType::parse(*content_type);
   if (!type || request.count("Content-Type") > 1) return unsupported("\"" + request.joined("Content-Type") + "\"");
-  const auto syntax = rdf::syntax_of(type->essence());
-  std::optional<rdf::Plain> format;
-  if (value && !syntax) format = rdf::plain_of(*type);
-  if (!syntax && (!format || (*format == rdf::Plain::octets && !octets))) {
+  Format format{rdf::syntax_of(type->essence()), std::nullopt, std::string(type->parameter("charset"))};
+  if (value && !format.syntax) format.plain = rdf::plain_of(*type);
+  if (!format.syntax && (!format.plain || (*format.plain == rdf::Plain::octets && !takes_octets(context, value)))) {
     const bool is_form = value && type->essence() == "application/x-www-form-urlencoded";
     return unsupported(type->essence() + (is_form ? ", which curl -d sends; add -H 'Content-Type: application/json'" : ""));
   }
+  if (is_text(format.plain) && !format.charset.empty()) {
+    std::string nothing;
+    if (const auto known = charset::to_utf8({}, format.charset, nothing); !known) return not_accepted(context, value, known.error().message);
+  }
+  return format;
+}
+
+bool Bodies::takes_octets(const Context& context, const rdf::Type* value) const {
+  return value && context.resource->variants().type_of(Variant(rdf::Plain::octets)) != std::string_view() && rdf::reads_octets(*value);
+}
+
+std::string Bodies::accepted_types(const Context& context, const rdf::Type* value) const {
+  return readable_types(value != nullptr) + (takes_octets(context, value) ? ", " + std::string(rdf::media_type(rdf::Plain::octets)) : "");
+}
+
+/// 415
+http::Response Bodies::not_accepted(const Context& context, const rdf::Type* value, const std::string& detail) const {
+  const std::string types = accepted_types(context, value);
+  http::Response response = responses_.problem(context, 415, "Content-Type: " + detail);
+  response.fields.set("Accept", types);  // RFC 9110 15.5.16
+  if (context.request().method == "POST") response.fields.set("Accept-Post", types);
+  return response;
+}
+
+std::variant<Bodies::Body, http::Response> Bodies::read(const Context& context, const rdf::Type* value, const rdf::Facets& facets) const {
+  const http::Request& request = context.request();
+  auto found = format_of(context, value, request.body.empty());
+  if (auto* response = std::get_if<http::Response>(&found)) return std::move(*response);
+  const auto& [syntax, format, charset] = std::get<Format>(found);
+  if (!syntax && !format) return Body{};
+
   std::string_view text = request.body;
   std::string transcoded;
-  if (const std::string_view charset = type->parameter("charset"); !charset.empty() && is_text(format)) {
+  if (!charset.empty() && is_text(format)) {
     const Result<std::string_view> utf8 = charset::to_utf8(request.body, charset, transcoded);
-    if (!utf8 && utf8.error().code == Errc::unsupported_syntax) return not_accepted(utf8.error().message);
     if (!utf8) return responses_.problem(context, 400, "body: " + utf8.error().message);
     text = *utf8;
     if (syntax == rdf::Syntax::rdf_xml) {
