@@ -31,13 +31,8 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
     if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
     input = std::move(std::get<rdf::Value>(read));
   } else if (!context.request().body.empty()) {
-    // Without input it takes an empty body, whatever the header fields say of it. RDF is covered by no constraint, and so ignored.
-    static const rdf::Type nothing = [] {
-      rdf::Type type;
-      type.kind = rdf::Type::Kind::record;
-      return type;
-    }();
-    auto read = bodies_.read(context, &nothing);
+    // Without input it takes an empty body, whatever the header fields say of it.
+    auto read = bodies_.read(context, &no_input());
     if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
   }
   if (auto response = representations_.failed_precondition(context)) return *std::move(response);
