@@ -44,8 +44,8 @@ struct Listen {
 struct Security {
   /// Certificate and key. If set, the port accepts HTTPS only.
   std::optional<transport::TlsOptions> tls;
-  /// Judges each request. Empty: all clients may do everything. Called once for each request, on the thread that serves it, without a lock
-  /// of lrt.
+  /// Judges each request. Empty: all clients may do everything. Called once for each request, when its header section is complete and before
+  /// its body is received (`body` is empty), on the thread that serves it, without a lock of lrt. The verdict holds until the response.
   engine::Authorizer authorize;
   std::string challenge = "Bearer";  ///< WWW-Authenticate of a 401
   /// Further hosts that a request may name in Host, besides the listening address, the names of this machine's loopback addresses, and the host

@@ -139,6 +139,13 @@ Representations::Selected Representations::select(Context& context, std::optiona
   }
 }
 
+std::optional<http::Response> Representations::unacceptable(const Context& context) const {
+  const Variants& all = context.resource->variants();
+  if (http::negotiate(context.accept(), options_.page ? all.with_page : all.types)) return std::nullopt;
+  return responses_.problem(context, 406, "none of the media types in Accept is available here; there are " + all.list() +
+                                              (options_.page ? ", " + std::string(page_type) : ""));
+}
+
 http::Response Representations::respond_with(const Representation& representation, const Context& context) const {
   const http::Request& request = context.request();
   const Resource& resource = *context.resource;

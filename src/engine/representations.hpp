@@ -56,6 +56,8 @@ class Representations {
   Result<Representation*> make(Resource& resource, std::size_t base, Variant variant, std::size_t page = 1);
   /// The representation as one event of an event stream.
   const std::shared_ptr<const std::string>& event_of(Representation& representation);
+  /// 406 of a GET or HEAD if none of the media types is accepted, whatever the values are.
+  std::optional<http::Response> unacceptable(const Context& context) const;
   /// If-Match and If-None-Match of a PUT, POST or DELETE: the response if they exclude it.
   /// @param lacks_encodings  set if a variant could not be judged because an encoder has to run first
   std::optional<http::Response> failed_precondition(const Context& context, bool* lacks_encodings = nullptr);

@@ -195,6 +195,13 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
   // engine::Handler, on the transport's thread
+  engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) override {
+    const Result<engine::Access> access = engine_.authorize(request);  // user code: without the lock
+    return with_engine([&] { return engine_.judge_header(request, body_bytes, access, now); });
+  }
+  engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes) {
+    return judge_header(request, body_bytes, clock_.now());
+  }
   engine::Outcome handle(const http::Request& request, TimePoint now) override {
     const Result<engine::Access> access = engine_.authorize(request);  // user code: without the lock
     return with_engine([&] { return engine_.handle(request, access, now); });
@@ -639,6 +646,9 @@ Served Server::serve(const http::Request& request) {
   served.response = impl_->serve(request, channel);
   if (channel) served.events = EventSource(*impl_, *channel);
   return served;
+}
+engine::HeaderVerdict Server::judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes) {
+  return impl_->judge_header(request, body_bytes);
 }
 Result<void> Server::reload_tls() { return impl_->reload_tls(); }
 EventSource::EventSource(Server::Impl& server, engine::Channel channel) : server_(&server), channel_(channel) {}

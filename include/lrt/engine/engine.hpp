@@ -33,7 +33,7 @@ enum class Access : std::uint8_t {
   unauthenticated,  ///< 401, with Security::challenge
   forbidden,        ///< 403
 };
-/// Judges a request. A GET with `Upgrade: callback` makes the robot post to a URL, so do not grant it to clients that may only read.
+/// Judges a request by its header section: its body has not been received, and `body` is empty. A GET with `Upgrade: callback` makes the robot post to a URL, so do not grant it to clients that may only read.
 using Authorizer = std::function<Access(const http::Request&)>;
 
 /// Bounds of what clients can make grow in the engine: time and memory.
@@ -58,6 +58,10 @@ struct Limits {
                                                        ///< Threads::body_threads
   std::size_t max_waiting_body_bytes = 64 * 1024 * 1024;  ///< of larger bodies that wait to be judged, a quarter of it from one address; more: 503
   std::size_t max_all_bytes = 16 * 1024 * 1024;        ///< of a document of a Thing and all Things below it; more: 406
+  /// Of a request body for one number, or where no value is expected; more: 413. A resource whose type has a fixed size takes 1 KiB more for
+  /// each number, text and field of it, a text with length() its bytes besides. All others, such as a list without a maximum, take
+  /// transport::Limits::max_body_bytes. max_body_bytes() of a property, action or collection says otherwise.
+  std::size_t max_scalar_body_bytes = 16 * 1024;
 };
 
 /// The rules of one server; see the groups of lrt::Options, from which Server makes them.
@@ -136,8 +140,12 @@ class Engine final : public Handler {
   /// Called when a job or Responder has left something for next_reply().
   void set_waker(std::shared_ptr<Waker> waker);
 
-  /// Calls the authorizer. Its errors and exceptions are a Result.
+  /// Calls the authorizer, without the body; not for a request that judge_header() has let pass. Its errors and exceptions are a Result.
   Result<Access> authorize(const http::Request& request) const;
+  HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Access>& access, TimePoint now);
+  HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) override {
+    return judge_header(request, body_bytes, authorize(request), now);
+  }
   Outcome handle(const http::Request& request, const Result<Access>& access, TimePoint now);
   Outcome handle(const http::Request& request, TimePoint now) override { return handle(request, authorize(request), now); }
   std::optional<Reply> next_reply(TimePoint now) override;
