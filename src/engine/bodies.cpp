@@ -6,6 +6,7 @@
 #include <lrt/base/media_type.hpp>
 #include <lrt/http/message.hpp>
 
+#include "src/base/client_key.hpp"
 #include "src/engine/resources/blueprint.hpp"
 #include "src/engine/resources/thing.hpp"
 
@@ -133,7 +134,7 @@ std::variant<BodyTask, http::Response> Bodies::task_for(const Context& context, 
 Bodies::Read Bodies::judge(Context& context, BodyTask task) {
   const std::size_t bytes = task.text.size();
   if (!options_.body_jobs || bytes <= options_.small_body_bytes) return as_read(context, task.judge(), task.type);
-  const std::string client(context.request().peer);
+  const std::string client = client_key(context.request().peer);
   const auto known = waiting_by_client_.find(client);
   const std::size_t of_client = known == waiting_by_client_.end() ? 0 : known->second;
   if (waiting_bytes_ + bytes > options_.max_waiting_body_bytes || of_client + bytes > options_.max_waiting_body_bytes / 4) return too_many(context);
