@@ -11,10 +11,10 @@ Outcome PendingSaves::respond_when_saved(Context& context, std::optional<Ticket>
     made.settle(true);
     return std::move(made.response);
   }
-  const bool is_new = !ticket;
+  const bool is_new = !ticket && !context.ticket;
   const auto on_timeout = [this](Ticket late, Context& c, bool) { expire(late, c); };
   if (waiters_.size() >= max_waiting_) return responses_.overloaded(context);
-  if (is_new) ticket = pending_.defer_for_disk(context, *max_time_, on_timeout);
+  if (!ticket) ticket = pending_.defer_for_disk(context, *max_time_, on_timeout);
   else pending_.continue_for_disk(*ticket, context.now, *max_time_, on_timeout);
   if (!ticket) return responses_.overloaded(context);
   try {

@@ -70,6 +70,27 @@ TEST_CASE("the 201 of a callback and its first notification wait until it is sav
   }
 }
 
+TEST_CASE("a callback whose body is judged on another thread waits twice, and gets one response", "[engine][saves]") {
+  engine::EngineOptions options = saving();
+  options.body_jobs = true;
+  Arm arm(std::move(options));
+  const std::string body = "#" + std::string(5000, 'x') +
+                           "\n<> a hybrit:WebCallback ; hybrit:onResource <../arm/angle> ; hybrit:callbackURL "
+                           "\"http://127.0.0.1:9/receiver\"^^xsd:anyURI .";
+  for (const bool written : {true, false}) {
+    const Bench::Sent sent = arm.bench.send(Bench::turtle_request("POST", "/arm/subscriptions", body));
+    auto jobs = arm.bench.engine.take_body_jobs();
+    REQUIRE(jobs.size() == 1);
+    CHECK(arm.save() == "(nothing)");
+    jobs[0].run();
+    CHECK_FALSE(arm.bench.answer(sent));
+    arm.save(written);
+    CHECK(arm.bench.answer(sent).value().status == (written ? 201 : 503));
+    arm.save();
+    CHECK(arm.count() == 1);
+  }
+}
+
 TEST_CASE("a callback of a property that is read first waits twice, and gets one response", "[engine][saves]") {
   Arm arm;
   Thing thing{"pulled"};
