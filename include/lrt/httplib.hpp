@@ -195,9 +195,7 @@ class Mount {
   /// Of a request whose body may have bytes left on the connection: that can serve no other request then.
   static http::Response problem(int status, std::string detail) {
     http::Response response;
-    response.status = status;
-    response.fields.add("Content-Type", "application/problem+json");
-    response.set_body(http::to_json({status, std::move(detail)}));
+    http::set_problem(response, {status, std::move(detail)});
     response.close = true;
     return response;
   }

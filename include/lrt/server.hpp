@@ -91,8 +91,11 @@ class Server {
  private:
   friend class EventSource;
   class Impl;
-  explicit Server(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
+  struct End {
+    void operator()(Impl* impl) const noexcept;
+  };
+  explicit Server(std::unique_ptr<Impl, End> impl);
+  std::unique_ptr<Impl, End> impl_;
 };
 
 /// The events of one event stream that Server::serve() has opened. Destroying it ends the subscription. It must not outlive the server.

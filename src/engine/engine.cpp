@@ -28,7 +28,9 @@ bool is_safe(std::string_view method) noexcept { return method == "GET" || metho
 /// The way of a request: from its bytes to the resource that it names.
 class Engine::Impl {
  public:
-  explicit Impl(EngineOptions options) : parts(std::move(options)) {}
+  explicit Impl(EngineOptions options) : parts(std::move(options)) {
+    parts.bodies.set_continue([this](Ticket ticket, Context& context) { continue_request(ticket, context); });
+  }
 
   HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Access>& access, TimePoint now);
   Outcome handle(const http::Request& request, const Result<Access>& access, TimePoint now);
@@ -48,6 +50,7 @@ class Engine::Impl {
   auto judge(Context& context, Next next) -> decltype(next());
   Outcome route(Context& context, const Result<Access>& access);
   Outcome dispatch(Context& context);
+  void continue_request(Ticket ticket, Context& kept);
   std::optional<http::Response> find(Context& context, const Result<Access>& access);
   std::optional<http::Response> refused_body(Context& context, std::optional<std::uint64_t> body_bytes);
   std::optional<http::Response> too_large(const Context& context, std::uint64_t body_bytes) const;
@@ -197,6 +200,21 @@ Outcome Engine::Impl::dispatch(Context& context) {
   if (method == "POST" && allowed.post) return resource.post(context, parts);
   if (method == "DELETE" && allowed.remove) return resource.remove(context, parts);
   return method_not_allowed(context);
+}
+
+/// Goes on with a deferred request whose body is judged.
+void Engine::Impl::continue_request(Ticket ticket, Context& kept) {
+  Context context = kept;
+  kept.judged = nullptr;
+  context.ticket = ticket;
+  Outcome outcome;
+  try {
+    outcome = context.resource ? dispatch(context) : parts.responses.gone(context);
+  } catch (const std::exception& e) {
+    parts.responses.log(LogLevel::error, std::string("a request failed inside: ") + e.what());
+    outcome = parts.responses.problem(context, 500, "the server failed");
+  }
+  if (auto* response = std::get_if<http::Response>(&outcome)) parts.pending.respond(ticket, std::move(*response));
 }
 
 std::optional<http::Response> Engine::Impl::denied(const Context& context, const Result<Access>& access) const {
@@ -371,6 +389,7 @@ std::optional<Reply> Engine::next_reply(TimePoint now) {
 
 std::optional<std::chrono::steady_clock::time_point> Engine::next_deadline() const {
   const Parts& parts = impl_->parts;
+  if (!parts.calls.inbox()->empty()) return std::chrono::steady_clock::time_point{};  // guests look at deadlines alone
   auto first = parts.pending.next_deadline();
   for (const auto& other : {parts.invocations.next_deadline(), parts.subscriptions.next_deadline(), parts.scanner.next_deadline()})
     if (other && (!first || *other < *first)) first = other;
@@ -397,16 +416,23 @@ std::optional<subscription::Notification> Engine::next_notification(Channel chan
 void Engine::delivered(Channel channel, const subscription::DeliveryResult& result, TimePoint now) {
   impl_->parts.subscriptions.delivered(channel, result, now);
 }
-std::optional<std::string> Engine::take_saved() { return impl_->parts.saved.take(); }
-Result<void> Engine::restore(std::string_view saved) { return impl_->parts.saved.restore(saved); }
+std::optional<SavedText> Engine::take_saved() { return impl_->parts.saved.take(); }
+void Engine::saved(std::uint64_t revision, bool written) {
+  Parts& parts = impl_->parts;
+  parts.calls.inbox()->put([&parts, revision, written](TimePoint now) { parts.saves.saved(revision, written, now); });
+}
+Result<std::size_t> Engine::restore(std::string_view saved) { return impl_->parts.saved.restore(saved); }
+std::pair<std::size_t, std::size_t> Engine::recover(std::string_view damaged) { return impl_->parts.saved.recover(damaged); }
 
 std::vector<Job> Engine::take_jobs() { return impl_->parts.calls.take_jobs(); }
+std::vector<BodyJob> Engine::take_body_jobs() { return impl_->parts.bodies.take_jobs(); }
 std::vector<std::shared_ptr<const void>> Engine::take_discarded() { return std::exchange(impl_->parts.discarded, {}); }
 
 void Engine::stop() {
   impl_->stopped = true;
   const Parts& parts = impl_->parts;
   impl_->parts.invocations.stop();
+  impl_->parts.saves.stop();
   impl_->parts.pending.end_all([&](Context& context) { return parts.responses.stopping(context); }, parts.clock.now());
 }
 

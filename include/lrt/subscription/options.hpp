@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <lrt/base/language.hpp>
+#include <lrt/base/thread_options.hpp>
 
 namespace lrt::subscription {
 
@@ -29,6 +30,7 @@ struct CallbackOptions {
   std::chrono::milliseconds max_pause{30'000};
   std::chrono::milliseconds suspended_pause{60'000};
   unsigned suspended_attempts = 10;
+  ThreadOptions threads;  ///< of the threads that deliver; a server sets them to its Threads::own
 };
 
 /// Subscriptions: limits, and how changes get from the control loop to the engine.

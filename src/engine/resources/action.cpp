@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/base/utf8.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/rdf/codec.hpp>
@@ -131,12 +132,12 @@ void InvocationResource::set_observed(bool observed, ChangeScanner& scanner) {
 // ---------------------------------------------------------------------------------------------------------------- Action
 
 const rdf::Type& no_input() noexcept {
-  static const rdf::Type& nothing = *[] {
-    auto* const type = new rdf::Type;  // never destroyed: a thread may read it while the process ends
-    type->kind = rdf::Type::Kind::record;
+  static const Immortal<rdf::Type> nothing([] {
+    rdf::Type type;
+    type.kind = rdf::Type::Kind::record;
     return type;
-  }();
-  return nothing;
+  }());
+  return *nothing;
 }
 
 ActionResource::ActionResource(std::string its_path, ThingNode* its_thing, std::shared_ptr<model::ActionSpec> s)

@@ -397,10 +397,8 @@ Session::Upgrade Session::take_upgrade() {
 
 void Session::refuse(int status, std::string reason, TimePoint now) {
   http::Response response;
-  response.status = status;
-  response.fields.add("Content-Type", "application/problem+json");
+  http::set_problem(response, {status, std::move(reason)});
   if (status == 503) response.fields.add("Retry-After", "1");
-  response.set_body(http::to_json({status, std::move(reason)}));
   refuse(std::move(response), now);
 }
 

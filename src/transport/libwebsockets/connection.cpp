@@ -188,16 +188,15 @@ int Connection::on_timer() {
     wait_for_writable();
   } else if (phase_ == Phase::reading) {
     reusable_ = false;
+    http::Response response;
     if (refusal_) {
-      prepare(*std::exchange(refusal_, std::nullopt));
+      response = *std::exchange(refusal_, std::nullopt);
     } else {
-      http::Response response;
-      response.status = 408;
-      response.fields.add("Content-Type", "application/problem+json");
-      response.set_body(http::to_json(
-          {408, "the body was not complete within " + std::to_string(vhost_.options().limits.body_timeout.count()) + " ms"}));
-      prepare(std::move(response));
+      http::set_problem(
+          response,
+          {408, "the body was not complete within " + std::to_string(vhost_.options().limits.body_timeout.count()) + " ms"});
     }
+    prepare(std::move(response));
     wait_for_writable();
   }
   return 0;
@@ -216,14 +215,12 @@ void Connection::reply(engine::Reply reply) {
 int Connection::refuse(http::Refusal refusal, std::string_view retry_after) {
   reusable_ = false;
   http::Response response;
-  response.status = refusal.status;
-  response.fields.add("Content-Type", "application/problem+json");
+  http::set_problem(response, {refusal.status, std::move(refusal.reason)});
   if (refusal.status == 503) response.fields.add("Retry-After", retry_after);
   if (refusal.status == 426) {
     response.fields.add("Sec-WebSocket-Version", "13");
     response.fields.add("Upgrade", "websocket");
   }
-  response.set_body(http::to_json({refusal.status, std::move(refusal.reason)}));
   return respond(std::move(response));
 }
 

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -107,7 +108,7 @@ class Vhost {
   lws_retry_bo_t keep_alive_{};
   std::shared_ptr<Vhost> self_;  ///< while libwebsockets has a pointer to this
   std::unordered_set<Connection*> connections_;
-  std::unordered_map<std::string, std::size_t> addresses_;  ///< connections from each, but for this machine's
+  std::map<std::string, std::size_t> addresses_;  ///< connections from each, but for this machine's; clients choose IPv6 addresses
   std::vector<unsigned char> scratch_;
   transport::BodyBudget bodies_;
   std::chrono::seconds date_second_{-1};
