@@ -72,6 +72,18 @@ bool Subscriptions::may_call(const subscription::CallbackUrl& url) const {
   return allowed_ && allowed_->names(url.host, url.port) && !bases_.is_this_server(url);
 }
 
+bool Subscriptions::is_refused_notification(const http::Request& request) const {
+  const auto field = request.find(notification_field);
+  if (!field) return false;
+  constexpr std::string_view parameter = "; base=\"";
+  const std::size_t at = field->find(parameter);
+  if (request.count(notification_field) != 1 || at == std::string_view::npos || field->back() != '"' || field->substr(0, at) == instance_) return true;
+  std::string_view sender = field->substr(at + parameter.size());
+  sender.remove_suffix(1);
+  const auto& senders = options_.notification_senders;
+  return std::none_of(senders.begin(), senders.end(), [&](const std::string& allowed) { return allowed == "*" || allowed == sender; });
+}
+
 SubscriptionResource* Subscriptions::find(Channel channel) const {
   const auto found = by_channel_.find(static_cast<std::uint64_t>(channel));
   return found == by_channel_.end() ? nullptr : found->second;
@@ -591,7 +603,7 @@ std::optional<subscription::Notification> Subscriptions::next_notification(Chann
     notification.secret = s->secret.empty() ? options_.callbacks.secret : s->secret;
     notification.failed_before = s->retry.tried();
     notification.fields.add("Content-Type", content_type(s->its_variant, s->observed.variants().type_of(s->its_variant)));
-    notification.fields.add(notification_field, instance_);
+    notification.fields.add(notification_field, instance_ + "; base=\"" + bases_[s->base] + '"');
     notification.fields.add("ETag", item->tag);
     http::LinkWriter links;
     links.add(bases_[s->base] + s->observed.path, "about");

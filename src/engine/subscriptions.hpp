@@ -26,8 +26,8 @@
 
 namespace lrt::engine {
 
-/// The name of this server in its notifications. A server refuses its own as commands: a robot that obeyed what it says of itself would
-/// be moved by any subscriber, without end.
+/// The name of a server in its notifications: `<id of the process>; base="<base IRI>"`. A server refuses notifications as commands: a robot
+/// that obeyed them could be moved by any subscriber of another one, and by its own notifications without end.
 inline constexpr std::string_view notification_field = "Lrt-Notification-Of";
 
 /// Subscriptions: made by Upgrade, event stream, or POST; notified of changes; ended. Messages are pulled: a channel is named once, and
@@ -52,8 +52,8 @@ class Subscriptions {
   Outcome subscribe(Context& context, Protocol protocol);
   /// POST of a description to the container of subscriptions.
   Outcome create(Context& context);
-  /// A request is a notification of this server.
-  bool is_own_notification(const http::Request& request) const { return request.find(notification_field) == instance_; }
+  /// A request is a notification, and its sender is not one of those that may send commands in this way.
+  bool is_refused_notification(const http::Request& request) const;
 
   /// Makes one that was judged already.
   SubscriptionResource& make(SubscriptionRequest request, std::size_t base, std::string id, Utc created);

@@ -148,16 +148,40 @@ TEST_CASE("a notification is the representation with its ETag, the resource and 
   CHECK(missing(arm.bench.get("/arm/subscriptions/i1"), "<http://localhost/arm/subscriptions/i1> lrt:delivered 2 .") == "");
 }
 
-TEST_CASE("a server does not take its own notification for a command", "[engine][R0.16][security]") {
+TEST_CASE("a server does not take a notification for a command, unless its sender is allowed", "[engine][R0.16][security]") {
+  const auto status = [](Arm& arm, const std::string& field) {
+    return arm.bench.ask("POST /arm/actions/home\nLrt-Notification-Of: " + field).status;
+  };
   Arm arm;
   REQUIRE(arm.bench.ask("GET /arm/angle" + callback).status == 201);
   const auto notice = arm.notice(arm.due().at(0));
   REQUIRE(notice);
   const std::string mark = notice->fields.joined("Lrt-Notification-Of");
   CHECK_FALSE(mark.empty());
-  CHECK(arm.bench.ask("POST /arm/actions/home\nLrt-Notification-Of: " + mark).status == 403);
-  CHECK(arm.bench.ask("POST /arm/actions/home\nLrt-Notification-Of: another").status == 204);
-  CHECK(arm.robot.homed == 1);
+  CHECK(mark.find("; base=\"http://localhost\"") != std::string::npos);
+  const std::string other = "4d1c; base=\"http://arm.example:8080\"";
+  for (const std::string& field : {mark, other, std::string("another"), std::string("; base=\""), std::string("*")}) CHECK(status(arm, field) == 403);
+  CHECK(arm.bench.ask("PUT /arm/angle\nContent-Type: application/json\nLrt-Notification-Of: " + other + "\n\n41").status == 403);
+  CHECK(arm.bench.ask("DELETE /arm/waypoints\nLrt-Notification-Of: " + other).status == 403);
+  CHECK(arm.bench.ask("GET /arm/angle\nLrt-Notification-Of: " + other).status == 200);
+  CHECK(arm.robot.homed == 0);
+
+  engine::EngineOptions options = allowing();
+  options.notification_senders = {"http://arm.example:8080"};
+  Arm named(std::move(options));
+  CHECK(status(named, other) == 204);
+  CHECK(status(named, mark) == 403);
+  CHECK(status(named, other + "\nLrt-Notification-Of: " + other) == 403);
+  CHECK(status(named, "4d1c; base=\"http://arm.example:80800\"") == 403);
+  CHECK(named.robot.homed == 1);
+
+  options = allowing();
+  options.notification_senders = {"*"};
+  Arm any(std::move(options));
+  CHECK(status(any, other) == 204);
+  CHECK(status(any, mark) == 204);
+  REQUIRE(any.bench.ask("GET /arm/angle" + callback).status == 201);
+  CHECK(status(any, any.notice(any.due().at(0))->fields.joined("Lrt-Notification-Of")) == 403);  // its own
 }
 
 TEST_CASE("a failed notification is tried again after longer and longer pauses, in order", "[engine][R0.16][delivery]") {

@@ -73,6 +73,7 @@ struct EngineOptions : Limits {
   LogCallback log;
   std::shared_ptr<const PageSource> page;              ///< HTML for people; nullptr: none
   std::vector<std::string> read_origins;               ///< Security::read_origins
+  std::vector<std::string> notification_senders;       ///< Security::notification_senders
 };
 
 /// The kinds of `Upgrade` that a transport can carry (R0.12, R0.13).
