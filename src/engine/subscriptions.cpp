@@ -1,3 +1,4 @@
+#include "src/base/ascii.hpp"
 #include "src/engine/subscriptions.hpp"
 
 #include <algorithm>
@@ -349,6 +350,7 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
   if (s.queues()) s.observed.for_each_property([this](PropertyResource& p) { values_.keep(p, true); });
   s.observed.add_observer(s, scanner_);
   if (s.protocol == Protocol::callback) {
+    s.confirmed = !must_confirm(s.url);
     ++callbacks_;
     ++callbacks_revision_;
   }
@@ -593,8 +595,9 @@ std::optional<Subscriptions::Instant> Subscriptions::next_deadline() const {
 
 std::optional<subscription::Notification> Subscriptions::next_notification(Channel channel, TimePoint now) {
   SubscriptionResource* s = find(channel);
-  if (!s || s->protocol != Protocol::callback || s->under_way) return std::nullopt;
+  if (!s || s->protocol != Protocol::callback || s->under_way || s->confirming) return std::nullopt;
   try {
+    if (!s->confirmed) return confirmation_of(*s);
     auto item = next_item(*s, now);
     if (!item) return std::nullopt;
     subscription::Notification notification;
@@ -617,12 +620,48 @@ std::optional<subscription::Notification> Subscriptions::next_notification(Chann
   }
 }
 
+bool Subscriptions::must_confirm(const std::string& url) const {
+  using subscription::Confirmation;
+  const Confirmation which = options_.callbacks.confirmation;
+  if (which != Confirmation::not_loopback) return which == Confirmation::all;
+  const Result<subscription::CallbackUrl> parsed = subscription::parse_callback_url(url);
+  return !parsed || !loopback_->names(parsed->host, parsed->port);
+}
+
+/// Asks the receiver whether it wants the subscription (WebSub 5.3).
+subscription::Notification Subscriptions::confirmation_of(SubscriptionResource& s) const {
+  constexpr char digits[] = "0123456789ABCDEF";
+  subscription::Notification question;
+  question.url = s.url;
+  question.failed_before = s.retry.tried();
+  question.challenge = RandomIds().next();
+  question.query = "hub.mode=subscribe&hub.challenge=" + question.challenge + "&hub.topic=";
+  for (const char c : bases_[s.base] + s.observed.path) {
+    if (lrt::detail::is(c, lrt::detail::unreserved)) {
+      question.query += c;
+    } else {
+      const auto byte = static_cast<unsigned char>(c);
+      ((question.query += '%') += digits[byte >> 4]) += digits[byte & 15];
+    }
+  }
+  s.confirming = true;
+  return question;
+}
+
 void Subscriptions::delivered(Channel channel, const subscription::DeliveryResult& result, TimePoint now) {
   SubscriptionResource* s = find(channel);
-  if (!s || !s->under_way) return;  // cancelled meanwhile
-  subscription::Item item = *std::exchange(s->under_way, std::nullopt);
+  if (!s || !(s->under_way || s->confirming)) return;  // cancelled meanwhile
+  const bool confirming = std::exchange(s->confirming, false);
+  std::optional<subscription::Item> item = std::exchange(s->under_way, std::nullopt);
   s->ready_announced = false;
-  if (result.status >= 200 && result.status < 300) {
+  if (confirming && result.confirmed) {
+    s->confirmed = true;
+    s->retry.succeeded();
+    s->last_error.clear();
+    return announce(*s);
+  }
+  const bool may_confirm_later = result.status == 0 || result.status == 408 || result.status == 429 || result.status >= 500;
+  if (!confirming && result.status >= 200 && result.status < 300) {
     ++s->delivered;
     s->retry.succeeded();
     s->last_error.clear();
@@ -630,7 +669,8 @@ void Subscriptions::delivered(Channel channel, const subscription::DeliveryResul
   }
   s->last_error = result.error.empty() ? "the receiver responded with " + std::to_string(result.status) : result.error;
   ++s->revision;
-  if (result.status == 410 || result.refused) {
+  if (confirming && !may_confirm_later) s->last_error = "the receiver did not confirm the subscription (status " + std::to_string(result.status) + ")";
+  if (result.status == 410 || result.refused || (confirming && !may_confirm_later)) {
     responses_.log(LogLevel::info, s->path + " ends: " + s->last_error);
     return end(*s, 0, {});
   }
@@ -642,7 +682,7 @@ void Subscriptions::delivered(Channel channel, const subscription::DeliveryResul
     return end(*s, 0, {});
   }
   if (s->queues() && !s->retry.suspended()) {
-    s->backlog.put_back(std::move(item));
+    if (item) s->backlog.put_back(*std::move(item));
   } else {
     s->backlog.drop_items();
     s->backlog.mark_pending();

@@ -105,6 +105,8 @@ class Subscriptions {
   void announce(SubscriptionResource& s);
   std::optional<subscription::Item> next_item(SubscriptionResource& s, TimePoint now);
   void notify_of_structure();
+  bool must_confirm(const std::string& url) const;
+  subscription::Notification confirmation_of(SubscriptionResource& s) const;
 
   const EngineOptions& options_;
   Registry& registry_;
@@ -115,6 +117,7 @@ class Subscriptions {
   PropertyValues& values_;
   ChangeScanner& scanner_;
   const Result<subscription::AllowedHosts> allowed_;
+  const Result<subscription::AllowedHosts> loopback_ = subscription::AllowedHosts::parse({"127.0.0.0/8", "::1"});
   const std::string instance_;
 
   std::uint64_t next_channel_ = 1;
