@@ -14,6 +14,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/traits.hpp>
@@ -164,11 +165,11 @@ template <class V>
 struct Coordinates {
   using S = typename V::Scalar;
   static const Type& type() {
-    static const Type t = coordinates<S>({V::SizeAtCompileTime == 2   ? vocab::maths::Vector2D
+    static const Immortal<Type> t(coordinates<S>({V::SizeAtCompileTime == 2   ? vocab::maths::Vector2D
                                           : V::SizeAtCompileTime == 3 ? vocab::maths::Vector3D
                                                                       : vocab::maths::Vector4D},
-                                         V::SizeAtCompileTime);
-    return t;
+                                         V::SizeAtCompileTime));
+    return *t;
   }
   static Value encode(const V& v) { return encode_coordinates(v.data(), v.size()); }
   static Result<V> decode(const Value& value) {
@@ -185,8 +186,8 @@ template <class V>
 struct List {
   using S = typename V::Scalar;
   static const Type& type() {
-    static const Type t = list_type(traits<S>::type(), min_members(V::SizeAtCompileTime), max_members(V::MaxSizeAtCompileTime));
-    return t;
+    static const Immortal<Type> t(list_type(traits<S>::type(), min_members(V::SizeAtCompileTime), max_members(V::MaxSizeAtCompileTime)));
+    return *t;
   }
   static Value encode(const V& v) { return encode_coordinates(v.data(), v.size()); }
   static Result<V> decode(const Value& value) {
@@ -209,12 +210,12 @@ template <class M>
 struct Rows {
   using S = typename M::Scalar;
   static const Type& row_type() {
-    static const Type t = list_type(traits<S>::type(), min_members(M::ColsAtCompileTime), max_members(M::MaxColsAtCompileTime));
-    return t;
+    static const Immortal<Type> t(list_type(traits<S>::type(), min_members(M::ColsAtCompileTime), max_members(M::MaxColsAtCompileTime)));
+    return *t;
   }
   static const Type& type() {
-    static const Type t = list_type(row_type(), min_members(M::RowsAtCompileTime), max_members(M::MaxRowsAtCompileTime));
-    return t;
+    static const Immortal<Type> t(list_type(row_type(), min_members(M::RowsAtCompileTime), max_members(M::MaxRowsAtCompileTime)));
+    return *t;
   }
   static Value encode(const M& m) {
     Value::Sequence rows;
@@ -289,9 +290,8 @@ template <class S, int Options>
 struct traits<Eigen::Quaternion<S, Options>> {
   using T = Eigen::Quaternion<S, Options>;
   static const Type& type() {
-    static const Type t =
-        detail::eigen::quantity<S>(vocab::spatial::Rotation3D, vocab::vom::Angle, {vocab::maths::Quaternion, vocab::maths::Vector4D}, 4);
-    return t;
+    static const Immortal<Type> t(detail::eigen::quantity<S>(vocab::spatial::Rotation3D, vocab::vom::Angle, {vocab::maths::Quaternion, vocab::maths::Vector4D}, 4));
+    return *t;
   }
   static Value encode(const T& q) { return detail::eigen::encode_coordinates(q.coeffs().data(), 4); }
   static Result<T> decode(const Value& value) {
@@ -313,10 +313,10 @@ struct traits<Eigen::AngleAxis<S>> {
   using Axis = Eigen::Matrix<S, 3, 1>;
   static const Type& type() {
     using detail::eigen::field;
-    static const Type t = detail::eigen::record({vocab::spatial::AxisAngle, vocab::spatial::Rotation3D},
+    static const Immortal<Type> t(detail::eigen::record({vocab::spatial::AxisAngle, vocab::spatial::Rotation3D},
                                                 {field(vocab::spatial::rotationAngle, traits<S>::type(), Facets{unit::radian}),
-                                                 field(vocab::spatial::rotationAxis, traits<Axis>::type())});
-    return t;
+                                                 field(vocab::spatial::rotationAxis, traits<Axis>::type())}));
+    return *t;
   }
   static Value encode(const T& a) { return Value(Value::Sequence{traits<S>::encode(a.angle()), traits<Axis>::encode(a.axis())}); }
   static Result<T> decode(const Value& value) {
@@ -343,8 +343,8 @@ template <class S>
 struct traits<Eigen::Translation<S, 3>> {
   using T = Eigen::Translation<S, 3>;
   static const Type& type() {
-    static const Type t = detail::eigen::quantity<S>(vocab::spatial::Translation3D, vocab::vom::Length, {vocab::maths::Vector3D}, 3);
-    return t;
+    static const Immortal<Type> t(detail::eigen::quantity<S>(vocab::spatial::Translation3D, vocab::vom::Length, {vocab::maths::Vector3D}, 3));
+    return *t;
   }
   static Value encode(const T& t) { return detail::eigen::encode_coordinates(t.vector().data(), 3); }
   static Result<T> decode(const Value& value) {
@@ -367,11 +367,11 @@ struct traits<Eigen::Transform<S, 3, Eigen::Isometry, Options>> {
   using Turn = Eigen::Quaternion<S, Options & int(Eigen::DontAlign)>;  // not aligned to more than the transform itself
   using Linear = Eigen::Matrix<S, 3, 3>;
   static const Type& type() {
-    static const Type t = detail::eigen::record({vocab::spatial::SpatialRelationship},
+    static const Immortal<Type> t(detail::eigen::record({vocab::spatial::SpatialRelationship},
                                                 {detail::eigen::field_with_unit(vocab::spatial::translation, traits<Shift>::type()),
                                                  detail::eigen::field(vocab::spatial::rotation, traits<Turn>::type()),
-                                                 detail::eigen::field(vocab::lrt_::matrix, traits<std::optional<Linear>>::type())});
-    return t;
+                                                 detail::eigen::field(vocab::lrt_::matrix, traits<std::optional<Linear>>::type())}));
+    return *t;
   }
   static Value encode(const T& pose) {
     const Linear matrix = pose.linear();
@@ -413,10 +413,10 @@ struct traits<Eigen::Transform<S, 3, Mode, Options>,
   using Shift = Eigen::Translation<S, 3>;
   using Linear = Eigen::Matrix<S, 3, 3>;
   static const Type& type() {
-    static const Type t = detail::eigen::record({vocab::spatial::SpatialRelationship},
+    static const Immortal<Type> t(detail::eigen::record({vocab::spatial::SpatialRelationship},
                                                 {detail::eigen::field_with_unit(vocab::spatial::translation, traits<Shift>::type()),
-                                                 detail::eigen::field(vocab::lrt_::matrix, traits<Linear>::type())});
-    return t;
+                                                 detail::eigen::field(vocab::lrt_::matrix, traits<Linear>::type())}));
+    return *t;
   }
   static Value encode(const T& transform) {
     return Value(Value::Sequence{traits<Shift>::encode(Shift(transform.translation())), traits<Linear>::encode(transform.linear())});

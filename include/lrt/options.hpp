@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -11,6 +12,7 @@
 #include <lrt/base/ids.hpp>
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
+#include <lrt/base/thread_options.hpp>
 #include <lrt/delivery/deliverer.hpp>
 #include <lrt/engine/engine.hpp>
 #include <lrt/rdf/codec.hpp>
@@ -22,7 +24,7 @@ namespace lrt {
 /// Which thread does the I/O (SPEC 3.10).
 enum class Io : std::uint8_t {
   own_thread,  ///< a thread of lrt: requests for pushed and static resources do not need the host
-  in_poll,     ///< no thread of lrt: Server::poll does everything
+  in_poll,     ///< Server::poll does everything, but judge large bodies (Threads::body_threads)
 };
 
 /// Where the server listens, and by which name clients know it.
@@ -42,8 +44,8 @@ struct Listen {
 struct Security {
   /// Certificate and key. If set, the port accepts HTTPS only.
   std::optional<transport::TlsOptions> tls;
-  /// Judges each request. Empty: all clients may do everything. Called once for each request, on the thread that serves it, without a lock
-  /// of lrt.
+  /// Judges each request. Empty: all clients may do everything. Called once for each request, when its header section is complete and before
+  /// its body is received (`body` is empty), on the thread that serves it, without a lock of lrt. The verdict holds until the response.
   engine::Authorizer authorize;
   std::string challenge = "Bearer";  ///< WWW-Authenticate of a 401
   /// Further hosts that a request may name in Host, besides the listening address, the names of this machine's loopback addresses, and the host
@@ -72,11 +74,19 @@ struct Limits : transport::Limits, engine::Limits {};
 
 /// Web callbacks: receivers, retries, and how they are posted and kept.
 struct Callbacks : subscription::CallbackOptions {
-  /// The file that stores web callbacks across restarts. Empty: they are not stored. It is written atomically soon after a change. An
-  /// unreadable file is renamed and logged. The file contains the callbacks' secrets, so only its owner can read it.
+  /// The file that stores web callbacks across restarts. Empty: they are not stored. It is replaced atomically after each change, by a thread
+  /// of its own (also with Io::in_poll). It has the callbacks' secrets and mode 0600. Directories that are missing are made with mode 0700.
+  /// Something else than a file of lrt at that path (or at `file` + ".new") is an error of Server::create() and stays as it is; so is a file
+  /// that another process uses (a lock on `file` + ".lock"). If the file is damaged, what can be read is restored, the file is kept as
+  /// `file` + ".damaged-1", and the log says so. Two servers of one process need different files.
   std::string file;
   /// Makes the deliverer. Empty: delivery::make_deliverer. Not called if `allow` is empty.
   std::function<Result<std::unique_ptr<delivery::Deliverer>>(delivery::Source&, const subscription::CallbackOptions&, LogCallback)> deliverer;
+  /// The response to a request that makes a web callback (201) or cancels one (204) waits until `file` is on the disk; requests that come
+  /// together are written together. If the file cannot be written, the response is 503 and nothing has changed: the new callback does not exist,
+  /// the cancelled one continues. false: responses do not wait, and a crash loses what was not written yet.
+  bool respond_when_saved = true;
+  std::chrono::milliseconds save_timeout{10'000};  ///< a request waits so long for the file; then 503 as above
 };
 
 /// Which threads run what.
@@ -85,6 +95,12 @@ struct Threads {
   Dispatch dispatch = Dispatch::in_poll;  ///< of things that do not have their own
   /// Runs the lambdas of things with Dispatch::executor. It must run each exactly once, at any time.
   std::function<void(std::function<void()>)> executor;
+  /// Threads of lrt that parse and judge request bodies above Limits::small_body_bytes, so that neither the control loop nor other clients wait
+  /// for them. They start with the first such body, and run no lambda. 0: the thread that serves judges every body, 1 MiB in up to 0.2 s.
+  unsigned body_threads = 1;
+  /// Policy, CPUs and stack of all threads that the server starts: lrt-io (Io::own_thread), lrt-run (Server::start), lrt-callback, lrt-save, lrt-body. They do
+  /// not inherit those of the thread that creates the server, and block all signals; a process that a lambda starts there inherits the mask.
+  ThreadOptions own;
 };
 
 /// Options of a Server. The defaults suit a robot on a developer's desk.

@@ -73,6 +73,12 @@ class Server {
   /// @par Time        At most host_timeout, or what `Prefer: wait` says.
   Served serve(const http::Request& request);
 
+  /// Judges a request for serve() before its body is received: who may send it, whether its resource takes such a body, and of which size.
+  /// After a verdict without a response, set `request.header_judged` for serve(), which does not call the authorizer again then.
+  /// @param body_bytes  Content-Length, more than 0; nullopt: the body is chunked
+  /// @par Threads     As serve().
+  engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes);
+
   /// Reads the certificate and key of Security::tls again. Open connections are kept.
   /// @par Errors   invalid_option: the server has no TLS; io_error: the old certificate and key stay in use
   /// @par Threads  Any.
@@ -85,8 +91,11 @@ class Server {
  private:
   friend class EventSource;
   class Impl;
-  explicit Server(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
+  struct End {
+    void operator()(Impl* impl) const noexcept;
+  };
+  explicit Server(std::unique_ptr<Impl, End> impl);
+  std::unique_ptr<Impl, End> impl_;
 };
 
 /// The events of one event stream that Server::serve() has opened. Destroying it ends the subscription. It must not outlive the server.

@@ -1,5 +1,7 @@
 #include <lrt/base/clock.hpp>
 
+#include <lrt/base/immortal.hpp>
+
 #include "src/base/civil.hpp"
 
 namespace lrt {
@@ -14,8 +16,8 @@ class SystemClock final : public Clock {
 }  // namespace
 
 const Clock& system_clock() noexcept {
-  static const SystemClock clock;
-  return clock;
+  static const Immortal<SystemClock> clock;
+  return *clock;
 }
 
 std::string to_xsd_date_time(std::chrono::system_clock::time_point utc) {

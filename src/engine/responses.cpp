@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/base/media_type.hpp>
 #include <lrt/http/etag.hpp>
 #include <lrt/http/negotiate.hpp>
@@ -42,12 +43,13 @@ rdf::Graph problem_graph(int status, const std::string& detail) {
 
 http::Response Responses::problem(const Context& context, int status, std::string detail, std::string errors) const {
   detail = cut(std::move(detail));
-  static const std::vector<std::string_view> offers = {"application/problem+json", "text/turtle", "application/json", page_type};
+  static const Immortal<std::vector<std::string_view>> offers(
+      std::vector<std::string_view>{"application/problem+json", "text/turtle", "application/json", page_type});
   const http::Request& request = context.request();
   http::Response response;
   response.status = status;
   std::size_t choice = 0;
-  if (request.find("Accept")) choice = http::negotiate(std::string_view(request.joined("Accept")), offers).value_or(0);
+  if (request.find("Accept")) choice = http::negotiate(std::string_view(request.joined("Accept")), *offers).value_or(0);
   if (choice == 1) {
     if (Result<std::string> text = rdf::write(problem_graph(status, detail), rdf::Syntax::turtle, options_.prefixes)) {
       response.fields.add("Content-Type", "text/turtle");

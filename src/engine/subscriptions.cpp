@@ -36,7 +36,19 @@ std::vector<rdf::TermId> focus_nodes(const rdf::Graph& graph, const std::string&
   return found;
 }
 
-const std::string interval_range = "seconds from 0 to " + std::to_string(max_interval.count());
+std::string_view refused_node(const rdf::Graph& graph, rdf::TermId node) {
+  const auto type = graph.find(vocab::rdf_::type), websocket = graph.find(vocab::hybrit::WebSocket);
+  if (!type || !websocket || graph.match(node, *type, *websocket).empty()) return {};
+  return "a WebSocket is opened by GET of the observed resource with Upgrade: websocket, here only web callbacks are made";
+}
+
+/// What a subscriber learns of a failed delivery: the status of its own receiver. Everything else has the same words, whether a port is closed,
+/// filtered, open, or not one of HTTP: else a subscriber could scan the robot's network.
+std::string public_reason(const subscription::DeliveryResult& result) {
+  return result.error.empty() ? "the receiver responded with " + std::to_string(result.status) : "no valid response was received";
+}
+
+std::string interval_range() { return "seconds from 0 to " + std::to_string(max_interval.count()); }
 
 }  // namespace
 
@@ -46,8 +58,8 @@ std::optional<std::chrono::milliseconds> interval_of(std::string_view seconds) {
   return std::chrono::milliseconds(std::llround(*value * 1000));
 }
 
-Subscriptions::Subscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, const Bodies& bodies,
-                             Representations& representations, PropertyValues& values, ChangeScanner& scanner)
+Subscriptions::Subscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, Bodies& bodies,
+                             Representations& representations, PropertyValues& values, ChangeScanner& scanner, PendingSaves& saves)
     : options_(options),
       registry_(registry),
       bases_(bases),
@@ -56,6 +68,7 @@ Subscriptions::Subscriptions(const EngineOptions& options, Registry& registry, B
       representations_(representations),
       values_(values),
       scanner_(scanner),
+      saves_(saves),
       allowed_(subscription::AllowedHosts::parse(options.callbacks.allow)),
       instance_(RandomIds().next()) {}
 
@@ -143,7 +156,7 @@ std::optional<http::Response> Subscriptions::read_query(const Context& context, 
   const std::string_view target = context.request().target;
   if (const auto interval = query_parameter(target, "minimumInterval")) {
     const auto parsed = interval_of(*interval);
-    if (!parsed) return responses_.problem(context, 400, "minimumInterval: expected " + interval_range);
+    if (!parsed) return responses_.problem(context, 400, "minimumInterval: expected " + interval_range());
     wanted.policy.minimum_interval = *parsed;
   }
   if (const auto length = query_parameter(target, "queueLength")) {
@@ -178,11 +191,12 @@ Outcome Subscriptions::subscribe(Context& context, Protocol protocol) {
   }
   if (auto response = read_query(context, wanted)) return *std::move(response);
   if (auto response = too_many(context, protocol)) return *std::move(response);
-  return representations_.attempt(context, [this, wanted = std::move(wanted)](Context& c, bool current) { return open(c, wanted, current); });
+  return representations_.attempt(context, [this, wanted = std::move(wanted)](Context& c, std::optional<Ticket> ticket) { return open(c, wanted, ticket); });
 }
 
 /// Chooses the media type of the notifications (R0.17) and makes the subscription, once there is a value to begin with.
-Representations::Attempt Subscriptions::open(Context& context, SubscriptionRequest wanted, bool current) {
+Representations::Attempt Subscriptions::open(Context& context, SubscriptionRequest wanted, std::optional<Ticket> ticket) {
+  const bool current = ticket.has_value();
   wanted.observed = context.resource;
   const bool streams = wanted.protocol == Protocol::event_stream;
   Variants offers = context.resource->variants();
@@ -220,8 +234,8 @@ Representations::Attempt Subscriptions::open(Context& context, SubscriptionReque
   // WHATWG HTML 9.2.3: the client has this representation already.
   const auto known = context.request().find("Last-Event-ID");
   if (streams && known) wanted.known_tag = std::string(*known);
+  if (protocol == Protocol::callback) return make_callback(context, std::move(wanted), ticket);
   SubscriptionResource& made = make(std::move(wanted), context.base, options_.ids->next(), context.now.utc);
-  if (protocol == Protocol::callback) return Outcome(description_response(context, made));
   const std::string location = responses_.iri(context, made.path);
   if (streams) {
     http::Response response = stream_response(context);
@@ -268,27 +282,17 @@ Outcome Subscriptions::create(Context& context) {
   const auto problem = [&](int status, std::string detail) { return responses_.problem(context, status, std::move(detail)); };
   if (requests_other_model(context.request().joined("Link"))) return problem(409, "members of this container are ldp:RDFSource");
   if (!makes_callbacks()) return problem(403, "this server may call no receiver: it makes no web callbacks");
-  auto read = bodies_.read(context);
-  if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
-  const rdf::Graph& graph = std::get<Bodies::Body>(read).graph;
+  static constexpr FocusRule rule{focus_nodes, "subscription", refused_node};
+  auto read = bodies_.read_graph(context, rule);
+  if (auto outcome = outcome_of(read)) return *std::move(outcome);
+  const rdf::Graph& graph = std::get<Body>(read).graph;
+  const rdf::TermId node = *std::get<Body>(read).node;
   ThingNode& thing = *context.resource->thing;
-  const std::vector<rdf::TermId> nodes = focus_nodes(graph, responses_.iri(context, context.resource->path));
-  if (nodes.size() > 1) return problem(422, "body: expected one subscription, found several");
-  const auto is_a = [&](Iri type) {
-    const auto p = graph.find(vocab::rdf_::type), o = graph.find(type);
-    return !nodes.empty() && p && o && !graph.match(nodes.front(), *p, *o).empty();
-  };
-  if (is_a(vocab::hybrit::WebSocket))
-    return problem(422, "a WebSocket is opened by GET of the observed resource with Upgrade: websocket, here only web callbacks are made");
-
-  const auto node = nodes.empty() ? std::nullopt : std::optional(nodes.front());
-  if (auto response = bodies_.nonconforming(context, graph, node)) return *std::move(response);
-  if (nodes.empty()) return problem(422, "body: expected triples about <> or one subscription, found none");
 
   // The shape may be the user's own and require less than is needed here.
   const auto object = [&](Iri predicate) -> std::optional<std::string> {
     const auto p = graph.find(predicate);
-    const auto found = p ? graph.object(nodes.front(), *p) : std::nullopt;
+    const auto found = p ? graph.object(node, *p) : std::nullopt;
     if (!found || graph.term(*found).is_blank()) return std::nullopt;
     return std::string(graph.term(*found).text);
   };
@@ -314,7 +318,7 @@ Outcome Subscriptions::create(Context& context) {
   wanted.variant = variants.variants[*choice];
   if (const auto seconds = object(vocab::lrt_::minimumInterval)) {
     const auto interval = interval_of(*seconds);
-    if (!interval) return problem(422, "lrt:minimumInterval: expected " + interval_range);
+    if (!interval) return problem(422, "lrt:minimumInterval: expected " + interval_range());
     wanted.policy.minimum_interval = *interval;
   }
   if (const auto length = object(vocab::lrt_::queueLength)) {
@@ -329,7 +333,22 @@ Outcome Subscriptions::create(Context& context) {
   }
   if (auto response = representations_.failed_precondition(context)) return *std::move(response);
   if (auto response = too_many(context, Protocol::callback)) return *std::move(response);
-  return description_response(context, make(std::move(wanted), context.base, options_.ids->next(), context.now.utc));
+  return make_callback(context, std::move(wanted), std::nullopt);
+}
+
+/// 201 when the subscription is saved. Its notifications begin then, too.
+Outcome Subscriptions::make_callback(Context& context, SubscriptionRequest wanted, std::optional<Ticket> ticket) {
+  return saves_.respond_when_saved(context, ticket, [&]() -> PendingSaves::Change {
+    wanted.provisional = true;
+    SubscriptionResource& made = make(std::move(wanted), context.base, options_.ids->next(), context.now.utc);
+    return {description_response(context, made), [this, channel = made.channel](bool saved) {
+              SubscriptionResource* s = find(channel);
+              if (!s) return;  // its resource is gone
+              if (!saved) return end(*s, 0, {});
+              s->provisional = false;
+              announce(*s);
+            }};
+  });
 }
 
 // ------------------------------------------------------------------------------------------------------- coming and going
@@ -352,7 +371,7 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
   if (s.protocol == Protocol::callback) {
     s.confirmed = !must_confirm(s.url);
     ++callbacks_;
-    ++callbacks_revision_;
+    saves_.changed();
   }
   // SPEC 3.6: the first notification at once.
   if (begins_with_refresh) {
@@ -372,6 +391,27 @@ void Subscriptions::first_notification(SubscriptionResource& s) {
   else changed(s);
 }
 
+/// A callback continues until the file is without it: if that fails, nothing has changed.
+Outcome Subscriptions::cancel(Context& context, SubscriptionResource& s, http::Response response) {
+  static constexpr std::uint16_t code = 1000;
+  static constexpr const char* reason = "the subscription was cancelled";
+  if (s.protocol != Protocol::callback) {
+    end(s, code, reason);
+    return response;
+  }
+  return saves_.respond_when_saved(context, std::nullopt, [&]() -> PendingSaves::Change {
+    ++s.cancellations;
+    saves_.changed();
+    return {std::move(response), [this, channel = s.channel](bool saved) {
+              SubscriptionResource* cancelled = find(channel);
+              if (!cancelled) return;
+              if (saved) return end(*cancelled, code, reason);
+              --cancelled->cancellations;
+              saves_.changed();
+            }};
+  });
+}
+
 void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string reason) {
   if (s.protocol != Protocol::callback && code != 0) {
     ClosingChannel& closing = closing_[static_cast<std::uint64_t>(s.channel)];
@@ -384,7 +424,7 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
   }
   if (s.protocol == Protocol::callback) {
     --callbacks_;
-    ++callbacks_revision_;
+    if (!s.is_cancelling()) saves_.changed();
   }
   next_notifications_.clear(s.next_notification);
   by_channel_.erase(static_cast<std::uint64_t>(s.channel));
@@ -459,7 +499,7 @@ subscription::Item Subscriptions::item_of(const SubscriptionResource& s, Represe
 
 /// Names the channel to the transport or the deliverer, unless it was named already.
 void Subscriptions::announce(SubscriptionResource& s) {
-  if (s.ready_announced || s.next_notification || s.under_way || s.backlog.empty()) return;
+  if (s.provisional || s.ready_announced || s.next_notification || s.under_way || s.backlog.empty()) return;
   s.ready_announced = true;
   if (s.protocol == Protocol::callback) return callbacks_ready_.push_back({s.channel, s.receiver});
   (s.observed.is_urgent() ? urgent_ : ready_).push_back(s.channel);
@@ -658,6 +698,7 @@ void Subscriptions::delivered(Channel channel, const subscription::DeliveryResul
     s->confirmed = true;
     s->retry.succeeded();
     s->last_error.clear();
+    s->logged_error.clear();
     return announce(*s);
   }
   const bool may_confirm_later = result.status == 0 || result.status == 408 || result.status == 429 || result.status >= 500;
@@ -665,20 +706,22 @@ void Subscriptions::delivered(Channel channel, const subscription::DeliveryResul
     ++s->delivered;
     s->retry.succeeded();
     s->last_error.clear();
+    s->logged_error.clear();
     return announce(*s);
   }
-  s->last_error = result.error.empty() ? "the receiver responded with " + std::to_string(result.status) : result.error;
+  s->last_error = public_reason(result);
+  const std::string& detail = result.error.empty() ? s->last_error : result.error;
+  if (std::exchange(s->logged_error, detail) != detail) responses_.log(LogLevel::warning, s->path + ": " + detail);
   ++s->revision;
-  if (confirming && !may_confirm_later) s->last_error = "the receiver did not confirm the subscription (status " + std::to_string(result.status) + ")";
   if (result.status == 410 || result.refused || (confirming && !may_confirm_later)) {
-    responses_.log(LogLevel::info, s->path + " ends: " + s->last_error);
+    responses_.log(LogLevel::info, s->path + " ends: " + (confirming ? "the receiver did not confirm it: " : "") + detail);
     return end(*s, 0, {});
   }
   // Jitter from what differs between subscriptions: the engine has no source of chance.
   const std::size_t spread = std::hash<std::string>()(s->subscription_id) ^ (s->backlog.dropped() * 7919 + s->revision * 104729);
   const auto pause = s->retry.failed(static_cast<double>(spread % 1024) / 1024);
   if (!pause) {
-    responses_.log(LogLevel::warning, s->path + " ends after too many failures: " + s->last_error);
+    responses_.log(LogLevel::warning, s->path + " ends after too many failures: " + detail);
     return end(*s, 0, {});
   }
   if (s->queues() && !s->retry.suspended()) {

@@ -20,6 +20,7 @@
 #include "src/engine/bodies.hpp"
 #include "src/engine/change_scanner.hpp"
 #include "src/engine/deadline_queue.hpp"
+#include "src/engine/pending_saves.hpp"
 #include "src/engine/registry.hpp"
 #include "src/engine/representations.hpp"
 #include "src/engine/resources/subscription.hpp"
@@ -36,8 +37,8 @@ class Subscriptions {
  public:
   using Instant = std::chrono::steady_clock::time_point;
 
-  Subscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, const Bodies& bodies,
-                Representations& representations, PropertyValues& values, ChangeScanner& scanner);
+  Subscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, Bodies& bodies,
+                Representations& representations, PropertyValues& values, ChangeScanner& scanner, PendingSaves& saves);
 
   /// @par Errors  invalid_option: of the options of subscriptions and callbacks
   Result<void> check_options() const;
@@ -57,11 +58,11 @@ class Subscriptions {
 
   /// Makes one that was judged already.
   SubscriptionResource& make(SubscriptionRequest request, std::size_t base, std::string id, Utc created);
+  /// DELETE of one, with the response if it succeeds.
+  Outcome cancel(Context& context, SubscriptionResource& s, http::Response response);
   /// Ends one. A WebSocket or event stream that is open is closed; a code of 0: it is closed already.
   void end(SubscriptionResource& s, std::uint16_t code, std::string reason);
   std::size_t callback_count() const noexcept { return callbacks_; }
-  /// Moves with every callback that comes or goes.
-  std::uint64_t callbacks_revision() const noexcept { return callbacks_revision_; }
 
   // Observers.
   void changed(SubscriptionResource& s);
@@ -94,7 +95,8 @@ class Subscriptions {
   std::optional<http::Response> refused_receiver(const Context& context, const std::string& url) const;
   std::optional<http::Response> too_many(const Context& context, Protocol protocol) const;
   std::optional<http::Response> read_query(const Context& context, SubscriptionRequest& request) const;
-  Representations::Attempt open(Context& context, SubscriptionRequest request, bool current);
+  Representations::Attempt open(Context& context, SubscriptionRequest request, std::optional<Ticket> ticket);
+  Outcome make_callback(Context& context, SubscriptionRequest request, std::optional<Ticket> ticket);
   http::Response stream_response(const Context& context) const;
   http::Response description_response(const Context& context, SubscriptionResource& made) const;
 
@@ -112,10 +114,11 @@ class Subscriptions {
   Registry& registry_;
   Bases& bases_;
   const Responses& responses_;
-  const Bodies& bodies_;
+  Bodies& bodies_;
   Representations& representations_;
   PropertyValues& values_;
   ChangeScanner& scanner_;
+  PendingSaves& saves_;
   const Result<subscription::AllowedHosts> allowed_;
   const Result<subscription::AllowedHosts> loopback_ = subscription::AllowedHosts::parse({"127.0.0.0/8", "::1"});
   const std::string instance_;
@@ -124,7 +127,6 @@ class Subscriptions {
   std::unordered_map<std::uint64_t, SubscriptionResource*> by_channel_;
   std::unordered_map<std::uint64_t, ClosingChannel> closing_;
   std::size_t callbacks_ = 0;
-  std::uint64_t callbacks_revision_ = 0;
 
   std::deque<Channel> urgent_, ready_;                  ///< to be named by next_ready()
   std::vector<subscription::ReadyCallback> callbacks_ready_;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <lrt/base/immortal.hpp>
+
 #include "src/base/ascii.hpp"
 
 namespace lrt::engine {
@@ -49,35 +51,35 @@ std::string Variants::list() const {
 }
 
 const Variants& graph_variants() {
-  static const Variants all = with_page(of_graphs());
-  return all;
+  static const Immortal<Variants> all(with_page(of_graphs()));
+  return *all;
 }
 
 const Variants& overview_variants() {
-  static const Variants all = [] {
+  static const Immortal<Variants> all([] {
     Variants both = of_graphs();
     add(both, rdf::media_type(rdf::Plain::json), Variant::overview());
     return with_page(std::move(both));
-  }();
-  return all;
+  }());
+  return *all;
 }
 
 const Variants& value_variants() {
-  static const Variants all = [] {
+  static const Immortal<Variants> all([] {
     Variants both = of_graphs();
     for (const rdf::Plain p : rdf::all_plain) add(both, rdf::media_type(p), Variant(p));
     return with_page(std::move(both));
-  }();
-  return all;
+  }());
+  return *all;
 }
 
 const Variants& context_variants() {
-  static const Variants all = [] {
+  static const Immortal<Variants> all([] {
     Variants only;
     add(only, rdf::media_type(rdf::Syntax::json_ld), Variant(rdf::Syntax::json_ld));
     return with_page(std::move(only));
-  }();
-  return all;
+  }());
+  return *all;
 }
 
 Variants variants_of(const model::PropertySpec& spec) {

@@ -1,13 +1,14 @@
 #include <lrt/thing.hpp>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
+#include <limits>
 #include <vector>
 
 #include <lrt/base/iri.hpp>
 #include <lrt/base/utf8.hpp>
 #include <lrt/rdf/lexical.hpp>
+
+#include "src/base/read_file.hpp"
 
 namespace lrt {
 
@@ -120,11 +121,9 @@ Thing& Thing::blueprint(Iri external) {
 }
 Thing& Thing::shapes(std::string turtle) { return spec_->shapes.push_back(std::move(turtle)), *this; }
 Thing& Thing::shapes_from_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file.is_open() || file.bad())
-    remember({Errc::io_error, "thing \"" + spec_->path + "\": the shapes file \"" + path + "\" cannot be read"});
-  return shapes(std::move(text));
+  Result<std::string> text = read_file(path, std::numeric_limits<std::size_t>::max());
+  if (!text) remember({Errc::io_error, "thing \"" + spec_->path + "\": the shapes file \"" + path + "\" cannot be read"});
+  return shapes(text ? *std::move(text) : std::string());
 }
 Thing& Thing::dispatch(Dispatch where) { return spec_->dispatch = where, *this; }
 

@@ -1,5 +1,7 @@
 #include <lrt/rdf/codec.hpp>
 
+#include <lrt/base/immortal.hpp>
+
 #include "src/rdf/codecs.hpp"
 #include "src/rdf/turtle_parser.hpp"
 
@@ -17,13 +19,13 @@ std::string_view media_type(Syntax syntax) noexcept {
 }
 
 const std::vector<Syntax>& available_syntaxes() {
-  static const std::vector<Syntax> syntaxes = [] {
+  static const Immortal<std::vector<Syntax>> syntaxes([] {
     std::vector<Syntax> all = {Syntax::turtle, Syntax::n_triples};
     if (has_rdf_xml()) all.push_back(Syntax::rdf_xml);
     for (const Syntax s : {Syntax::json_ld, Syntax::trig, Syntax::n_quads}) all.push_back(s);
     return all;
-  }();
-  return syntaxes;
+  }());
+  return *syntaxes;
 }
 
 std::optional<Syntax> syntax_of(std::string_view type) noexcept {
@@ -34,7 +36,7 @@ std::optional<Syntax> syntax_of(std::string_view type) noexcept {
 }
 
 const Prefixes& default_prefixes() {
-  static const Prefixes prefixes = {
+  static const Immortal<Prefixes> prefixes(Prefixes{
       {"hybrit", "https://hybr-it-projekt.de/ns/hybr-it#"},
       {"vom", "http://vocab.arvida.de/2015/06/vom/vocab#"},
       {"maths", "http://vocab.arvida.de/2015/06/maths/vocab#"},
@@ -57,8 +59,8 @@ const Prefixes& default_prefixes() {
       {"unit", "http://qudt.org/vocab/unit/"},
       {"quantitykind", "http://qudt.org/vocab/quantitykind/"},
       {"lrt", "https://w3id.org/lrt/ns#"},
-  };
-  return prefixes;
+  });
+  return *prefixes;
 }
 
 Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& options) {

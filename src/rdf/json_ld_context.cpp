@@ -7,6 +7,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/rdf/n_triples.hpp"
@@ -111,13 +112,13 @@ bool has_prefix(const Term& term) noexcept { return term.name.find(':') != std::
 }  // namespace
 
 const Term* term_of(std::string_view iri) noexcept {
-  static const std::unordered_map<std::string_view, const Term*> by_iri = [] {
+  static const Immortal<std::unordered_map<std::string_view, const Term*>> by_iri([] {
     std::unordered_map<std::string_view, const Term*> map;
     for (const Term& t : terms) map.emplace(t.iri.text, &t);
     return map;
-  }();
-  const auto found = by_iri.find(iri);
-  return found == by_iri.end() ? nullptr : found->second;
+  }());
+  const auto found = by_iri->find(iri);
+  return found == by_iri->end() ? nullptr : found->second;
 }
 
 std::size_t index_of(const Term& term) noexcept { return static_cast<std::size_t>(&term - terms); }
@@ -125,12 +126,12 @@ std::size_t term_count() noexcept { return std::size(terms); }
 const Term& term_at(std::size_t index) noexcept { return terms[index]; }
 
 bool is_term_name(std::string_view name) noexcept {
-  static const std::unordered_set<std::string_view> names = [] {
+  static const Immortal<std::unordered_set<std::string_view>> names([] {
     std::unordered_set<std::string_view> all = {"id", "type"};
     for (const Term& t : terms) all.insert(t.name);
     return all;
-  }();
-  return names.count(name) != 0;
+  }());
+  return names->count(name) != 0;
 }
 
 PrefixTable usable_prefixes(const Prefixes& prefixes) {

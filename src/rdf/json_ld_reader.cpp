@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/base/iri.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/vocab.hpp>
@@ -131,13 +132,13 @@ class Reader {
       std::mutex mutex;
       std::vector<std::pair<Prefixes, Context>> contexts;
     };
-    static Known& known = *new Known;  // never destroyed: threads may read until the process ends
+    static Immortal<Known> known;
     constexpr std::size_t max_known = 16;
-    const std::lock_guard lock(known.mutex);
-    for (const auto& [of, context] : known.contexts)
+    const std::lock_guard lock(known->mutex);
+    for (const auto& [of, context] : known->contexts)
       if (of == prefixes) return context;
     Context made = parse_own_context(prefixes);
-    if (known.contexts.size() < max_known) known.contexts.emplace_back(prefixes, made);
+    if (known->contexts.size() < max_known) known->contexts.emplace_back(prefixes, made);
     return made;
   }
 

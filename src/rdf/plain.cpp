@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/base/utf8.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/traits.hpp>
@@ -113,8 +114,8 @@ class JsonWriter {
   }
 
   static const Value::Sequence& members_of(const Value& value) {
-    static const Value::Sequence none;
-    return value.sequence() ? *value.sequence() : none;
+    static const Immortal<Value::Sequence> none;
+    return value.sequence() ? *value.sequence() : *none;
   }
 
   bool with_units_;

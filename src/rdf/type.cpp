@@ -1,5 +1,6 @@
 #include <lrt/rdf/traits.hpp>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/base/iri.hpp>
 
 namespace lrt::rdf {
@@ -32,28 +33,28 @@ Type scalar(Type::Kind kind, Iri datatype, bool single = false) {
 }  // namespace
 
 const Type& boolean_type() noexcept {
-  static const Type t = scalar(Type::Kind::boolean, vocab::xsd::boolean);
-  return t;
+  static const Immortal<Type> t(scalar(Type::Kind::boolean, vocab::xsd::boolean));
+  return *t;
 }
 const Type& text_type() noexcept {
-  static const Type t = scalar(Type::Kind::text, vocab::xsd::string);
-  return t;
+  static const Immortal<Type> t(scalar(Type::Kind::text, vocab::xsd::string));
+  return *t;
 }
 const Type& float_type() noexcept {
-  static const Type t = scalar(Type::Kind::real, vocab::xsd::float_, true);
-  return t;
+  static const Immortal<Type> t(scalar(Type::Kind::real, vocab::xsd::float_, true));
+  return *t;
 }
 const Type& double_type() noexcept {
-  static const Type t = scalar(Type::Kind::real, vocab::xsd::double_);
-  return t;
+  static const Immortal<Type> t(scalar(Type::Kind::real, vocab::xsd::double_));
+  return *t;
 }
 const Type& duration_type() noexcept {
-  static const Type t = scalar(Type::Kind::duration, vocab::xsd::dayTimeDuration);
-  return t;
+  static const Immortal<Type> t(scalar(Type::Kind::duration, vocab::xsd::dayTimeDuration));
+  return *t;
 }
 const Type& instant_type() noexcept {
-  static const Type t = scalar(Type::Kind::instant, vocab::xsd::dateTime);
-  return t;
+  static const Immortal<Type> t(scalar(Type::Kind::instant, vocab::xsd::dateTime));
+  return *t;
 }
 
 Type integer_type(std::int64_t lowest, std::uint64_t highest, std::size_t bytes) {

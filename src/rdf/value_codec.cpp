@@ -6,6 +6,7 @@
 #include <optional>
 #include <tuple>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/base/utf8.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/rdf/lexical.hpp>
@@ -188,8 +189,8 @@ class Completion {
     if (has(node, vocab::qudt::hasUnit, u.qudt) && !has(node, vocab::vom::unit.text)) add(node, vocab::vom::unit, std::string(u.vom.text));
   }
   void number(TermId node, const Type& type, const Facets& facets) {
-    static const std::vector<std::string> scalar = {std::string(vocab::maths::Scalar.text)};
-    classes(node, scalar);
+    static const Immortal<std::vector<std::string>> scalar(std::size_t{1}, std::string(vocab::maths::Scalar.text));
+    classes(node, *scalar);
     unit(node, facets.unit());
     objects(node, vocab::vom::numericalValue.text, [&](const Triple& t) { literal_at(t, type); });
   }

@@ -1,5 +1,6 @@
 #include <lrt/server.hpp>
 
+#include <algorithm>
 #include <atomic>
 #include <deque>
 #include <mutex>
@@ -9,13 +10,16 @@
 
 #include <lrt/transport/named.hpp>
 
+#include "src/base/event_waker.hpp"
 #include "src/base/mailbox.hpp"
+#include "src/base/process.hpp"
+#include "src/base/thread.hpp"
 #include "src/page/page.hpp"
+#include "src/server/body_pool.hpp"
 #include "src/server/guest_requests.hpp"
 #include "src/server/listen_addresses.hpp"
 #include "src/server/log_queue.hpp"
 #include "src/server/saved_file.hpp"
-#include "src/base/event_waker.hpp"
 
 namespace lrt {
 
@@ -35,11 +39,14 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       : options_(std::move(options)),
         clock_(options_.clock ? *options_.clock : system_clock()),
         log_(options_.log),
-        engine_(engine_options()) {}
+        engine_(engine_options()),
+        bodies_(std::max(1U, options_.threads.body_threads), options_.threads.own) {}
 
   ~Impl() override {
     stop();
     transport_.reset();  // first: a turn on the host's loop may be under way
+    saved_.reset();      // writes what waits
+    log_.flush();
   }
 
   Result<void> listen() {
@@ -47,34 +54,52 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (options_.threads.dispatch == Dispatch::executor && !options_.threads.executor)
       return unexpected(Errc::invalid_option, "Dispatch::executor needs Threads::executor");
     if (Result<void> checked = engine_.check(); !checked) return checked;
+    Result<std::optional<SavedFile::Content>> saved = load();
+    if (!saved) return Unexpected{saved.error()};
     if (Result<void> started = start_transport(); !started) return started;
     transport_waker_ = transport_->waker();
     engine_.set_waker(transport_waker_);
-    if (!options_.callbacks.file.empty()) restore();
+    if (!options_.callbacks.file.empty())
+      if (Result<void> restored = restore(*saved); !restored) return restored;
+    options_.callbacks.threads = options_.threads.own;
     if (const auto& callbacks = options_.callbacks; !callbacks.allow.empty()) {
       auto made = callbacks.deliverer ? callbacks.deliverer(*this, callbacks, waking_log()) : delivery::make_deliverer(*this, callbacks, waking_log());
       if (!made) return Unexpected{std::move(made).error()};
       deliverer_ = *std::move(made);
     }
-    if (options_.threads.io == Io::own_thread) io_ = std::thread([this] { serve(); });
+    if (options_.threads.io == Io::own_thread) {
+      Result<Thread> io = start_thread("lrt-io", options_.threads.own, [this] { serve(); });
+      if (!io) return Unexpected{std::move(io).error()};
+      io_ = *std::move(io);
+    }
     return {};
+  }
+
+  /// False if it is to stay as it is: in a child process, which has none of its threads, and when its destructor runs below one of its own functions,
+  /// as in exit() called by a lambda.
+  bool can_be_destroyed() noexcept {
+    if (!process_.is_current() || serving_ == std::this_thread::get_id()) return false;
+    const std::lock_guard lock(threads_mutex_);
+    return !io_.is_current() && !runner_.is_current();
   }
 
   /// @param what  a Thing, or several
   template <class Things>
   Result<void> add(Things what) {
-    if (stopping_) return unexpected(Errc::closed, "the server has stopped");
+    if (Result<void> open = check_open(); !open) return open;
     Result<void> result = with_engine([&] { return engine_.add(std::move(what)); });
     if (transport_waker_) transport_waker_->wake();  // for observers of the structure
     return result;
   }
   Result<void> remove(std::string_view path) {
+    if (!process_.is_current()) return check_open();
     Result<void> result = with_engine([&] { return engine_.remove(path); });
     if (transport_waker_) transport_waker_->wake();
     return result;
   }
 
   std::chrono::milliseconds poll(std::chrono::microseconds budget) noexcept {
+    if (!process_.is_current()) return forever;
     if (serving_ == std::this_thread::get_id()) return std::chrono::milliseconds(0);  // called by a lambda that the transport's turn runs
     try {
       const auto end = std::chrono::steady_clock::now() + budget;
@@ -102,7 +127,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
   void run() noexcept {
-    while (!stopping_) {
+    while (!stopping_ && process_.is_current()) {
       const std::chrono::milliseconds rest = std::min(poll(std::chrono::milliseconds(10)), std::chrono::milliseconds(1000));
       if (rest.count() == 0) continue;
       try {
@@ -120,16 +145,19 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
   void start() {
+    if (!process_.is_current()) return;
     const std::lock_guard lock(threads_mutex_);
-    if (!runner_.joinable()) runner_ = std::thread([this] { run(); });
+    if (!runner_.joinable()) runner_ = start_thread("lrt-run", options_.threads.own, [this] { run(); }).value();
   }
 
   void wake() noexcept {
+    if (!process_.is_current()) return;
     if (options_.threads.io == Io::in_poll && transport_waker_) transport_waker_->wake();
     else rest_.wake();
   }
 
   void stop() noexcept {
+    if (!process_.is_current()) return;
     stopping_ = true;
     rest_.wake();
     if (transport_waker_) transport_waker_->wake();
@@ -140,14 +168,14 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     const auto me = std::this_thread::get_id();
     if (serving_ == me) return;  // from a lambda: the serving thread finishes when it returns
     // Each thread is joined by the first caller, without a lock: a lambda on one of them may be stopping too.
-    std::thread io, runner;
+    Thread io, runner;
     {
       const std::lock_guard lock(threads_mutex_);
-      if (io_.get_id() != me) io = std::move(io_);
-      if (runner_.get_id() != me) runner = std::move(runner_);
+      if (!io_.is_current()) io = std::move(io_);
+      if (!runner_.is_current()) runner = std::move(runner_);
     }
-    if (io.joinable()) io.join();
-    if (runner.joinable()) runner.join();
+    io.join();
+    runner.join();
     if (options_.threads.io == Io::in_poll && transport_) {
       if (const Turn turn(*this); turn) finish();
       else wait_until_finished();  // a turn on another thread carries out the stop
@@ -156,6 +184,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
   Result<void> reload_tls() {
+    if (!process_.is_current()) return check_open();
     return transport_ ? transport_->reload_tls() : unexpected(Errc::closed, "the server does not listen");
   }
   std::uint16_t port() const noexcept { return transport_ ? transport_->port() : 0; }
@@ -166,6 +195,13 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
   // engine::Handler, on the transport's thread
+  engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) override {
+    const Result<engine::Access> access = engine_.authorize(request);  // user code: without the lock
+    return with_engine([&] { return engine_.judge_header(request, body_bytes, access, now); });
+  }
+  engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes) {
+    return judge_header(request, body_bytes, clock_.now());
+  }
   engine::Outcome handle(const http::Request& request, TimePoint now) override {
     const Result<engine::Access> access = engine_.authorize(request);  // user code: without the lock
     return with_engine([&] { return engine_.handle(request, access, now); });
@@ -227,6 +263,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
 
   // Requests that came over an HTTP server of the host's, on its threads.
   http::Response serve(const http::Request& request, std::optional<engine::Channel>& channel) {
+    if (!process_.is_current()) return refused();
     const Result<engine::Access> access = engine_.authorize(request);
     engine::Outcome outcome = with_engine([&] {
       engine::Outcome made = engine_.handle(request, access, clock_.now());
@@ -248,7 +285,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   std::optional<engine::Push> next_event(engine::Channel channel, std::chrono::milliseconds max_wait) {
     const auto end = std::chrono::steady_clock::now() + std::min<std::chrono::milliseconds>(max_wait, std::chrono::hours(24));
     while (true) {
-      if (stopping_) return closing_push();
+      if (stopping_ || !process_.is_current()) return closing_push();
       if (auto push = with_engine([&] { return engine_.next_push(channel, clock_.now()); })) return push;
       std::unique_lock lock(mutex_);
       while (!guests_.is_ready(channel) && !stopping_) {
@@ -258,6 +295,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     }
   }
   void close_events(engine::Channel channel) noexcept {
+    if (!process_.is_current()) return;
     {
       const std::lock_guard lock(mutex_);
       guests_.remove(channel);
@@ -267,6 +305,11 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
  private:
+  Result<void> check_open() const {
+    if (!process_.is_current()) return unexpected(Errc::closed, "the server belongs to the parent process");
+    return stopping_ ? unexpected(Errc::closed, "the server has stopped") : Result<void>();
+  }
+
   /// Starts a transport on Listen::address; of a host name, on its first address that the machine has.
   Result<void> start_transport() {
     const std::string& given = options_.listen.address;
@@ -344,8 +387,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     options.authorize = options_.security.authorize;
     options.challenge = options_.security.challenge;
     options.dispatch = options_.threads.dispatch;
+    options.body_jobs = options_.threads.body_threads > 0;
     options.subscriptions = options_.subscriptions;
     options.callbacks = options_.callbacks;
+    if (!options_.callbacks.file.empty() && options_.callbacks.respond_when_saved) options.save_timeout = options_.callbacks.save_timeout;
     options.prefixes = options_.prefixes;
     options.vocabulary = options_.vocabulary;
     options.clock = options_.clock;
@@ -414,11 +459,13 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   void pass_on(std::unique_lock<std::mutex>& lock) {
     const auto discarded = engine_.take_discarded();  // is destroyed without the lock
     std::vector<engine::Job> jobs = engine_.take_jobs();
+    std::vector<engine::BodyJob> bodies = engine_.take_body_jobs();
     const std::vector<subscription::ReadyCallback> callbacks = engine_.take_callbacks();
     if (saved_)
-      if (std::optional<std::string> text = engine_.take_saved()) saved_->save(*std::move(text));
+      if (std::optional<engine::SavedText> saved = engine_.take_saved()) saved_->save(std::move(saved->text), saved->revision);
     lock.unlock();
     if (!jobs.empty()) dispatch(std::move(jobs));
+    if (!bodies.empty()) bodies_.put(std::move(bodies));
     if (deliverer_)
       for (const subscription::ReadyCallback& due : callbacks) deliverer_->notify(due.channel, due.receiver);
     log_.flush();
@@ -442,26 +489,50 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       guests_.wait(lock, std::chrono::steady_clock::now() + longest_guest_wait);
     }
   }
+  static http::Response refused() {
+    http::Response response;
+    response.status = 503;
+    return response;
+  }
   static engine::Push closing_push() {
     engine::Push push;
     push.close = 1001;
     return push;
   }
 
-  /// Nothing about the file stops the start.
-  void restore() {
-    constexpr std::size_t max_bytes = 16 * 1024 * 1024;
+  /// The file of subscriptions. Something else in its place is an error, and stays there.
+  Result<std::optional<SavedFile::Content>> load() {
+    const std::size_t max_bytes = std::max<std::size_t>(16 * 1024 * 1024, options_.callbacks.max_callbacks * 32 * 1024);
     const std::string& path = options_.callbacks.file;
-    Result<std::optional<std::string>> text = SavedFile::load(path, max_bytes);
-    Result<void> restored;
-    if (!text) restored = Unexpected{text.error()};
-    else if (*text) restored = engine_.restore(**text);
-    if (!restored) {
-      const Result<std::string> aside = SavedFile::set_aside(path);
-      log(LogLevel::error, "the subscriptions in \"" + path + "\" are lost: " + restored.error().message + "; the file " +
-                               (aside ? "is kept as \"" + *aside + "\"" : "could not be set aside: " + aside.error().message));
+    if (path.empty()) return std::optional<SavedFile::Content>();
+    Result<SavedFile::Claim> prepared = SavedFile::prepare(path);
+    if (!prepared) return not_usable(std::move(prepared).error());
+    claim_ = *std::move(prepared);
+    Result<std::optional<SavedFile::Content>> loaded = SavedFile::load(path, max_bytes);
+    if (!loaded) return not_usable(std::move(loaded).error());
+    return loaded;
+  }
+  static Unexpected not_usable(Error error) { return unexpected(error.code, "callbacks.file: " + error.message); }
+
+  /// What is damaged is restored as far as it can be read. A copy is kept.
+  Result<void> restore(const std::optional<SavedFile::Content>& saved) {
+    const std::string& path = options_.callbacks.file;
+    const bool damaged = saved && saved->state == SavedFile::State::damaged;
+    const Result<std::size_t> found = saved && !damaged ? engine_.restore(saved->text) : Result<std::size_t>(0);
+    if (saved && saved->state == SavedFile::State::unmarked) {
+      // Files of earlier versions have no first line.
+      if (!saved->text.empty() && found.value_or(0) == 0)
+        return unexpected(Errc::invalid_option, "callbacks.file: \"" + path + "\": expected a file that lrt wrote, or none; found a file of another program. Choose another path");
+      if (saved->text.empty()) log(LogLevel::warning, "the file \"" + path + "\" is empty: no subscription is restored");
+    } else if (damaged || !found) {
+      const auto [restored, unreadable] = engine_.recover(saved->text);
+      const Result<std::string> copy = SavedFile::keep_copy(path);
+      log(LogLevel::error, "the file of subscriptions \"" + path + "\" was changed or cut off since lrt wrote it: " + std::to_string(restored) +
+                               " subscriptions are restored, " + std::to_string(unreadable) + " parts cannot be read, others may be missing; the file " +
+                               (copy ? "is kept as \"" + *copy + "\"" : "could not be kept: " + copy.error().message));
     }
-    saved_.emplace(path, waking_log());
+    saved_.emplace(path, [this](std::uint64_t revision, bool written) { engine_.saved(revision, written); }, waking_log(), options_.threads.own);
+    return {};
   }
 
   /// The end: waiting requests get their response, then everything closes. Inside the transport.
@@ -473,6 +544,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     } catch (...) {
     }
     if (deliverer_) deliverer_->stop();
+    bodies_.stop();
     const std::lock_guard lock(mutex_);
     while (auto reply = engine_.next_reply(clock_.now())) (void)guests_.take(*reply);
     guests_.notify();
@@ -519,13 +591,16 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     runs_io_jobs_ = false;
   }
 
+  const OwnProcess process_;
   Options options_;
   const Clock& clock_;
   LogQueue log_;
   mutable std::mutex mutex_;                              // guards engine_, guests_ and replies_; never held while user code runs
   engine::Engine engine_;
+  BodyPool bodies_;
   GuestRequests guests_;
   std::deque<engine::Reply> replies_;                     // of the transport, found by threads of guests
+  SavedFile::Claim claim_;                                // on the path of saved_
   std::optional<SavedFile> saved_;                        // set before the transport starts to be served
   std::unique_ptr<delivery::Deliverer> deliverer_;        // the same
   std::unique_ptr<transport::Transport> transport_;
@@ -538,16 +613,21 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   std::atomic<bool> stopping_{false}, finished_{false}, descriptor_is_used_{false};
   std::atomic<std::thread::id> serving_{};                // the thread inside the transport
   std::mutex threads_mutex_;                              // guards io_ and runner_, not the joining
-  std::thread io_, runner_;
+  Thread io_, runner_;
 };
 
-Server::Server(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+void Server::End::operator()(Impl* impl) const noexcept {
+  impl->stop();
+  if (impl->can_be_destroyed()) delete impl;
+}
+
+Server::Server(std::unique_ptr<Impl, End> impl) : impl_(std::move(impl)) {}
 Server::Server(Server&&) noexcept = default;
 Server& Server::operator=(Server&&) noexcept = default;
 Server::~Server() = default;
 
 Result<Server> Server::create(Options options) {
-  auto impl = std::make_unique<Impl>(std::move(options));
+  std::unique_ptr<Impl, End> impl(new Impl(std::move(options)));
   if (Result<void> listening = impl->listen(); !listening) return Unexpected{std::move(listening).error()};
   return Server(std::move(impl));
 }
@@ -567,6 +647,9 @@ Served Server::serve(const http::Request& request) {
   served.response = impl_->serve(request, channel);
   if (channel) served.events = EventSource(*impl_, *channel);
   return served;
+}
+engine::HeaderVerdict Server::judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes) {
+  return impl_->judge_header(request, body_bytes);
 }
 Result<void> Server::reload_tls() { return impl_->reload_tls(); }
 EventSource::EventSource(Server::Impl& server, engine::Channel channel) : server_(&server), channel_(channel) {}

@@ -176,7 +176,8 @@ void Compiler::find_shapes() {
   for (const Iri target : {sh::targetNode, sh::targetClass, sh::targetSubjectsOf, sh::targetObjectsOf})
     give(target, Role::subject);
   for (const Component* c : all_components())
-    for (const Component::Parameter& p : c->parameters) give(p.predicate, Role::subject);
+    for (const Component::Parameter& p : c->parameters)
+      if (!p.predicate.empty()) give(p.predicate, Role::subject);
   for (const Iri p : {sh::node, sh::property, sh::not_, sh::qualifiedValueShape}) give(p, Role::subject_and_object);
   for (const Iri p : {sh::and_, sh::or_, sh::xone}) give(p, Role::subject_and_members);
 
@@ -260,11 +261,12 @@ void Compiler::compile_shape(ShapeIndex index) {
   for (const Component* component : all_components()) {
     bool used = false;
     for (const Component::Parameter& p : component->parameters) {
+      if (p.predicate.empty()) break;
       const auto all = values(id, p.predicate);
       if (all.empty()) continue;
       used = true;
       if (p.single && all.size() > 1) fail(id, p.predicate, all[1], "one value only");
-      const bool first = &p == &component->parameters.front();
+      const bool first = &p == component->parameters;
       if (first && component->property_shapes_only && !draft.is_property_shape)
         fail(id, p.predicate, all.front(), "this in property shapes only");
     }

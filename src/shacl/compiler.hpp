@@ -28,10 +28,10 @@ struct Draft {
 /// A constraint component (SHACL 4): its parameters, the shapes that may have it, and the function that makes its constraints.
 struct Component {
   struct Parameter {
-    Iri predicate;
-    bool single;  ///< at most one value in a shape
+    Iri predicate{};
+    bool single = false;  ///< at most one value in a shape
   };
-  std::vector<Parameter> parameters;
+  Parameter parameters[4];            ///< up to the first empty one
   bool property_shapes_only = false;  ///< the first parameter makes a node shape ill-formed
   /// Adds the constraints that the parameters of the shape declare.
   void (*build)(Compiler&, const Draft&) = nullptr;

@@ -4,12 +4,13 @@
 #include <array>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <system_error>
 #include <utility>
 
 #include <lrt/base/iri.hpp>
 #include <lrt/base/utf8.hpp>
+
+#include "src/base/read_file.hpp"
 
 namespace lrt::urdf {
 namespace {
@@ -98,15 +99,11 @@ Result<FileState> state_of(const PackageFile& file, std::size_t max_bytes) {
 }
 
 Result<Bytes> read_file(const FileState& file, std::size_t max_bytes) {
-  std::ifstream in(file.path, std::ios::binary);
-  std::string bytes;
-  bytes.resize(std::min<std::size_t>(file.bytes, max_bytes) + 1);  // one more shows a file that has grown
-  in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (!in.is_open() || in.bad()) return unexpected(Errc::io_error, file.path + " cannot be read");
-  bytes.resize(static_cast<std::size_t>(in.gcount()));
-  if (bytes.size() > max_bytes)
+  Result<std::string> bytes = lrt::read_file(file.path, max_bytes);
+  if (!bytes) return unexpected(Errc::io_error, file.path + " cannot be read");
+  if (bytes->size() > max_bytes)
     return unexpected(Errc::limit_exceeded, file.path + " has more than " + std::to_string(max_bytes) + " bytes");
-  return std::make_shared<const std::string>(std::move(bytes));
+  return std::make_shared<const std::string>(*std::move(bytes));
 }
 
 }  // namespace lrt::urdf

@@ -10,6 +10,7 @@
 #include <thread>
 #include <unordered_map>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/rdf/lexical.hpp>
 
 #include "src/urdf/document.hpp"
@@ -44,8 +45,8 @@ class LogCapture final : public console_bridge::OutputHandler {
 
  private:
   static std::mutex& one_at_a_time() {
-    static std::mutex mutex;
-    return mutex;
+    static Immortal<std::mutex> mutex;
+    return *mutex;
   }
   std::string& messages_;
   const std::lock_guard<std::mutex> lock_;

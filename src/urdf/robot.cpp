@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -14,6 +11,7 @@
 #include <lrt/rdf/unit.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/read_file.hpp"
 #include "src/urdf/packages.hpp"
 
 namespace lrt::urdf {
@@ -605,15 +603,9 @@ std::vector<Thing> Robot::things() {
 }
 
 Result<Robot> load(const std::string& file, const ParseOptions& options) {
-  std::ifstream in(file, std::ios::binary);
-  std::string text;
-  char block[64 * 1024];
-  while (in && text.size() <= options.max_bytes) {  // bounded, because a file may be endless
-    in.read(block, sizeof block);
-    text.append(block, static_cast<std::size_t>(in.gcount()));
-  }
-  if (!in.is_open() || in.bad()) return unexpected(Errc::io_error, file + ": " + std::strerror(errno));
-  Result<Model> model = parse(text, options);
+  const Result<std::string> text = lrt::read_file(file, options.max_bytes);
+  if (!text) return Unexpected{text.error()};
+  Result<Model> model = parse(*text, options);
   if (!model) {
     Error error = std::move(model).error();
     error.message = file + ": " + error.message;

@@ -280,7 +280,7 @@ TEST_CASE("a failed notification is tried again after longer and longer pauses, 
   const Channel channel = arm.due().at(0);
   const std::string first = *arm.notice(channel)->body;
   arm.receipt(channel, {0, "connection refused"});
-  CHECK(arm.describe("i1").find("connection refused") != std::string::npos);
+  CHECK(arm.describe("i1").find("no valid response was received") != std::string::npos);
   CHECK(arm.due().empty());
   arm.publish(1);
   CHECK(arm.due().empty());
@@ -343,6 +343,34 @@ TEST_CASE("after the stated failures a callback is suspended, then removed; a re
   CHECK(arm.describe("i1").find("lrt:suspended") != std::string::npos);
   REQUIRE(fail({0, "timed out"}));
   CHECK(arm.bench.get("/arm/subscriptions/i1").status == 404);
+}
+
+TEST_CASE("lastError has the same words whatever is at the receiver's port; the log has the details, each once", "[engine][attack]") {
+  engine::EngineOptions options = allowing();
+  std::vector<std::string> log;
+  options.log = [&](LogLevel, std::string_view line) { log.emplace_back(line); };
+  Arm arm(options);
+  const std::string words = "lrt:lastError \"no valid response was received\"";
+  int made = 0;
+  for (const char* detail : {"127.0.0.1: Connection refused", "127.0.0.1: timed out while connecting", "it did not respond in time", "its response is not HTTP/1.1",
+                             "TLS: its certificate is not accepted", "no address of \"receiver.example\"", "its response is longer than 65536 bytes"}) {
+    INFO(detail);
+    const std::string id = "i" + std::to_string(++made);
+    REQUIRE(arm.bench.ask("GET /arm/angle" + callback).status == 201);
+    const Channel channel = arm.due().at(0);
+    const std::size_t logged = log.size();
+    for (int attempt = 0; attempt < 2; ++attempt) {
+      REQUIRE(arm.notice(channel));
+      arm.receipt(channel, {0, detail});
+      CHECK(arm.describe(id).find(words) != std::string::npos);
+      CHECK(arm.describe(id).find(detail) == std::string::npos);
+      arm.bench.clock.advance(milliseconds(1000));
+      (void)arm.due();
+    }
+    REQUIRE(log.size() == logged + 1);
+    CHECK(log.back().find(detail) != std::string::npos);
+    REQUIRE(arm.bench.ask("DELETE /arm/subscriptions/" + id).status == 204);
+  }
 }
 
 TEST_CASE("410 ends a callback, and so does a host whose addresses are not allowed", "[engine][R0.16][SPEC 3.6]") {
@@ -446,7 +474,7 @@ TEST_CASE("callbacks survive in what is saved: policy, secret, base and all", "[
     before = arm.bench.get("/arm/subscriptions/i1").body;
     const auto text = arm.bench.engine.take_saved();
     REQUIRE(text);
-    saved = *text;
+    saved = text->text;
     CHECK_FALSE(arm.bench.engine.take_saved());
     arm.publish(1);
     CHECK_FALSE(arm.bench.engine.take_saved());
@@ -471,7 +499,7 @@ TEST_CASE("callbacks survive in what is saved: policy, secret, base and all", "[
   CHECK(again.ask("DELETE /arm/subscriptions/i1").status == 204);
   const auto fewer = again.engine.take_saved();
   REQUIRE(fewer);
-  CHECK(fewer->find("robot.local") == std::string::npos);
+  CHECK(fewer->text.find("robot.local") == std::string::npos);
 }
 
 TEST_CASE("what is saved and damaged, or allowed no more, brings nothing back and harms nothing", "[engine][restart]") {
@@ -490,7 +518,7 @@ TEST_CASE("what is saved and damaged, or allowed no more, brings nothing back an
                                  "[] a hybrit:WebCallback . " + entry("e", "http://127.0.0.1:9/", "http://localhost/not/there")));
   CHECK(arm.bench.get("/arm/subscriptions").linked("related") == std::vector<std::string>{"http://localhost/arm/subscriptions/a"});
   // The one whose resource is not there waits, and so does the one that may not be called now: both stay in the file.
-  const std::string kept = arm.bench.engine.take_saved().value_or("");
+  const std::string kept = arm.bench.engine.take_saved().value_or(engine::SavedText{}).text;
   CHECK(kept.find("not/there") != std::string::npos);
   CHECK(kept.find("evil.example") != std::string::npos);
   CHECK(arm.bench.ask("GET /arm\nHost: elsewhere").status == 421);

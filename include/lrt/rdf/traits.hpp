@@ -19,6 +19,7 @@
 #include <variant>
 #include <vector>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
@@ -177,9 +178,9 @@ struct traits<bool> {
 template <class T>
 struct traits<T, std::enable_if_t<std::is_integral_v<T> && !std::is_same_v<T, bool> && !detail::is_character<T>>> {
   static const Type& type() {
-    static const Type t = detail::integer_type(static_cast<std::int64_t>(std::numeric_limits<T>::min()),
-                                               static_cast<std::uint64_t>(std::numeric_limits<T>::max()), sizeof(T));
-    return t;
+    static const Immortal<Type> t(detail::integer_type(static_cast<std::int64_t>(std::numeric_limits<T>::min()),
+                                               static_cast<std::uint64_t>(std::numeric_limits<T>::max()), sizeof(T)));
+    return *t;
   }
   static Value encode(T v) {
     if constexpr (std::is_signed_v<T>) return Value(static_cast<std::int64_t>(v));
@@ -281,8 +282,8 @@ Value encode_list(const Sequence& members) {
 template <class T, std::size_t N>
 struct traits<std::array<T, N>> {
   static const Type& type() {
-    static const Type t = detail::list_type(traits<T>::type(), N, N);
-    return t;
+    static const Immortal<Type> t(detail::list_type(traits<T>::type(), N, N));
+    return *t;
   }
   static Value encode(const std::array<T, N>& v) { return detail::encode_list<T>(v); }
   static Result<std::array<T, N>> decode(const Value& v) {
@@ -308,8 +309,8 @@ struct traits<std::array<T, N>> {
 template <class T>
 struct traits<std::vector<T>> {
   static const Type& type() {
-    static const Type t = detail::list_type(traits<T>::type(), 0, std::numeric_limits<std::size_t>::max());
-    return t;
+    static const Immortal<Type> t(detail::list_type(traits<T>::type(), 0, std::numeric_limits<std::size_t>::max()));
+    return *t;
   }
   static Value encode(const std::vector<T>& v) { return detail::encode_list<T>(v); }
   static Result<std::vector<T>> decode(const Value& v) {
@@ -337,8 +338,8 @@ struct traits<std::vector<T>> {
 template <class T>
 struct traits<std::optional<T>> {
   static const Type& type() {
-    static const Type t = detail::optional_type(traits<T>::type());
-    return t;
+    static const Immortal<Type> t(detail::optional_type(traits<T>::type()));
+    return *t;
   }
   static Value encode(const std::optional<T>& v) { return v ? traits<T>::encode(*v) : Value(); }
   static Result<std::optional<T>> decode(const Value& v) {
@@ -366,8 +367,8 @@ struct MapTraits {
 
   static const Type& type() {
     static_assert(!is_optional<T>, "lrt: a member of a map cannot be absent; write the map without std::optional and leave the member out");
-    static const Type t = map_type(traits<T>::type());
-    return t;
+    static const Immortal<Type> t(map_type(traits<T>::type()));
+    return *t;
   }
   static Value encode(const Map& v) {
     std::vector<const typename Map::value_type*> members;
@@ -447,14 +448,14 @@ class Enumeration {
 
  private:
   static const Enumeration& instance() {
-    static const Enumeration self = [] {
+    static const Immortal<Enumeration> self([] {
       Enumeration e;
       e.type_.kind = Type::Kind::enumeration;
       e.type_.datatype = vocab::xsd::string;
       traits<E>::describe(e);
       return e;
-    }();
-    return self;
+    }());
+    return *self;
   }
   Type type_;
   std::vector<E> values_;
@@ -643,8 +644,8 @@ class Record {
   struct ArrayMember final : Member {
     explicit ArrayMember(Pointer p) : pointer(p) {}
     static const Type& type() {
-      static const Type t = detail::list_type(traits<T>::type(), N, N);
-      return t;
+      static const Immortal<Type> t(detail::list_type(traits<T>::type(), N, N));
+      return *t;
     }
     Value encode(const S& s) const override {
       Value::Sequence out;
@@ -778,15 +779,15 @@ class Record {
   /// Follows a static_assert.
   Facets& none() { return type_.fields.back().facets; }
   static const Record& instance() {
-    static const Record self = [] {
+    static const Immortal<Record> self([] {
       Record r;
       r.type_.kind = Type::Kind::record;
       r.type_.name = detail::term_name(detail::type_name<S>());
       traits<S>::describe(r);
       detail::place_terms(r.type_);
       return r;
-    }();
-    return self;
+    }());
+    return *self;
   }
   Type type_;
   std::vector<std::unique_ptr<Member>> members_;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <lrt/base/language.hpp>
+#include <lrt/base/thread_options.hpp>
 
 namespace lrt::subscription {
 
@@ -36,6 +37,7 @@ struct CallbackOptions {
   std::chrono::milliseconds max_pause{30'000};
   std::chrono::milliseconds suspended_pause{60'000};
   unsigned suspended_attempts = 10;
+  ThreadOptions threads;  ///< of the threads that deliver; a server sets them to its Threads::own
 
   /// A receiver confirms a subscription as in WebSub (5.3): it gets a GET of the callback URL with the parameters hub.mode=subscribe,
   /// hub.topic (the resource) and hub.challenge (a random text), and responds with a status 2xx and the challenge as body. Otherwise the

@@ -26,7 +26,7 @@ struct Limits {
   /// linger_timeout, the others are closed at once, so that a client whose request arrives later may see a reset. Event streams and
   /// WebSockets count and are never idle: subscription::SubscriptionOptions::max_subscriptions leaves some connections to requests.
   std::size_t max_connections = 2048;
-  /// Of one address; more get 503. Clients on this machine are not counted: a proxy has one address for all its clients.
+  /// Of one IPv4 address, or of one /64 network of IPv6 addresses (one host can have all of them); more get 503. Clients on this machine are not counted: a proxy has one address for all its clients.
   std::size_t max_connections_per_address = 256;
   std::size_t max_requests_per_connection = 1'000'000;  ///< the response to the last has Connection: close
   /// From the first byte of a header section to its end; more: 408. For the first of a connection: from accept(2) on; a connection without

@@ -9,13 +9,12 @@
 #include <deque>
 #include <list>
 #include <mutex>
-#include <thread>
 #include <unordered_map>
 #include <unordered_set>
 
 #include <lrt/subscription/allowed_hosts.hpp>
 
-#include "src/base/blocked_signals.hpp"
+#include "src/base/thread.hpp"
 #include "src/delivery/httplib/post.hpp"
 
 namespace lrt::delivery {
@@ -94,7 +93,7 @@ class Work : public std::enable_shared_from_this<Work> {
     bool notified_again = false;  ///< notify() was called after that
   };
   struct Worker {
-    std::thread thread;
+    Thread thread;
     bool resolving = false;  ///< in the system's resolver, which cannot be interrupted
     bool finished = false;   ///< the thread does not take the lock again
   };
@@ -148,7 +147,7 @@ class Work : public std::enable_shared_from_this<Work> {
 };
 
 void Work::notify(Channel channel, std::string_view receiver) {
-  std::vector<std::thread> gone;
+  std::vector<Thread> gone;
   bool is_stuck = false;
   {
     const Lock lock(mutex_);
@@ -169,7 +168,7 @@ void Work::notify(Channel channel, std::string_view receiver) {
       }
     }
   }
-  for (std::thread& thread : gone) thread.join();  // they do not take the lock again
+  for (Thread& thread : gone) thread.join();  // they do not take the lock again
   if (is_stuck) log(LogLevel::error, "web callbacks: cannot start a thread; the next notification tries again");
 }
 
@@ -209,8 +208,7 @@ void Work::start_worker() {
   workers_.emplace_back();
   Worker& worker = workers_.back();
   try {
-    const BlockedSignals blocked;
-    worker.thread = std::thread([this, self = shared_from_this(), &worker] { work(worker); });
+    worker.thread = start_thread("lrt-callback", options_.threads, [this, self = shared_from_this(), &worker] { work(worker); }).value();
     ++running_;
   } catch (...) {  // no thread is available: the running ones continue
     workers_.pop_back();

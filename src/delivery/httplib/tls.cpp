@@ -10,6 +10,8 @@
 #include <array>
 #include <stdexcept>
 
+#include "src/base/third_party_call.hpp"
+
 namespace lrt::delivery {
 namespace {
 
@@ -20,17 +22,28 @@ std::string last_error(const std::string& fallback) {
   return reason != nullptr ? reason : fallback;
 }
 
+void close_at_exit() noexcept {
+  [[maybe_unused]] static const bool closes = ThirdPartyCall::close_at_exit();
+}
+
 }  // namespace
 
-void TlsSessionEnd::operator()(ssl_st* session) const noexcept { SSL_free(session); }
-void ClientTls::ContextEnd::operator()(ssl_ctx_st* context) const noexcept { SSL_CTX_free(context); }
+void TlsSessionEnd::operator()(ssl_st* session) const noexcept {
+  if (const ThirdPartyCall call; call) SSL_free(session);
+}
+void ClientTls::ContextEnd::operator()(ssl_ctx_st* context) const noexcept {
+  if (const ThirdPartyCall call; call) SSL_CTX_free(context);
+}
 
 Result<std::shared_ptr<const ClientTls>> ClientTls::make(const std::string& ca_file) {
+  const ThirdPartyCall call;
+  if (!call) return unexpected(Errc::cancelled, "the process ends");
   auto result = std::make_shared<ClientTls>();
   ERR_clear_error();
   result->context_.reset(SSL_CTX_new(TLS_client_method()));
   SSL_CTX* const context = result->context_.get();
   if (context == nullptr) return unexpected(Errc::io_error, "TLS: " + last_error("no context"));
+  close_at_exit();
   SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION);
   SSL_CTX_set_verify(context, SSL_VERIFY_PEER, nullptr);
   SSL_CTX_set_mode(context, SSL_MODE_ENABLE_PARTIAL_WRITE | SSL_MODE_ACCEPT_MOVING_WRITE_BUFFER | SSL_MODE_RELEASE_BUFFERS);
@@ -45,6 +58,8 @@ Result<std::shared_ptr<const ClientTls>> ClientTls::make(const std::string& ca_f
 }
 
 TlsSession ClientTls::session(int descriptor, const std::string& host) const {
+  const ThirdPartyCall call;
+  if (!call) return nullptr;
   TlsSession result(SSL_new(context_.get()));
   SSL* const ssl = result.get();
   if (ssl == nullptr || SSL_set_fd(ssl, descriptor) != 1) return nullptr;
@@ -71,6 +86,8 @@ std::string tls_reason(const ssl_st* session, const std::string& fallback) {
 }
 
 std::string sign(std::string_view secret, std::string_view body) {
+  const ThirdPartyCall call;
+  if (!call) throw std::runtime_error("the process ends");
   static constexpr char digits[] = "0123456789abcdef";
   std::array<unsigned char, EVP_MAX_MD_SIZE> mac{};
   unsigned size = 0;
@@ -78,6 +95,7 @@ std::string sign(std::string_view secret, std::string_view body) {
            body.size(), mac.data(), &size) == nullptr) {
     throw std::runtime_error("HMAC-SHA256 failed");
   }
+  close_at_exit();
   std::string result = "sha256=";
   for (unsigned i = 0; i < size; ++i) result += {digits[mac[i] >> 4], digits[mac[i] & 0x0FU]};
   return result;

@@ -12,6 +12,8 @@
 #include <climits>
 #include <system_error>
 
+#include "src/base/third_party_call.hpp"
+
 namespace lrt::delivery {
 namespace {
 
@@ -22,6 +24,8 @@ bool is_hang_up(int error) noexcept {
 }
 
 Unexpected socket_error(int error) { return unexpected(is_hang_up(error) ? Errc::closed : Errc::io_error, system_message(error)); }
+
+Unexpected process_ends() { return unexpected(Errc::cancelled, "the process ends"); }
 
 }  // namespace
 
@@ -65,6 +69,8 @@ Result<void> Wire::secure(const ClientTls& tls, const std::string& host, WaitLim
   tls_ = tls.session(descriptor_, host);
   if (!tls_) return unexpected(Errc::io_error, "no session");
   while (true) {
+    const ThirdPartyCall call;
+    if (!call) return process_ends();
     ERR_clear_error();
     const int done = SSL_do_handshake(tls_.get());
     if (done == 1) return {};
@@ -85,6 +91,8 @@ Result<std::size_t> Wire::read(char* to, std::size_t size, WaitLimit limit) {
     if (limit.until <= std::chrono::steady_clock::now()) return unexpected(Errc::timed_out, "timed out");
     short events = POLLIN;
     if (tls_) {
+      const ThirdPartyCall call;
+      if (!call) return process_ends();
       ERR_clear_error();
       const int got = SSL_read(tls_.get(), to, static_cast<int>(size));
       if (got > 0) return static_cast<std::size_t>(got);
@@ -110,6 +118,8 @@ Result<void> Wire::write(std::string_view bytes, WaitLimit limit) {
   while (!bytes.empty()) {
     short events = POLLOUT;
     if (tls_) {
+      const ThirdPartyCall call;
+      if (!call) return process_ends();
       ERR_clear_error();
       const int put = SSL_write(tls_.get(), bytes.data(), static_cast<int>(std::min<std::size_t>(bytes.size(), INT_MAX)));
       if (put > 0) {
@@ -140,6 +150,8 @@ Result<void> Wire::write(std::string_view bytes, WaitLimit limit) {
 bool Wire::is_idle() {
   char byte = 0;
   if (tls_) {  // reads TLS messages such as session tickets
+    const ThirdPartyCall call;
+    if (!call) return false;
     ERR_clear_error();
     const int got = SSL_read(tls_.get(), &byte, 1);
     const bool idle = got <= 0 && SSL_get_error(tls_.get(), got) == SSL_ERROR_WANT_READ;
@@ -150,7 +162,8 @@ bool Wire::is_idle() {
 }
 
 void Wire::end() noexcept {
-  if (!tls_) return;
+  const ThirdPartyCall call;
+  if (!tls_ || !call) return;
   ERR_clear_error();
   SSL_shutdown(tls_.get());
   ERR_clear_error();

@@ -40,6 +40,7 @@ SubscriptionResource::SubscriptionResource(std::string its_path, std::string its
       created(at),
       backlog(request.policy, options.subscriptions.max_queue_bytes, options.subscriptions.max_total_queue_bytes, queued_bytes),
       retry(options.callbacks),
+      provisional(request.provisional),
       owner_(owner) {}
 
 Methods SubscriptionResource::methods() const noexcept {
@@ -50,9 +51,7 @@ Methods SubscriptionResource::methods() const noexcept {
 
 Outcome SubscriptionResource::remove(Context& context, Parts& parts) {
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
-  http::Response response = parts.responses.no_content(context);
-  owner_.end(*this, 1000, "the subscription was cancelled");  // this is gone now
-  return response;
+  return owner_.cancel(context, *this, parts.responses.no_content(context));  // this may be gone now
 }
 
 void SubscriptionResource::resource_changed() { owner_.changed(*this); }
@@ -136,6 +135,11 @@ void SubscriptionsResource::describe(const Description& d) const {
   describe_types(about, d);
   about.link(vocab::rdfs::seeAlso, d.base + thing->self.path);
   describe_container(about, *this, d);
+}
+
+void SubscriptionsResource::describe_controls(About& about, const Description& d) const {
+  Resource::describe_controls(about, d);
+  if (d.engine.makes_callbacks) describe_binding(about, d, *this, vocab::http_methods::POST, std::string(vocab::hybrit::WebCallback.text));
 }
 
 void SubscriptionsResource::describe_types(About& about, const Description&) const { describe_container_types(about); }

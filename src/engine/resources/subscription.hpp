@@ -27,6 +27,7 @@ struct SubscriptionRequest {
   std::string url, secret;  ///< of a callback
   Variant variant;
   subscription::Policy policy;
+  bool provisional = false;          ///< SubscriptionResource::provisional
   bool begins_with_refresh = false;  ///< the first notification waits until the value has been read
   std::string known_tag;    ///< of the representation that the client of an event stream has
 };
@@ -82,7 +83,12 @@ class SubscriptionResource final : public Resource, public Observer {
   std::optional<subscription::Item> under_way;
   bool confirmed = false;                    ///< the receiver wants it, or need not say so
   bool confirming = false;                   ///< the receiver has been asked, and has not responded yet
-  std::string last_error;
+  std::string last_error;      ///< what the subscriber learns
+  std::string logged_error;    ///< in detail, for the operator
+  bool provisional;            ///< not saved yet: nothing is delivered, and it goes if it cannot be saved
+  unsigned cancellations = 0;  ///< requests that wait until it is no longer in the file
+  bool is_cancelling() const noexcept { return cancellations != 0; }
+  std::string saved_text;      ///< how it stands in the file; empty: not made yet
 
  private:
   Subscriptions& owner_;
@@ -97,6 +103,7 @@ class SubscriptionsResource final : public Resource {
   Outcome post(Context& context, Parts& parts) override;
   std::string input_shape() const override;
   void describe(const Description& d) const override;
+  void describe_controls(About& about, const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
   std::string_view kind() const noexcept override { return "subscriptions"; }
   void overview(Overview& o) const override;

@@ -9,11 +9,12 @@
 #include <memory>
 #include <mutex>
 #include <new>
-#include <thread>
 #include <vector>
 
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/third_party_call.hpp"
+#include "src/base/thread.hpp"
 #include "src/rdf/limits.hpp"
 
 namespace lrt::rdf::redland {
@@ -140,6 +141,7 @@ class World {
 class Lease {
  public:
   Lease() {
+    if (!call_) return;
     Pool& pool = shared();
     const std::lock_guard<std::mutex> lock(pool.mutex);
     if (pool.idle.empty()) {
@@ -152,11 +154,14 @@ class Lease {
   Lease(const Lease&) = delete;
   Lease& operator=(const Lease&) = delete;
   ~Lease() {
+    if (!call_) return;
     Pool& pool = shared();
     const std::lock_guard<std::mutex> lock(pool.mutex);
     pool.idle.push_back(world_);
   }
   World* operator->() const noexcept { return world_; }
+  /// False: the process ends, and libxml2 may have freed what its parsers need.
+  explicit operator bool() const noexcept { return world_ != nullptr; }
 
  private:
   struct Pool {
@@ -173,16 +178,18 @@ class Lease {
   static World* make() {
     World* world = nullptr;
     std::exception_ptr exception;
-    std::thread([&]() noexcept {
+    start_thread("lrt-raptor", {}, [&] {
       try {
         world = new World;
       } catch (...) { exception = std::current_exception(); }
-    }).join();
+    }).value().join();
     if (exception) std::rethrow_exception(exception);
+    [[maybe_unused]] static const bool closes = ThirdPartyCall::close_at_exit();
     return world;
   }
 
-  World* world_;
+  const ThirdPartyCall call_;
+  World* world_ = nullptr;
 };
 
 /// Adds statements to a graph.
@@ -289,6 +296,7 @@ OwnedTerm make_term(raptor_world* world, const TermView& term, TermId id) {
 
 Result<Graph> parse_rdf_xml(std::string_view text, const ReadOptions& options) {
   const Lease world;
+  if (!world) return unexpected(Errc::closed, "the process ends");
   world->begin(nullptr);
   const Uri base = make_uri(world->get(), options.base.empty() ? no_base : options.base);
   const Parser parser(raptor_new_parser(world->get(), "rdfxml"));
@@ -327,6 +335,7 @@ Result<Graph> parse_rdf_xml(std::string_view text, const ReadOptions& options) {
 
 Result<std::string> serialize_rdf_xml(const Graph& graph, const Prefixes& prefixes, bool nested) {
   const Lease world;
+  if (!world) return unexpected(Errc::closed, "the process ends");
   world->begin(nullptr);
   raptor_world* const w = world->get();
   const Serializer serializer(raptor_new_serializer(w, nested ? "rdfxml-abbrev" : "rdfxml"));

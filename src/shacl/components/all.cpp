@@ -1,11 +1,13 @@
 #include "src/shacl/components/all.hpp"
 
+#include <lrt/base/immortal.hpp>
+
 namespace lrt::shacl {
 
 const std::vector<const Component*>& all_components() {
   using namespace components;
   // clang-format off
-  static const std::vector<const Component*> all = {
+  static const Immortal<std::vector<const Component*>> all(std::vector<const Component*>{
       &class_, &datatype, &node_kind,                                  // 4.1
       &min_count, &max_count,                                          // 4.2
       &min_exclusive, &min_inclusive, &max_exclusive, &max_inclusive,  // 4.3
@@ -14,9 +16,9 @@ const std::vector<const Component*>& all_components() {
       &not_, &and_, &or_, &xone,                                       // 4.6
       &node, &property, &qualified_value_shape,                        // 4.7
       &closed, &has_value, &in,                                        // 4.8
-  };
+  });
   // clang-format on
-  return all;
+  return *all;
 }
 
 }  // namespace lrt::shacl

@@ -1,5 +1,6 @@
 #include <lrt/transport/asio_loop.hpp>
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <utility>  // before Boost.Asio 1.74, which forgets it in C++20
@@ -26,7 +27,7 @@ class DescriptorWatch final : public std::enable_shared_from_this<DescriptorWatc
 
   Result<void> begin(int descriptor) {
     const std::lock_guard lock(mutex_);
-    const int own = ::dup(descriptor);  // Asio closes the one that it has
+    const int own = ::fcntl(descriptor, F_DUPFD_CLOEXEC, 0);  // Asio closes the one that it has
     boost::system::error_code error;
     if (own < 0 || descriptor_.assign(own, error)) {
       if (own >= 0) ::close(own);

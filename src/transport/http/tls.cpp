@@ -13,6 +13,8 @@
 #include <cstring>
 #include <utility>
 
+#include "src/base/third_party_call.hpp"
+
 namespace lrt::transport {
 namespace {
 
@@ -84,10 +86,12 @@ struct TlsBio {
 
 // ----------------------------------------------------------------------------------------------------------------- stream
 
-void TlsStream::End::operator()(ssl_st* ssl) const noexcept { SSL_free(ssl); }
+void TlsStream::End::operator()(ssl_st* ssl) const noexcept {
+  if (const ThirdPartyCall call; call) SSL_free(ssl);
+}
 
 TlsStream::TlsStream(ssl_ctx_st* context, int descriptor, std::string& scratch)
-    : ssl_(SSL_new(context)), descriptor_(descriptor), scratch_(scratch) {
+    : ssl_(ThirdPartyCall() ? SSL_new(context) : nullptr), descriptor_(descriptor), scratch_(scratch) {
   const BIO_METHOD* const method = TlsBio::method();
   BIO* const bio = method != nullptr ? BIO_new(method) : nullptr;
   if (!ssl_ || bio == nullptr) {
@@ -114,7 +118,8 @@ ssize_t TlsStream::fail(int result) noexcept {
 }
 
 ssize_t TlsStream::receive(char* to, std::size_t size) {
-  if (failed_) return errno = EPROTO, -1;
+  const ThirdPartyCall call;
+  if (failed_ || !call) return errno = EPROTO, -1;
   drained_ = more_ = false;
   std::size_t filled = 0;
   ssize_t result = 0;
@@ -142,7 +147,8 @@ ssize_t TlsStream::receive(char* to, std::size_t size) {
 }
 
 ssize_t TlsStream::send(const iovec* parts, std::size_t count) {
-  if (failed_) return errno = EPROTO, -1;
+  const ThirdPartyCall call;
+  if (failed_ || !call) return errno = EPROTO, -1;
   if (!open_) return errno = EINPROGRESS, -1;
   std::size_t before = out_.size();
   bool good = flush() == 0 || errno == EAGAIN || errno == EWOULDBLOCK;
@@ -214,7 +220,8 @@ bool TlsStream::flush_scratch() noexcept {
 }
 
 void TlsStream::end() noexcept {
-  if (std::exchange(ended_, true) || failed_ || !open_ || flush() != 0) return;
+  const ThirdPartyCall call;
+  if (!call || std::exchange(ended_, true) || failed_ || !open_ || flush() != 0) return;
   ERR_clear_error();
   SSL_shutdown(ssl_.get());  // an alert, and no waiting for the client's
   ERR_clear_error();
@@ -224,6 +231,8 @@ void TlsStream::end() noexcept {
 bool TlsStream::is_under_way() const noexcept { return (begun_ && !open_) || more_ || SSL_has_pending(ssl_.get()) == 1; }
 
 std::string TlsStream::client_certificate() const {
+  const ThirdPartyCall call;
+  if (!call) return {};
   const std::unique_ptr<X509, void (*)(X509*)> certificate(SSL_get_peer_certificate(ssl_.get()), X509_free);
   if (!certificate || SSL_get_verify_result(ssl_.get()) != X509_V_OK) return {};
   const std::unique_ptr<BIO, int (*)(BIO*)> text(BIO_new(BIO_s_mem()), BIO_free);
@@ -294,7 +303,12 @@ Result<std::shared_ptr<ssl_ctx_st>> make_context(const TlsOptions& tls) {
     return no_pem || first.empty() ? std::string("expected ") + expected + " in PEM" : first;
   };
   ERR_clear_error();
-  std::shared_ptr<ssl_ctx_st> made(SSL_CTX_new(TLS_server_method()), SSL_CTX_free);
+  const ThirdPartyCall call;
+  if (!call) return unexpected(Errc::closed, "the process ends");
+  std::shared_ptr<ssl_ctx_st> made(SSL_CTX_new(TLS_server_method()), [](ssl_ctx_st* context) {
+    if (const ThirdPartyCall in_time; in_time) SSL_CTX_free(context);
+  });
+  [[maybe_unused]] static const bool closes = ThirdPartyCall::close_at_exit();
   SSL_CTX* const context = made.get();
   if (context == nullptr) return unexpected(Errc::io_error, "TLS: " + last_error("no context"));
   SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION);

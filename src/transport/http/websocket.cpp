@@ -6,6 +6,8 @@
 #include <cerrno>
 #include <utility>
 
+#include <lrt/base/immortal.hpp>
+
 namespace lrt::transport {
 namespace {
 
@@ -14,8 +16,8 @@ constexpr int reads_per_turn = 4;
 constexpr std::size_t piece_bytes = 8 * 1024;
 /// The message of a push that has none.
 const std::shared_ptr<const std::string>& empty_message() {
-  static const auto empty = std::make_shared<const std::string>();
-  return empty;
+  static const Immortal<std::shared_ptr<const std::string>> empty(std::make_shared<const std::string>());
+  return *empty;
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <thread>
 #include <utility>
 
+#include "src/base/third_party_call.hpp"
 #include "src/transport/libwebsockets/log.hpp"
 #include "src/transport/libwebsockets/tls.hpp"
 #include "src/transport/libwebsockets/vhost.hpp"
@@ -135,6 +136,7 @@ Result<void> OwnContext::start(engine::Handler& handler) {
     opened = Vhost::open(vhost_, context_, handler, {});
   }
   if (!opened) destroy_context();
+  else if (options_.tls) ThirdPartyCall::wake_at_exit(waker_);
   return opened;
 }
 
@@ -151,6 +153,11 @@ void OwnContext::serve(milliseconds wait) {
 
 milliseconds OwnContext::poll(std::chrono::microseconds budget, milliseconds wait) {
   if (!is_open()) return milliseconds::max();
+  std::optional<ThirdPartyCall> call;  // of OpenSSL, by libwebsockets
+  if (options_.tls && !call.emplace()) {
+    waker_->wait(wait);
+    return max_wait;
+  }
   reload_if_requested();
   const auto end = SteadyClock::now() + budget;
   wait = std::min(wait, max_wait);
@@ -175,7 +182,7 @@ void OwnContext::pause_after_nothing(std::size_t events) {
 }
 
 void OwnContext::stop() {
-  if (!is_open()) return;
+  if (!is_open() || (options_.tls && !ThirdPartyCall())) return;
   vhost_->begin_stop();
   // Bounded by the machine's time, whatever the clock of the options says.
   const auto end = SteadyClock::now() + options_.limits.stop_timeout;

@@ -8,6 +8,8 @@
 
 #include <memory>
 
+#include "src/base/third_party_call.hpp"
+
 namespace lrt::libwebsockets {
 namespace {
 
@@ -38,6 +40,7 @@ Result<void> load_tls(SSL_CTX* context, const transport::TlsOptions& options) {
 Result<void> check_tls_files(const transport::TlsOptions& options) {
   const std::unique_ptr<SSL_CTX, void (*)(SSL_CTX*)> context(SSL_CTX_new(TLS_server_method()), SSL_CTX_free);
   if (!context) return unexpected(Errc::io_error, "TLS: no context");
+  [[maybe_unused]] static const bool closes = ThirdPartyCall::close_at_exit();
   return load_tls(context.get(), options);
 }
 

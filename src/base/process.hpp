@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+
+namespace lrt {
+
+/// Remembers the process that has created it. A copy of an object in the child of fork() knows so that its threads are not there.
+/// Process creation that skips pthread_atfork(3), as vfork and _Fork do, is not noticed: such a child must call exec or _exit.
+class OwnProcess {
+ public:
+  OwnProcess() noexcept : generation_(generation()) {}
+  /// @par Time  One load.
+  bool is_current() const noexcept { return generation_ == generation(); }
+
+ private:
+  /// Counts the forks that led to this process, since lrt was loaded.
+  static std::uint32_t generation() noexcept;
+  const std::uint32_t generation_;
+};
+
+}  // namespace lrt
