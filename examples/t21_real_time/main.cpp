@@ -41,7 +41,7 @@ int main() {
   // options.threads.own.cpus = {0};              // if the loop has a CPU of its own that the kernel does not isolate (isolcpus)
   lrt::Server server = lrt::Server::create(options).value();
   server.add(std::move(joint)).value();
-  print_threads();
+  if (!lesson::serves()) print_threads();
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
     client.only({"numericalValue"});

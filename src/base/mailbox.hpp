@@ -8,17 +8,28 @@ namespace lrt {
 
 /// A lock-free queue with many writers and one reader.
 ///
-/// @par Threads  put(), empty(): any. take_all(): one at a time.
+/// @par Threads  put(), reserve(), empty(): any. take_all(): one at a time.
 template <class T>
 class Mailbox {
+  struct Node {
+    T item;
+    Node* next;
+  };
+
  public:
   Mailbox() = default;
   Mailbox(const Mailbox&) = delete;
   Mailbox& operator=(const Mailbox&) = delete;
   ~Mailbox() { free_all(newest_.load(std::memory_order_relaxed)); }
 
-  void put(T item) {
-    Node* node = new Node{std::move(item), newest_.load(std::memory_order_relaxed)};
+  /// An item that has its memory already.
+  using Reserved = std::unique_ptr<Node>;
+  static Reserved reserve(T item) { return Reserved(new Node{std::move(item), nullptr}); }
+
+  void put(T item) { put(reserve(std::move(item))); }
+  void put(Reserved item) noexcept {
+    Node* const node = item.release();
+    node->next = newest_.load(std::memory_order_relaxed);
     while (!newest_.compare_exchange_weak(node->next, node, std::memory_order_release, std::memory_order_relaxed)) {
     }
   }
@@ -44,10 +55,6 @@ class Mailbox {
   }
 
  private:
-  struct Node {
-    T item;
-    Node* next;
-  };
   static void free_all(Node* node) noexcept {
     while (node) {
       const std::unique_ptr<Node> first(node);

@@ -152,31 +152,43 @@ Bodies::Read Bodies::judge(Context& context, BodyTask task) {
   const auto ticket = pending_.defer(context, options_.host_timeout, [this](Ticket late, Context& c, bool) { pending_.respond(late, too_many(c)); },
                                      Dispatch::io_thread);
   if (!ticket) return too_many(context);
-  waiting_by_client_[client] += bytes;
-  waiting_bytes_ += bytes;
-  auto token = std::make_shared<CancelToken>();
-  pending_.waits_for(*ticket, token);
-  auto text = std::make_unique<std::string>(task.text);  // behind a pointer: its bytes stay where they are
-  task.text = *text;
-  jobs_.push_back({client, bytes, [this, ticket = *ticket, token, client, bytes, inbox = calls_.inbox(), text = std::move(text), task = std::move(task)]() mutable {
-    std::shared_ptr<JudgedBody> judged;
-    if (token->take()) {
-      Result<JudgedBody> result = guarded<JudgedBody>([&]() -> Result<JudgedBody> { return task.judge(); });
-      judged = std::make_shared<JudgedBody>(result ? *std::move(result) : JudgedBody(BodyFault{500, "body: " + result.error().message}));
+  // All memory that the way back takes is there before the job.
+  struct Judging {
+    CancelToken token;
+    std::string text;
+    BodyTask task;
+    JudgedBody judged = BodyFault{500, "the server failed"};
+    bool ran = false;
+  };
+  auto judging = std::make_shared<Judging>();
+  judging->text = task.text;
+  judging->task = std::move(task);
+  judging->task.text = judging->text;
+  Inbox::Reserved reply = Inbox::reserve([this, ticket = *ticket, client, bytes, judging](TimePoint now) {
+    ended(client, bytes);
+    Context* const kept = judging->ran ? pending_.resume(ticket, now) : nullptr;
+    if (!kept) return;
+    kept->judged = std::shared_ptr<JudgedBody>(judging, &judging->judged);
+    continue_(ticket, *kept);
+  });
+  std::size_t& waiting = waiting_by_client_[client];
+  jobs_.push_back({client, bytes, [judging, inbox = calls_.inbox(), reply = std::move(reply)]() mutable {
+    if (judging->token.take()) {
+      judging->ran = true;
+      Result<JudgedBody> result = guarded<JudgedBody>([&]() -> Result<JudgedBody> { return judging->task.judge(); });
+      if (result) judging->judged = *std::move(result);
     }
-    text.reset();
-    inbox->put([this, ticket, client = std::move(client), bytes, judged = std::move(judged)](TimePoint now) {
-      ended(client, bytes);
-      Context* waiting = judged ? pending_.resume(ticket, now) : nullptr;
-      if (!waiting) return;
-      waiting->judged = judged;
-      continue_(ticket, *waiting);
-    });
+    judging->task = {};
+    judging->text = {};
+    inbox->put(std::move(reply));
   }});
+  waiting += bytes;
+  waiting_bytes_ += bytes;
+  pending_.waits_for(*ticket, {judging, &judging->token});
   return Deferred{*ticket};
 }
 
-void Bodies::ended(const std::string& client, std::size_t bytes) {
+void Bodies::ended(const std::string& client, std::size_t bytes) noexcept {
   waiting_bytes_ -= bytes;
   const auto found = waiting_by_client_.find(client);
   if ((found->second -= bytes) == 0) waiting_by_client_.erase(found);

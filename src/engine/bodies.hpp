@@ -66,7 +66,7 @@ class Bodies {
   Read as_read(const Context& context, JudgedBody judged) const;
   http::Response not_accepted(const Context& context, const rdf::Type* value, const std::string& detail) const;
   http::Response too_many(const Context& context) const;
-  void ended(const std::string& client, std::size_t bytes);
+  void ended(const std::string& client, std::size_t bytes) noexcept;
 
   const EngineOptions& options_;
   const EngineView& view_;

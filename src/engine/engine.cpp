@@ -48,6 +48,8 @@ class Engine::Impl {
   /// Carries out what follows for a request that `access` admits, unless the engine has stopped.
   template <class Next>
   auto judge(Context& context, Next next) -> decltype(next());
+  void add_cors(const Context& context, std::optional<http::Response>& response) const;
+  void add_cors(const Context& context, Outcome& outcome) const;
   Outcome route(Context& context, const Result<Access>& access);
   Outcome dispatch(Context& context);
   void continue_request(Ticket ticket, Context& kept);
@@ -75,29 +77,44 @@ HeaderVerdict Engine::Impl::judge_header(const http::Request& request, std::opti
     verdict.max_body_bytes = max_body_bytes(context);
     return refused_body(context, body_bytes);
   });
-  if (verdict.response) parts.cors.add_fields(request, *verdict.response);
   return verdict;
 }
 
 Outcome Engine::Impl::handle(const http::Request& request, const Result<Access>& access, TimePoint now) {
   Context context(request, now);
-  Outcome outcome = judge(context, [&] { return route(context, access); });
-  if (auto* response = std::get_if<http::Response>(&outcome)) parts.cors.add_fields(request, *response);
-  if (auto* streamed = std::get_if<Streamed>(&outcome)) parts.cors.add_fields(request, streamed->response);
-  return outcome;
+  return judge(context, [&] { return route(context, access); });
 }
 
 template <class Next>
 auto Engine::Impl::judge(Context& context, Next next) -> decltype(next()) {
+  const Ticket first = parts.pending.next_ticket();
   try {
     take_messages(context.now);
-    if (!stopped) return next();
+    if (!stopped) {
+      auto result = next();
+      add_cors(context, result);
+      return result;
+    }
     if (const auto target = http::split_target(context.request().target)) (void)find_resource(context, *target);
-    return parts.responses.stopping(context);
+    http::Response response = parts.responses.stopping(context);
+    parts.cors.add_fields(context.request(), response);
+    return response;
   } catch (const std::exception& e) {
+    parts.pending.abandon_from(first);
     parts.responses.log(LogLevel::error, std::string("a request failed inside: ") + e.what());
-    return parts.responses.problem(context, 500, "the server failed");
+    http::Response response = parts.responses.problem(context, 500, "the server failed");
+    parts.cors.add_fields(context.request(), response);
+    return response;
   }
+}
+
+void Engine::Impl::add_cors(const Context& context, std::optional<http::Response>& response) const {
+  if (response) parts.cors.add_fields(context.request(), *response);
+}
+
+void Engine::Impl::add_cors(const Context& context, Outcome& outcome) const {
+  if (auto* response = std::get_if<http::Response>(&outcome)) parts.cors.add_fields(context.request(), *response);
+  if (auto* streamed = std::get_if<Streamed>(&outcome)) parts.cors.add_fields(context.request(), streamed->response);
 }
 
 Outcome Engine::Impl::route(Context& context, const Result<Access>& access) {
@@ -297,7 +314,8 @@ std::optional<http::Response> Engine::Impl::read_page(Context& context, std::str
 }
 
 void Engine::Impl::take_messages(TimePoint now) {
-  if (const auto& inbox = parts.calls.inbox(); !inbox->empty()) inbox->run_all(now);
+  if (const auto& inbox = parts.calls.inbox(); !inbox->empty())
+    if (const std::string failed = inbox->run_all(now); !failed.empty()) parts.responses.log(LogLevel::error, "a result could not be taken: " + failed);
   parts.scanner.take_availability();
 }
 

@@ -56,15 +56,28 @@ using Message = UniqueFunction<void(TimePoint)>;
 class Inbox {
  public:
   /// Any thread.
-  void put(Message message) {
+  void put(Message message) { put(reserve(std::move(message))); }
+  /// A message that has its memory already: it is put also when there is no more.
+  using Reserved = Mailbox<Message>::Reserved;
+  static Reserved reserve(Message message) { return Mailbox<Message>::reserve(std::move(message)); }
+  void put(Reserved message) noexcept {
     messages_.put(std::move(message));
     if (const auto w = std::atomic_load(&waker_)) w->wake();
   }
   void set_waker(std::shared_ptr<Waker> w) { std::atomic_store(&waker_, std::move(w)); }
   bool empty() const noexcept { return messages_.empty(); }
-  /// Runs the messages in the order in which they were put.
-  void run_all(TimePoint now) {
-    messages_.take_all([now](Message message) { message(now); });
+  /// Runs the messages in the order in which they were put. One that fails does not keep the others from being run.
+  /// @return why the last one failed that has; empty: none
+  std::string run_all(TimePoint now) {
+    std::string failed;
+    messages_.take_all([now, &failed](Message message) noexcept {
+      try {
+        message(now);
+      } catch (const std::exception& e) {
+        failed = e.what();
+      }
+    });
+    return failed;
   }
 
  private:
@@ -85,20 +98,27 @@ class HostCalls {
   /// cancelled before it begins, `done` gets Errc::cancelled.
   template <class T, class Work, class Done>
   std::shared_ptr<CancelToken> call(Dispatch where, Work work, Done done) {
-    auto token = std::make_shared<CancelToken>();
-    run(where, [inbox = inbox_, token, work = std::move(work), done = std::move(done)]() mutable {
+    // All memory that the way back takes is there before the call.
+    struct Call {
+      CancelToken token;
       Result<T> result = unexpected(Errc::cancelled, "the call was cancelled");
-      if (token->take()) result = guarded<T>([&]() -> Result<T> { return work(); });
-      inbox->put([result = std::move(result), done = std::move(done)](TimePoint now) mutable { done(std::move(result), now); });
+      Done done;
+      explicit Call(Done d) : done(std::move(d)) {}
+    };
+    auto call = std::make_shared<Call>(std::move(done));
+    Inbox::Reserved reply = Inbox::reserve([call](TimePoint now) { call->done(std::move(call->result), now); });
+    run(where, [inbox = inbox_, call, reply = std::move(reply), work = std::move(work)]() mutable {
+      if (call->token.take()) call->result = guarded<T>([&]() -> Result<T> { return work(); });
+      inbox->put(std::move(reply));
     });
-    return token;
+    return {call, &call->token};
   }
   /// Runs a job that never throws and leaves its own messages.
   void run(Dispatch where, UniqueFunction<void()> job) {
     std::shared_ptr<void> counted;
     if (waits_for_host(where)) {
-      counted = std::shared_ptr<void>(nullptr, [open = open_](void*) { --*open; });
       ++*open_;
+      counted = std::shared_ptr<void>(nullptr, [open = open_](void*) { --*open; });  // calls that also if it throws
     }
     jobs_.push_back({where == Dispatch::as_server ? dispatch_ : where,
                      [job = std::move(job), counted = std::move(counted)]() mutable { job(); }});

@@ -1,6 +1,8 @@
 #include "src/engine/invocations.hpp"
 
 #include <algorithm>
+#include <exception>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -47,16 +49,20 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   auto made = std::make_unique<InvocationResource>(path, action);
   InvocationResource& invocation = *made;
   if (!registry_.add(invocation)) return responses_.problem(context, 500, "the id source has given an id twice");
+  struct Undo {
+    Registry& registry;
+    std::unique_ptr<InvocationResource>& made;
+    ~Undo() {
+      if (made) registry.remove(*made);
+    }
+  } const undo{registry_, made};  // unless the action takes it
   std::optional<Ticket> ticket;
   if (waits) {
     const auto max_time = preferences.wait ? std::chrono::milliseconds(std::min(*preferences.wait, options_.max_wait)) : options_.host_timeout;
     ticket = pending_.defer(context, max_time, [this, id = invocation.id, may_take_long = preferences.wait.has_value()](Ticket late, Context& c, bool) {
       wait_is_over(late, c, id, may_take_long);
     }, where);
-    if (!ticket) {
-      registry_.remove(invocation);
-      return responses_.overloaded(context);
-    }
+    if (!ticket) return responses_.overloaded(context);
     invocation.waiting.push_back({*ticket, until_end});
   }
   if (action.spec->policy.kind == ActionPolicy::Kind::preempt) {
@@ -73,8 +79,12 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   invocation.created = context.now.utc;
   action.invocations.push_back(std::move(made));
   action.mark_changed();
-  if (must_queue) action.queue.push_back(&invocation);
-  else launch(invocation, context.now);
+  try {
+    if (must_queue) action.queue.push_back(&invocation);
+    else launch(invocation, context.now);
+  } catch (const std::exception& e) {
+    finished(invocation, unexpected(Errc::failed, std::string("the server failed: ") + e.what()), context.now);
+  }
 
   if (ticket) return Deferred{*ticket};
   return accepted(context, invocation);
@@ -106,9 +116,10 @@ std::optional<http::Response> Invocations::refused_by_policy(const ActionResourc
 /// Calls the start lambda where it is to run.
 void Invocations::launch(InvocationResource& invocation, TimePoint now) {
   ActionResource& action = invocation.action;
-  ++action.active;
+  auto token = std::make_shared<CancelToken>();
   start_deadlines_.set(invocation.start_deadline, now.steady + options_.host_timeout, invocation.id);
-  invocation.token = std::make_shared<CancelToken>();
+  ++action.active;
+  invocation.token = std::move(token);
   calls_.run(action.thing->where(*action.spec), [this, ref = Ref(invocation), inbox = calls_.inbox(), spec = action.spec, control = invocation.control,
                                      token = invocation.token, input = invocation.input]() mutable {
     if (!token->take()) return;

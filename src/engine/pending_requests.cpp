@@ -1,5 +1,7 @@
 #include "src/engine/pending_requests.hpp"
 
+#include <exception>
+
 namespace lrt::engine {
 
 std::optional<Ticket> PendingRequests::defer(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout, Dispatch where) {
@@ -52,8 +54,8 @@ void PendingRequests::respond(Ticket ticket, http::Response response, std::optio
   const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
   if (found == pending_.end()) return;
   if (response.status != 101) cors_.add_fields(found->second.context.request(), response);
-  remove(found);
   replies_.push_back({ticket, std::move(response), channel});
+  remove(found);
 }
 
 void PendingRequests::abandon(Ticket ticket) noexcept {
@@ -61,6 +63,10 @@ void PendingRequests::abandon(Ticket ticket) noexcept {
   if (found == pending_.end()) return;
   if (found->second.token) found->second.token->cancel();
   remove(found);
+}
+
+void PendingRequests::abandon_from(Ticket first) noexcept {
+  for (auto ticket = static_cast<std::uint64_t>(first); ticket < next_ticket_; ++ticket) abandon(Ticket{ticket});
 }
 
 void PendingRequests::remove(Requests::iterator request) {
@@ -76,7 +82,14 @@ void PendingRequests::expire(TimePoint now) {
     Pending& pending = pending_.at(static_cast<std::uint64_t>(ticket));
     const bool runs = pending.token && !pending.token->cancel();
     Timeout on_timeout = std::move(pending.on_timeout);
-    on_timeout(ticket, context, runs);
+    try {
+      on_timeout(ticket, context, runs);
+    } catch (const std::exception&) {
+      http::Response bare;
+      bare.status = 503;
+      respond(ticket, std::move(bare));
+      throw;
+    }
   }
 }
 

@@ -52,6 +52,10 @@ class PendingRequests {
   void respond(Ticket ticket, http::Response response, std::optional<Channel> channel = {});
   /// The client is gone. A call that has not begun is cancelled; one that runs goes on.
   void abandon(Ticket ticket) noexcept;
+  /// The next that defer() gives.
+  Ticket next_ticket() const noexcept { return Ticket{next_ticket_}; }
+  /// Forgets this and later ones: a request failed after it was deferred.
+  void abandon_from(Ticket first) noexcept;
   /// Runs the timeouts that are due.
   void expire(TimePoint now);
   std::optional<Instant> next_deadline() const;

@@ -1,6 +1,7 @@
 #include "src/engine/property_values.hpp"
 
 #include <algorithm>
+#include <exception>
 #include <string>
 #include <utility>
 
@@ -195,10 +196,23 @@ void PropertyValues::set_value_bytes(PropertyResource& property) {
 
 void PropertyValues::start(PropertyResource& property) {
   property.refresh_state.running = true;
-  if (property.spec->read) return read(property);
-  std::vector<std::size_t> encoders = wanted_encoders(property);
-  if (property.spec->slot->has_change()) return take(property, std::move(encoders));
-  encode(property, std::nullopt, std::move(encoders));
+  ends_if_thrown(property, [&] {
+    if (property.spec->read) return read(property);
+    std::vector<std::size_t> encoders = wanted_encoders(property);
+    if (property.spec->slot->has_change()) return take(property, std::move(encoders));
+    encode(property, std::nullopt, std::move(encoders));
+  });
+}
+
+/// A refresh that fails inside ends, so that the property can be read again.
+template <class Step>
+void PropertyValues::ends_if_thrown(PropertyResource& property, Step step) {
+  try {
+    step();
+  } catch (const std::exception& e) {
+    if (!property.refresh_state.running) throw;  // it has ended: what the waiters did has failed
+    end(property, unexpected(Errc::failed, std::string("the server failed: ") + e.what()), clock_.now());
+  }
 }
 
 /// A pulled property: its lambda, where that is to run.
@@ -207,19 +221,23 @@ void PropertyValues::read(PropertyResource& property) {
       property.thing->where(*property.spec), [spec = property.spec]() -> Result<model::Reading> { return spec->read(); },
       [this, ref = Ref(property)](Result<model::Reading> reading, TimePoint now) {
         PropertyResource* p = registry_.find(ref);
-        if (!p) return;
-        if (reading) {
-          p->refresh_state.failing = false;
-          const std::vector<std::size_t> encoders = wanted_encoders(*p);
-          if (rdf::same(p->value, reading->value)) return encode(*p, std::nullopt, encoders);
-          return encode(*p, Sample{std::move(reading->value), std::move(reading->whole), now.utc, {}}, encoders);
-        }
-        const Errc code = reading.error().code == Errc::closed ? Errc::failed : reading.error().code;
-        const Result<void> failed = unexpected(code, "property \"" + p->path + "\" could not be read: " + reading.error().message);
-        if ((!p->refresh_state.failing || !p->refresh_state.waiters.empty()) && options_.log) options_.log(LogLevel::warning, failed.error().message);
-        p->refresh_state.failing = true;
-        end(*p, failed, now);
+        if (p) ends_if_thrown(*p, [&] { was_read(*p, std::move(reading), now); });
       });
+}
+
+void PropertyValues::was_read(PropertyResource& property, Result<model::Reading> reading, TimePoint now) {
+  PropertyRefresh& state = property.refresh_state;
+  if (reading) {
+    state.failing = false;
+    const std::vector<std::size_t> encoders = wanted_encoders(property);
+    if (rdf::same(property.value, reading->value)) return encode(property, std::nullopt, encoders);
+    return encode(property, Sample{std::move(reading->value), std::move(reading->whole), now.utc, {}}, encoders);
+  }
+  const Errc code = reading.error().code == Errc::closed ? Errc::failed : reading.error().code;
+  const Result<void> failed = unexpected(code, "property \"" + property.path + "\" could not be read: " + reading.error().message);
+  if ((!state.failing || !state.waiters.empty()) && options_.log) options_.log(LogLevel::warning, failed.error().message);
+  state.failing = true;
+  end(property, failed, now);
 }
 
 /// A pushed property: what was published, through the user's traits and encoders.
@@ -238,25 +256,29 @@ void PropertyValues::take(PropertyResource& property, std::vector<std::size_t> e
       },
       [this, ref = Ref(property)](Result<Samples> samples, TimePoint now) {
         PropertyResource* p = registry_.find(ref);
-        if (!p) return;
-        if (!samples) {
-          const Result<void> failed =
-              unexpected(samples.error().code, "property \"" + p->path + "\" could not be encoded: " + samples.error().message);
-          if (options_.log) options_.log(LogLevel::warning, failed.error().message);
-          return end(*p, failed, now);
-        }
-        const Instant until = catch_up_end();
-        for (std::size_t i = 0; i < samples->size(); ++i) {
-          if (const std::size_t last = samples->size() - 1; i < last && clock_.now().steady >= until) {
-            p->spec->slot->count_lost(last - i);
-            i = last;
-          }
-          Sample& sample = (*samples)[i];
-          if (p->spec->slot->every_sample() || !rdf::same(sample.value, p->value)) set(*p, std::move(sample));
-        }
-        p->report_lost();
-        encode(*p, std::nullopt, wanted_encoders(*p));
+        if (p) ends_if_thrown(*p, [&] { were_taken(*p, std::move(samples), now); });
       });
+}
+
+void PropertyValues::were_taken(PropertyResource& property, Result<std::vector<Sample>> samples, TimePoint now) {
+  if (!samples) {
+    const Result<void> failed =
+        unexpected(samples.error().code, "property \"" + property.path + "\" could not be encoded: " + samples.error().message);
+    if (options_.log) options_.log(LogLevel::warning, failed.error().message);
+    return end(property, failed, now);
+  }
+  model::SlotBase& slot = *property.spec->slot;
+  const Instant until = catch_up_end();
+  for (std::size_t i = 0; i < samples->size(); ++i) {
+    if (const std::size_t last = samples->size() - 1; i < last && clock_.now().steady >= until) {
+      slot.count_lost(last - i);
+      i = last;
+    }
+    Sample& sample = (*samples)[i];
+    if (slot.every_sample() || !rdf::same(sample.value, property.value)) set(property, std::move(sample));
+  }
+  property.report_lost();
+  encode(property, std::nullopt, wanted_encoders(property));
 }
 
 /// Runs the encoders that the value lacks.
@@ -280,20 +302,21 @@ void PropertyValues::encode(PropertyResource& property, std::optional<Sample> sa
       },
       [this, ref = Ref(property), sample = std::move(sample)](Result<std::vector<Encoding>> encodings, TimePoint now) mutable {
         PropertyResource* p = registry_.find(ref);
-        if (!p) return;
-        if (!encodings) {
-          return end(*p, Unexpected{encodings.error()}, now);
-        }
-        if (sample) {
-          sample->encodings = *std::move(encodings);
-          set(*p, *std::move(sample));
-        } else {
-          p->encodings.resize(p->spec->representations.size());
-          for (std::size_t i = 0; i < encodings->size(); ++i)
-            if ((*encodings)[i].made) p->encodings[i] = std::move((*encodings)[i]);
-        }
-        end(*p, {}, now);
+        if (p) ends_if_thrown(*p, [&] { were_encoded(*p, std::move(sample), std::move(encodings), now); });
       });
+}
+
+void PropertyValues::were_encoded(PropertyResource& property, std::optional<Sample> sample, Result<std::vector<Encoding>> encodings, TimePoint now) {
+  if (!encodings) return end(property, Unexpected{encodings.error()}, now);
+  if (sample) {
+    sample->encodings = *std::move(encodings);
+    set(property, *std::move(sample));
+  } else {
+    property.encodings.resize(property.spec->representations.size());
+    for (std::size_t i = 0; i < encodings->size(); ++i)
+      if ((*encodings)[i].made) property.encodings[i] = std::move((*encodings)[i]);
+  }
+  end(property, {}, now);
 }
 
 void PropertyValues::end(PropertyResource& property, const Result<void>& result, TimePoint now) {
@@ -303,7 +326,12 @@ void PropertyValues::end(PropertyResource& property, const Result<void>& result,
   std::vector<PropertyRefresh::Waiter> waiters = std::exchange(state.waiters, std::exchange(state.next_waiters, {}));
   // First, so that what the waiters ask for next waits for a later refresh. The value that they have waited for stays until they were called.
   if (!state.waiters.empty()) start(property);
-  for (auto& w : waiters) w.done(result, now);
+  for (auto& w : waiters) try {
+    w.done(result, now);
+  } catch (const std::exception& e) {
+    // Its request gets 503 at its time limit. The others go on.
+    if (options_.log) options_.log(LogLevel::error, std::string("a response failed inside: ") + e.what());
+  }
 }
 
 void PropertyValues::set(PropertyResource& property, Sample sample) {

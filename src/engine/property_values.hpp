@@ -100,7 +100,12 @@ class PropertyValues {
   void read(PropertyResource& property);
   void take(PropertyResource& property, std::vector<std::size_t> encoders);
   void encode(PropertyResource& property, std::optional<Sample> sample, std::vector<std::size_t> encoders);
+  void was_read(PropertyResource& property, Result<model::Reading> reading, TimePoint now);
+  void were_taken(PropertyResource& property, Result<std::vector<Sample>> samples, TimePoint now);
+  void were_encoded(PropertyResource& property, std::optional<Sample> sample, Result<std::vector<Encoding>> encodings, TimePoint now);
   void end(PropertyResource& property, const Result<void>& result, TimePoint now);
+  template <class Step>
+  void ends_if_thrown(PropertyResource& property, Step step);
 
   HostCalls& calls_;
   Registry& registry_;

@@ -16,9 +16,15 @@ Registry::~Registry() = default;
 bool Registry::add(Resource& resource) {
   const Resource* const holder = find(resource.path);
   if (holder && holder->naming() == resource.naming()) return false;
-  settle(resource);
-  resource.id = ResourceId{next_id_++};
-  by_id_.emplace(static_cast<std::uint64_t>(resource.id), &resource);
+  const std::uint64_t id = next_id_++;
+  by_id_.emplace(id, &resource);
+  try {
+    settle(resource);
+  } catch (...) {
+    by_id_.erase(id);
+    throw;
+  }
+  resource.id = ResourceId{id};
   return true;
 }
 

@@ -110,17 +110,17 @@ Outcome CollectionResource::post(Context& context, Parts& parts) {
     return parts.responses.problem(context, 409, "the collection is full with " + std::to_string(spec->max_members) + " members");
   const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out(), thing->where(*spec));
   if (!ticket) return parts.responses.overloaded(context);
-  ++creating_;
   const std::string new_id = parts.options.ids->next();
-  rdf::Value& value = std::get<Body>(read).value;
-  auto token = parts.calls.call<void>(
-      thing->where(*spec), [s = spec, new_id, value] { return s->create(new_id, value); },
-      [ref = Ref(*this), &parts, new_id, value, ticket = *ticket](const Result<void>& result, TimePoint now) mutable {
-        if (CollectionResource* collection = parts.registry.find(ref)) collection->created(new_id, std::move(value), result, ticket, parts, now);
+  const auto value = std::make_shared<const rdf::Value>(std::move(std::get<Body>(read).value));
+  std::shared_ptr<CancelToken>& call = calls_[*ticket];
+  call = parts.calls.call<void>(
+      thing->where(*spec), [s = spec, new_id, value] { return s->create(new_id, *value); },
+      [ref = Ref(*this), &parts, new_id, value, ticket = *ticket](const Result<void>& result, TimePoint now) {
+        if (CollectionResource* collection = parts.registry.find(ref)) collection->created(new_id, *value, result, ticket, parts, now);
         else parts.respond_gone(ticket);
       });
-  parts.pending.waits_for(*ticket, token);
-  calls_[*ticket] = std::move(token);
+  ++creating_;
+  parts.pending.waits_for(*ticket, call);
   return Deferred{*ticket};
 }
 
@@ -130,9 +130,10 @@ void CollectionResource::created(const std::string& new_id, rdf::Value value, co
   MemberResource* member = nullptr;
   if (result) {
     auto made = std::make_unique<MemberResource>(path + "/" + new_id, *this, new_id, std::move(value));
+    members_.reserve(members_.size() + 1);
+    parts.registry.add(*made);
     member = made.get();
     members_.push_back(std::move(made));
-    parts.registry.add(*member);
     mark_changed();
   }
   const Context* context = parts.pending.resume(ticket, now);

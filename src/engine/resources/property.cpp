@@ -152,8 +152,19 @@ void PropertyResource::begin_next_write(Parts& parts, TimePoint now) {
     const bool conditional = context->request().find("If-Match") || context->request().find("If-None-Match");
     parts.values.take_published(*this);
     const bool is_behind = spec->slot && spec->slot->has_change();
-    if (conditional || is_behind) return judge_after_refresh({}, parts);
-    return judge_write(parts, now, true);
+    if (!conditional && !is_behind) return judge_write(parts, now, true);
+    return drops_if_thrown(ticket, [&] { judge_after_refresh({}, parts); });
+  }
+}
+
+/// A write that fails inside makes room for the next.
+template <class Step>
+void PropertyResource::drops_if_thrown(Ticket ticket, Step step) {
+  try {
+    step();
+  } catch (...) {
+    if (!writes_.empty() && writes_.front().ticket == ticket) drop_write();
+    throw;
   }
 }
 
@@ -172,6 +183,10 @@ void PropertyResource::judge_after_refresh(Encodings wanted, Parts& parts) {
 /// @param encoded  variants that lack an encoding have no entity tag
 void PropertyResource::judge_write(Parts& parts, TimePoint now, bool encoded) {
   const Ticket ticket = writes_.front().ticket;
+  drops_if_thrown(ticket, [&] { judge_write(ticket, parts, now, encoded); });
+}
+
+void PropertyResource::judge_write(Ticket ticket, Parts& parts, TimePoint now, bool encoded) {
   Context* context = parts.pending.resume(ticket, now);
   std::optional<http::Response> failed;
   if (context) {
@@ -208,6 +223,16 @@ void PropertyResource::end_write(Result<Written> written, Parts& parts, TimePoin
   write_token_ = nullptr;
   const Write write = std::move(writes_.front());
   writes_.pop_front();
+  try {
+    respond_to(write, std::move(written), parts, now);
+  } catch (const std::exception& e) {
+    // The client gets 202 or 503 at its time limit.
+    parts.responses.log(LogLevel::error, std::string("a response failed inside: ") + e.what());
+  }
+  begin_next_write(parts, now);
+}
+
+void PropertyResource::respond_to(const Write& write, Result<Written> written, Parts& parts, TimePoint now) {
   if (written && spec->slot) {
     // What was published since the lambda began counts, even the old value. Otherwise the written value is shown until the next publish.
     const bool published = spec->slot->has_change();
@@ -228,7 +253,6 @@ void PropertyResource::end_write(Result<Written> written, Parts& parts, TimePoin
   } else if (context) {
     parts.pending.respond(write.ticket, parts.responses.no_content(*context));
   }
-  begin_next_write(parts, now);
 }
 
 void PropertyResource::drop_write() {

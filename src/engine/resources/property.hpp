@@ -91,7 +91,11 @@ class PropertyResource final : public Resource {
   void begin_next_write(Parts& parts, TimePoint now);
   void judge_after_refresh(Encodings wanted, Parts& parts);
   void judge_write(Parts& parts, TimePoint now, bool encoded);
+  void judge_write(Ticket ticket, Parts& parts, TimePoint now, bool encoded);
   void end_write(Result<Written> written, Parts& parts, TimePoint now);
+  void respond_to(const Write& write, Result<Written> written, Parts& parts, TimePoint now);
+  template <class Step>
+  void drops_if_thrown(Ticket ticket, Step step);
   void drop_write();
 
   std::unique_ptr<const Variants> own_variants_;  ///< nullptr: those of any value
