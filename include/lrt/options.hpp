@@ -23,7 +23,7 @@ namespace lrt {
 /// Which thread does the I/O (SPEC 3.10).
 enum class Io : std::uint8_t {
   own_thread,  ///< a thread of lrt: requests for pushed and static resources do not need the host
-  in_poll,     ///< no thread of lrt: Server::poll does everything
+  in_poll,     ///< Server::poll does everything, but judge large bodies (Threads::body_threads)
 };
 
 /// Where the server listens, and by which name clients know it.
@@ -82,7 +82,10 @@ struct Threads {
   Dispatch dispatch = Dispatch::in_poll;  ///< of things that do not have their own
   /// Runs the lambdas of things with Dispatch::executor. It must run each exactly once, at any time.
   std::function<void(std::function<void()>)> executor;
-  /// Policy, CPUs and stack of all threads that the server starts: lrt-io (Io::own_thread), lrt-run (Server::start), lrt-callback, lrt-save. They do
+  /// Threads of lrt that parse and judge request bodies above Limits::small_body_bytes, so that neither the control loop nor other clients wait
+  /// for them. They start with the first such body, and run no lambda. 0: the thread that serves judges every body, 1 MiB in up to 0.2 s.
+  unsigned body_threads = 1;
+  /// Policy, CPUs and stack of all threads that the server starts: lrt-io (Io::own_thread), lrt-run (Server::start), lrt-body, lrt-callback, lrt-save. They do
   /// not inherit those of the thread that creates the server, and block all signals; a process that a lambda starts there inherits the mask.
   ThreadOptions own;
 };

@@ -1,76 +1,102 @@
 #include "src/engine/bodies.hpp"
 
-#include <algorithm>
-#include <vector>
+#include <utility>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/base/media_type.hpp>
 #include <lrt/http/message.hpp>
-#include <lrt/rdf/value_codec.hpp>
-#include <lrt/shacl/validator.hpp>
 
-#include "src/base/charset.hpp"
 #include "src/engine/resources/blueprint.hpp"
 #include "src/engine/resources/thing.hpp"
-#include "src/rdf/plain_schema.hpp"
 
 namespace lrt::engine {
 
 namespace {
 
+/// Bodies of the requested resource may be the octets of a matrix.
+bool takes_octets(const Context& context, const rdf::Type* value) {
+  return value && context.resource->variants().type_of(Variant(rdf::Plain::octets)) != std::string_view() && rdf::reads_octets(*value);
+}
+
+std::string accepted_types(const Context& context, const rdf::Type* value) {
+  return readable_types(value != nullptr) + (takes_octets(context, value) ? ", " + std::string(rdf::media_type(rdf::Plain::octets)) : "");
+}
+
 bool is_text(std::optional<rdf::Plain> format) noexcept { return format != rdf::Plain::cbor && format != rdf::Plain::octets; }
-
-/// Blanks what an XML declaration says of the encoding: the field Content-Type precedes it (RFC 7303 3).
-void blank_declared_encoding(std::string& document) {
-  if (document.compare(0, 5, "<?xml") != 0) return;
-  const std::size_t end = document.find("?>");
-  const std::size_t name = document.find("encoding");
-  const std::size_t open = document.find_first_of("\"'", name);
-  if (end == std::string::npos || open == std::string::npos || open > end) return;
-  const std::size_t close = document.find(document[open], open + 1);
-  if (close < end) document.replace(name, close + 1 - name, close + 1 - name, ' ');
-}
-
-std::size_t longest_list_in(const rdf::Value& value) {
-  const rdf::Value::Sequence* members = value.sequence();
-  if (!members) return 0;
-  std::size_t longest = members->size();
-  for (const rdf::Value& m : *members) longest = std::max(longest, longest_list_in(m));
-  return longest;
-}
-
-/// SPEC 3.3: the focus node is <> if that is a subject, else the only subject of the target class, else the only blank node that has no
-/// type and is no object. Of several, two are given.
-std::vector<rdf::TermId> focus_nodes(const rdf::Graph& graph, const std::string& here, const std::string& wanted) {
-  const auto self = graph.find(rdf::iri(here));
-  if (self && !graph.match(*self, std::nullopt, std::nullopt).empty()) return {*self};
-  std::vector<rdf::TermId> found;
-  const auto take = [&](rdf::TermId node) {
-    if (found.size() < 2 && std::find(found.begin(), found.end(), node) == found.end()) found.push_back(node);
-  };
-  const auto type = graph.find(vocab::rdf_::type);
-  if (const auto of = graph.find(rdf::iri(wanted)); !wanted.empty() && type && of)
-    for (const rdf::Triple& t : graph.match(std::nullopt, *type, *of)) take(t.subject);
-  if (!found.empty()) return found;
-  for (const rdf::Triple& t : graph.triples()) {
-    const bool typed = type && !graph.match(t.subject, *type, std::nullopt).empty();
-    if (graph.term(t.subject).is_blank() && !typed && graph.match(std::nullopt, std::nullopt, t.subject).empty()) take(t.subject);
-  }
-  return found;
-}
-
-/// Until 2023 QUDT had qudt:unit in place of qudt:hasUnit. Bodies with the former name are judged as if they had the present one too.
-void accept_former_unit(rdf::Graph& graph) {
-  const auto former = graph.find(rdf::TermView(vocab::qudt::unit));
-  if (!former) return;
-  std::vector<rdf::Triple> found;
-  for (const rdf::Triple& t : graph.match(std::nullopt, *former, std::nullopt)) found.push_back(t);
-  const rdf::TermId present = graph.intern(vocab::qudt::hasUnit);
-  for (const rdf::Triple& t : found) graph.add(t.subject, present, t.object);
-}
 
 }  // namespace
 
-std::variant<Bodies::Body, http::Response> Bodies::read(const Context& context, const rdf::Type* value, const rdf::Facets& facets) const {
+std::optional<Outcome> outcome_of(Bodies::Read& read) {
+  if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
+  if (const auto* deferred = std::get_if<Deferred>(&read)) return *deferred;
+  return std::nullopt;
+}
+
+Bodies::Bodies(const EngineOptions& options, const EngineView& view, const Responses& responses, HostCalls& calls, PendingRequests& pending,
+               std::string context_document)
+    : options_(options),
+      view_(view),
+      responses_(responses),
+      calls_(calls),
+      pending_(pending),
+      context_document_(std::move(context_document)),
+      limits_(std::make_shared<const BodyLimits>(
+          BodyLimits{options.max_body_triples, options.max_body_text_bytes, options.max_list_members, options.prefixes})) {}
+
+Bodies::Read Bodies::read_value(Context& context, const rdf::Type& type, const rdf::Facets& facets, std::shared_ptr<const void> owner) {
+  if (context.judged) return verdict(context, &type);
+  // An empty body is no value, whatever its header fields say of it.
+  if (type.kind == rdf::Type::Kind::optional && context.request().body.empty()) return Body{};
+  auto made = task_for(context, &type, facets);
+  if (auto* response = std::get_if<http::Response>(&made)) return std::move(*response);
+  BodyTask& task = std::get<BodyTask>(made);
+  task.owner = std::move(owner);
+  if (auto response = set_shapes(context, task)) return *std::move(response);
+  task.completes = !has_user_shape(*context.resource->thing, context.resource->input_shape());
+  return judge(context, std::move(task));
+}
+
+Bodies::Read Bodies::read_graph(Context& context, const FocusRule& focus) {
+  if (context.judged) return verdict(context, nullptr);
+  auto made = task_for(context, nullptr, {});
+  if (auto* response = std::get_if<http::Response>(&made)) return std::move(*response);
+  BodyTask& task = std::get<BodyTask>(made);
+  task.focus = &focus;
+  if (auto response = set_shapes(context, task)) return *std::move(response);
+  return judge(context, std::move(task));
+}
+
+Bodies::Read Bodies::read_nothing(Context& context) {
+  static const Immortal<rdf::Type> nothing([] {
+    rdf::Type type;
+    type.kind = rdf::Type::Kind::record;
+    return type;
+  }());
+  if (context.judged) return verdict(context, &*nothing);
+  if (context.request().body.empty()) return Body{};
+  auto made = task_for(context, &*nothing, {});
+  if (auto* response = std::get_if<http::Response>(&made)) return std::move(*response);
+  return judge(context, std::move(std::get<BodyTask>(made)));
+}
+
+std::optional<http::Response> Bodies::set_shapes(const Context& context, BodyTask& task) const {
+  ThingNode& thing = *context.resource->thing;
+  const Result<const shacl::Shapes*> shapes = compiled_shapes(thing, context.base, view_);
+  if (!shapes) return responses_.problem(context, 500, "the blueprint: " + shapes.error().message);
+  task.shapes = **shapes;
+  task.shape = thing.shape_iri(view_.bases[context.base], context.resource->input_shape());
+  return std::nullopt;
+}
+
+http::Response Bodies::not_accepted(const Context& context, const rdf::Type* value, const std::string& detail) const {
+  const std::string types = accepted_types(context, value);
+  http::Response response = responses_.problem(context, 415, "Content-Type: " + detail);
+  response.fields.set("Accept", types);  // RFC 9110 15.5.16
+  if (context.request().method == "POST") response.fields.set("Accept-Post", types);
+  return response;
+}
+
+std::variant<BodyTask, http::Response> Bodies::task_for(const Context& context, const rdf::Type* value, const rdf::Facets& facets) const {
   const http::Request& request = context.request();
   if (const auto coding = request.find("Content-Encoding"); coding && !http::iequals(*coding, "identity")) {
     http::Response response = responses_.problem(context, 415, "Content-Encoding: expected identity, found \"" + std::string(*coding) + "\"");
@@ -79,132 +105,89 @@ std::variant<Bodies::Body, http::Response> Bodies::read(const Context& context, 
   }
   if (request.find("Content-Range")) return responses_.problem(context, 400, "Content-Range has no meaning here (RFC 9110 14.5)");
 
+  BodyTask task{request.body};
+  task.here = responses_.iri(context, context.resource->path);
+  task.vocabulary = view_.vocabulary(view_.bases[context.base]);
+  task.context = responses_.iri(context, context_document_);
+  task.limits = limits_;
+  task.type = value;
+  task.facets = facets;
   const auto content_type = request.find("Content-Type");
-  if (!content_type && request.body.empty()) return Body{};
-  const bool octets =
-      value && context.resource->variants().type_of(Variant(rdf::Plain::octets)) != std::string_view() && rdf::reads_octets(*value);
-  const auto accepted_types = [&] {
-    return readable_types(value != nullptr) + (octets ? ", " + std::string(rdf::media_type(rdf::Plain::octets)) : "");
+  if (!content_type && request.body.empty()) return task;
+  const auto unsupported = [&](const std::string& found) {
+    return not_accepted(context, value, "expected one of " + accepted_types(context, value) + ", found " + found);
   };
-  const auto not_accepted = [&](const std::string& detail) {
-    const std::string types = accepted_types();
-    http::Response response = responses_.problem(context, 415, "Content-Type: " + detail);
-    response.fields.set("Accept", types);  // RFC 9110 15.5.16
-    if (request.method == "POST") response.fields.set("Accept-Post", types);
-    return response;
-  };
-  const auto unsupported = [&](const std::string& found) { return not_accepted("expected one of " + accepted_types() + ", found " + found); };
   if (!content_type) return unsupported("none");
   const Result<MediaType> type = MediaType::parse(*content_type);
   if (!type || request.count("Content-Type") > 1) return unsupported("\"" + request.joined("Content-Type") + "\"");
-  const auto syntax = rdf::syntax_of(type->essence());
-  std::optional<rdf::Plain> format;
-  if (value && !syntax) format = rdf::plain_of(*type);
-  if (!syntax && (!format || (*format == rdf::Plain::octets && !octets))) {
+  task.syntax = rdf::syntax_of(type->essence());
+  if (value && !task.syntax) task.format = rdf::plain_of(*type);
+  if (!task.syntax && (!task.format || (*task.format == rdf::Plain::octets && !takes_octets(context, value)))) {
     const bool is_form = value && type->essence() == "application/x-www-form-urlencoded";
     return unsupported(type->essence() + (is_form ? ", which curl -d sends; add -H 'Content-Type: application/json'" : ""));
   }
-  std::string_view text = request.body;
-  std::string transcoded;
-  if (const std::string_view charset = type->parameter("charset"); !charset.empty() && is_text(format)) {
-    const Result<std::string_view> utf8 = charset::to_utf8(request.body, charset, transcoded);
-    if (!utf8 && utf8.error().code == Errc::unsupported_syntax) return not_accepted(utf8.error().message);
-    if (!utf8) return responses_.problem(context, 400, "body: " + utf8.error().message);
-    text = *utf8;
-    if (syntax == rdf::Syntax::rdf_xml) {
-      if (transcoded.empty()) transcoded = text;
-      blank_declared_encoding(transcoded);
-      text = transcoded;
-    }
-  }
-
-  const std::string base = responses_.iri(context, context.resource->path);
-  if (format) {
-    Body body;
-    body.empty = request.body.empty();
-    if (text.empty() && format == rdf::Plain::json)
-      return responses_.problem(context, 400, "body: expected JSON of the schema " + rdf::write_schema(*value, facets) + ", found an empty body");
-    rdf::Mismatch mismatch;
-    const Result<void> read =
-        rdf::read_plain(text, *format, *value, facets, view_.vocabulary(view_.bases[context.base]),
-                        options_.max_body_triples, body.graph, body.graph.intern(rdf::iri(base)), &mismatch);
-    if (read) return body;
-    const Errc code = read.error().code;
-    if (code == Errc::expected_value)
-      return responses_.problem(context, 422, "body: " + read.error().message, json_of({{mismatch.path, mismatch.message}}));
-    return responses_.problem(context, code == Errc::limit_exceeded ? 413 : code == Errc::expected_rdf ? 400 : 422, "body: " + read.error().message);
-  }
-  rdf::ReadOptions read_options;
-  read_options.base = base;
-  read_options.max_triples = options_.max_body_triples;
-  read_options.max_bytes = options_.max_body_text_bytes;
-  const std::string own_context = responses_.iri(context, context_document_);
-  read_options.context = own_context;
-  read_options.context_prefixes = &options_.prefixes;
-  Result<rdf::Graph> graph = rdf::read(text, *syntax, read_options);
-  if (!graph) {
-    const Error& e = graph.error();
-    return responses_.problem(context, e.code == Errc::limit_exceeded ? 413 : 400, "body: " + e.message);
-  }
-  accept_former_unit(*graph);
-  return Body{*std::move(graph), request.body.empty()};
+  if (is_text(task.format)) task.charset = type->parameter("charset");
+  return task;
 }
 
-std::variant<rdf::Value, http::Response> Bodies::read_value(const Context& context, const rdf::Type& type, const rdf::Facets& facets) const {
-  // An empty body is no value, whatever its header fields say of it.
-  if (type.kind == rdf::Type::Kind::optional && context.request().body.empty()) return rdf::Value();
-  auto body = read(context, &type, facets);
-  if (auto* response = std::get_if<http::Response>(&body)) return std::move(*response);
-  rdf::Graph& graph = std::get<Body>(body).graph;
-
-  const std::string here = responses_.iri(context, context.resource->path);
-  const std::string vocabulary = view_.vocabulary(view_.bases[context.base]), wanted = rdf::target_class(type, vocabulary);
-  const std::vector<rdf::TermId> nodes = focus_nodes(graph, here, wanted);
-  if (nodes.size() > 1) {
-    return responses_.problem(context, 422, "body: expected triples about <> or one subject " +
-                                     (wanted.empty() ? std::string("without a type") : "of type " + rdf::abbreviate(wanted)) +
-                                     ", found several");
-  }
-  if (nodes.empty() && type.kind == rdf::Type::Kind::optional && graph.empty()) return rdf::Value();
-
-  ThingNode& thing = *context.resource->thing;
-  auto node = nodes.empty() ? std::nullopt : std::optional(nodes.front());
-  // A shape of the user is taken literally.
-  if (!has_user_shape(thing, context.resource->input_shape())) {
-    const rdf::TermId focus = node ? *node : graph.intern(rdf::iri(here));
-    if (std::optional<rdf::Graph> completed = rdf::completed(graph, focus, type, facets, vocabulary)) {
-      const rdf::Term same(graph.term(focus));
-      graph = *std::move(completed);
-      if (node) node = graph.find(same.view());
+Bodies::Read Bodies::judge(Context& context, BodyTask task) {
+  const std::size_t bytes = task.text.size();
+  if (!options_.body_jobs || bytes <= options_.small_body_bytes) return as_read(context, task.judge(), task.type);
+  const std::string client(context.request().peer);
+  const auto known = waiting_by_client_.find(client);
+  const std::size_t of_client = known == waiting_by_client_.end() ? 0 : known->second;
+  if (waiting_bytes_ + bytes > options_.max_waiting_body_bytes || of_client + bytes > options_.max_waiting_body_bytes / 4) return too_many(context);
+  const auto ticket = pending_.defer(context, options_.host_timeout, [this](Ticket late, Context& c, bool) { pending_.respond(late, too_many(c)); },
+                                     Dispatch::io_thread);
+  if (!ticket) return too_many(context);
+  waiting_by_client_[client] += bytes;
+  waiting_bytes_ += bytes;
+  auto token = std::make_shared<CancelToken>();
+  pending_.waits_for(*ticket, token);
+  auto text = std::make_unique<std::string>(task.text);  // behind a pointer: its bytes stay where they are
+  task.text = *text;
+  jobs_.push_back({client, bytes, [this, ticket = *ticket, token, client, bytes, inbox = calls_.inbox(), text = std::move(text), task = std::move(task)]() mutable {
+    std::shared_ptr<JudgedBody> judged;
+    if (token->take()) {
+      Result<JudgedBody> result = guarded<JudgedBody>([&]() -> Result<JudgedBody> { return task.judge(); });
+      judged = std::make_shared<JudgedBody>(result ? *std::move(result) : JudgedBody(BodyFault{500, "body: " + result.error().message}));
     }
-  }
-  if (auto response = nonconforming(context, graph, node, &type)) return *std::move(response);
-  if (nodes.empty()) return responses_.problem(context, 422, "body: expected triples about <> or one node that carries the value, found none");
-
-  std::vector<rdf::Mismatch> mismatches;
-  Result<rdf::Value> value = rdf::read_value(graph, *node, type, facets, vocabulary, mismatches);
-  if (value && longest_list_in(*value) > options_.max_list_members)
-    return responses_.problem(context, 413, "body: expected lists of at most " + std::to_string(options_.max_list_members) + " members");
-  if (value) return *std::move(value);
-  const std::vector<BodyError> errors = body_errors(mismatches, type, vocabulary);
-  return responses_.problem(context, 422, sentence_of(errors), json_of(errors));
+    text.reset();
+    inbox->put([this, ticket, client = std::move(client), bytes, judged = std::move(judged)](TimePoint now) {
+      ended(client, bytes);
+      Context* waiting = judged ? pending_.resume(ticket, now) : nullptr;
+      if (!waiting) return;
+      waiting->judged = judged;
+      continue_(ticket, *waiting);
+    });
+  }});
+  return Deferred{*ticket};
 }
 
-std::optional<http::Response> Bodies::nonconforming(const Context& context, const rdf::Graph& graph,
-                                                    std::optional<rdf::TermId> node, const rdf::Type* type) const {
-  ThingNode& thing = *context.resource->thing;
-  const Result<const shacl::Shapes*> shapes = compiled_shapes(thing, context.base, view_);
-  if (!shapes) return responses_.problem(context, 500, "the blueprint: " + shapes.error().message);
-  shacl::ValidateOptions limits;
-  limits.max_results = 64;
-  limits.max_steps = 1'000'000;
-  // So that the report of an empty body says what is missing.
-  const std::string here = responses_.iri(context, context.resource->path);
-  const std::string shape = thing.shape_iri(view_.bases[context.base], context.resource->input_shape());
-  const Result<shacl::Report> report = shacl::validate(**shapes, graph, node ? graph.term(*node) : rdf::iri(here), rdf::iri(shape), limits);
-  if (!report) return responses_.problem(context, 422, "body: it could not be judged: " + report.error().message);
-  if (!report->conforms()) return responses_.violation(context, *report, body_errors(*report, graph, node, type, view_.vocabulary(view_.bases[context.base])));
-  return std::nullopt;
+void Bodies::ended(const std::string& client, std::size_t bytes) {
+  waiting_bytes_ -= bytes;
+  const auto found = waiting_by_client_.find(client);
+  if ((found->second -= bytes) == 0) waiting_by_client_.erase(found);
+}
+
+/// What was judged on another thread.
+Bodies::Read Bodies::verdict(Context& context, const rdf::Type* type) {
+  const std::shared_ptr<JudgedBody> judged = std::exchange(context.judged, nullptr);
+  return as_read(context, std::move(*judged), type);
+}
+
+Bodies::Read Bodies::as_read(const Context& context, JudgedBody judged, const rdf::Type* type) const {
+  if (auto* body = std::get_if<Body>(&judged)) return std::move(*body);
+  const BodyFault& fault = std::get<BodyFault>(judged);
+  if (fault.report) return responses_.violation(context, *fault.report, fault.errors);
+  if (fault.status == 415) return not_accepted(context, type, fault.detail);
+  return responses_.problem(context, fault.status, fault.detail, fault.errors.empty() ? std::string() : json_of(fault.errors));
+}
+
+http::Response Bodies::too_many(const Context& context) const {
+  http::Response response = responses_.problem(context, 503, "too many large bodies wait to be judged; try again later");
+  responses_.add_retry_after(response);
+  return response;
 }
 
 /// Finds a link of relation type to an LDP model other than ldp:Resource and ldp:RDFSource.

@@ -1,50 +1,77 @@
 #pragma once
 
+#include <cstddef>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <unordered_map>
+#include <utility>
 #include <variant>
+#include <vector>
 
 #include <lrt/engine/engine.hpp>
-#include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
-#include <lrt/rdf/value.hpp>
 
+#include "src/engine/body_task.hpp"
 #include "src/engine/context.hpp"
 #include "src/engine/description.hpp"
+#include "src/engine/host_calls.hpp"
+#include "src/engine/pending_requests.hpp"
 #include "src/engine/responses.hpp"
 
 namespace lrt::engine {
 
-/// Reads request bodies: bytes to a graph, the graph judged by the Blueprint, the graph to a value (SPEC 3.3).
+/// Has request bodies judged (BodyTask): small ones at once, larger ones by a BodyJob, after which the request is handled again.
 class Bodies {
  public:
-  struct Body {
-    rdf::Graph graph;
-    bool empty = true;
-  };
+  /// Deferred: the body is judged elsewhere, and Continue will be called.
+  using Read = std::variant<Body, http::Response, Deferred>;
+  /// Handles a request again whose body is judged now: `Context::judged`.
+  using Continue = std::function<void(Ticket, Context&)>;
 
   /// @param context_document  path of the JSON-LD context, which bodies may refer to
-  Bodies(const EngineOptions& options, const EngineView& view, const Responses& responses, std::string context_document)
-      : options_(options), view_(view), responses_(responses), context_document_(std::move(context_document)) {}
+  Bodies(const EngineOptions& options, const EngineView& view, const Responses& responses, HostCalls& calls, PendingRequests& pending,
+         std::string context_document);
 
-  /// The body as a graph; the response if it is none.
-  /// @param type, facets  of the value that a body may be without RDF; nullptr: none
-  std::variant<Body, http::Response> read(const Context& context, const rdf::Type* type = nullptr, const rdf::Facets& facets = {}) const;
+  void set_continue(Continue function) { continue_ = std::move(function); }
+
   /// The value in a body; the response if there is none.
-  std::variant<rdf::Value, http::Response> read_value(const Context& context, const rdf::Type& type, const rdf::Facets& facets) const;
-  /// The response if a node does not conform to the input shape of the requested resource.
-  /// @param node  nullopt: the body has no such node, and <> without triples is judged
-  /// @param type  of the value that the node carries; nullptr: it has no plain form
-  std::optional<http::Response> nonconforming(const Context& context, const rdf::Graph& graph, std::optional<rdf::TermId> node,
-                                              const rdf::Type* type = nullptr) const;
+  /// @param owner  of type and facets
+  Read read_value(Context& context, const rdf::Type& type, const rdf::Facets& facets, std::shared_ptr<const void> owner);
+  /// The node in a body that the rule finds and the input shape of the requested resource accepts.
+  Read read_graph(Context& context, const FocusRule& focus);
+  /// A body of a resource that takes none: it may have any content that can be read, and is ignored.
+  Read read_nothing(Context& context);
+
+  std::vector<BodyJob> take_jobs() { return std::exchange(jobs_, {}); }
 
  private:
+  std::variant<BodyTask, http::Response> task_for(const Context& context, const rdf::Type* value, const rdf::Facets& facets) const;
+  std::optional<http::Response> set_shapes(const Context& context, BodyTask& task) const;
+  Read judge(Context& context, BodyTask task);
+  Read verdict(Context& context, const rdf::Type* type);
+  Read as_read(const Context& context, JudgedBody judged, const rdf::Type* type) const;
+  http::Response not_accepted(const Context& context, const rdf::Type* value, const std::string& detail) const;
+  http::Response too_many(const Context& context) const;
+  void ended(const std::string& client, std::size_t bytes);
+
   const EngineOptions& options_;
   const EngineView& view_;
   const Responses& responses_;
+  HostCalls& calls_;
+  PendingRequests& pending_;
   const std::string context_document_;
+  const std::shared_ptr<const BodyLimits> limits_;
+  Continue continue_;
+  std::vector<BodyJob> jobs_;
+  std::size_t waiting_bytes_ = 0;                                   ///< of bodies in jobs that have not ended
+  std::unordered_map<std::string, std::size_t> waiting_by_client_;  ///< the same by address
 };
+
+/// The outcome of a request whose body was not accepted, or is not judged yet; nullopt: it has a Body.
+std::optional<Outcome> outcome_of(Bodies::Read& read);
 
 /// Whether a Link field (RFC 8288 3) requests an LDP interaction model other than ldp:Resource and ldp:RDFSource (LDP 5.2.3.4).
 bool requests_other_model(std::string_view field);

@@ -4,6 +4,7 @@
 #include <lrt/model/detail/spec.hpp>
 #include <lrt/rdf/value_codec.hpp>
 
+#include "src/engine/resources/thing.hpp"
 #include "src/engine/vocabulary.hpp"
 
 namespace lrt::engine {
@@ -48,7 +49,19 @@ void describe_unit(About& about, const Unit& unit) {
   if (!unit.qudt.empty()) about.add(vocab::qudt::hasUnit, rdf::TermView(unit.qudt));
 }
 
-void describe_quantity(About& about, const rdf::Type& type, const rdf::Facets& facets) {
+void describe_binding(About& about, const Description& d, const Resource& resource, Iri method, const std::string& body_class) {
+  const rdf::TermId binding = d.graph.fresh_blank(), body = d.graph.fresh_blank();
+  about.add(vocab::hybrit::binding, binding);
+  About(d.graph, binding)
+      .a(vocab::http_core::Request)
+      .add(vocab::http_core::mthd, rdf::TermView(method))
+      .link(vocab::http_core::requestURI, d.base + resource.path)
+      .add(vocab::http_core::body, body);
+  if (!body_class.empty()) About(d.graph, body).a(Iri(std::string_view(body_class)));
+  About(d.graph, body).link(vocab::dcterms::conformsTo, resource.thing->shape_iri(d.base, resource.input_shape()));
+}
+
+Quantity quantity_of(const rdf::Type& type, const rdf::Facets& facets) {
   using Kind = rdf::Type::Kind;
   const rdf::Type* value = &type;
   bool is_list = false;
@@ -56,10 +69,15 @@ void describe_quantity(About& about, const rdf::Type& type, const rdf::Facets& f
     is_list = is_list || value->kind == Kind::list;
     value = value->element;
   }
-  if (!value->datatype.empty()) about.add(is_list ? vocab::lrt_::elementType : vocab::qudt::dataType, rdf::TermView(value->datatype));
-  const Unit unit = value->kind == Kind::record ? rdf::node_unit(*value, facets) : facets.unit();
-  describe_unit(about, unit);
-  if (!unit.quantity_kind.empty()) about.add(vocab::qudt::hasQuantityKind, rdf::TermView(unit.quantity_kind));
+  return {value->kind == Kind::record ? rdf::node_unit(*value, facets) : facets.unit(), value->datatype,
+          is_list ? vocab::lrt_::elementType : vocab::qudt::dataType};
+}
+
+void describe_quantity(About& about, const rdf::Type& type, const rdf::Facets& facets) {
+  const Quantity quantity = quantity_of(type, facets);
+  if (!quantity.datatype.empty()) about.add(quantity.datatype_predicate, rdf::TermView(quantity.datatype));
+  describe_unit(about, quantity.unit);
+  if (!quantity.unit.quantity_kind.empty()) about.add(vocab::qudt::hasQuantityKind, rdf::TermView(quantity.unit.quantity_kind));
 }
 
 Iri frame_predicate(const rdf::Type& type) noexcept {

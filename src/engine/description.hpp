@@ -77,8 +77,19 @@ void describe_unit(About& about, const Unit& unit);
 /// The predicate of the frame that values refer to: that of ARVIDA for poses, else lrt:frame.
 Iri frame_predicate(const rdf::Type& type) noexcept;
 
-/// What the values are, whether there is one or not: datatype, unit and kind of quantity. Of a record, whose fields may differ, the unit
-/// alone.
+/// The request that writes to a resource or adds a member to it, with the shape of its body (HTTP Vocabulary in RDF 1.0; R1.7).
+/// @param body_class  empty: none
+void describe_binding(About& about, const Description& d, const Resource& resource, Iri method, const std::string& body_class);
+
+/// What the values of a type are, whether there is one or not. Of a record, whose fields may differ, the unit alone.
+struct Quantity {
+  Unit unit;               ///< of a list: of its elements
+  Iri datatype;            ///< empty for records and maps
+  Iri datatype_predicate;  ///< lrt:elementType for lists, else qudt:dataType
+};
+Quantity quantity_of(const rdf::Type& type, const rdf::Facets& facets);
+
+/// Datatype, unit and kind of quantity.
 void describe_quantity(About& about, const rdf::Type& type, const rdf::Facets& facets);
 
 }  // namespace lrt::engine

@@ -27,7 +27,9 @@ bool is_safe(std::string_view method) noexcept { return method == "GET" || metho
 /// The way of a request: from its bytes to the resource that it names.
 class Engine::Impl {
  public:
-  explicit Impl(EngineOptions options) : parts(std::move(options)) {}
+  explicit Impl(EngineOptions options) : parts(std::move(options)) {
+    parts.bodies.set_continue([this](Ticket ticket, Context& context) { continue_request(ticket, context); });
+  }
 
   Outcome handle(const http::Request& request, const Result<Access>& access, TimePoint now);
   Result<void> add(std::vector<Thing> things);
@@ -44,6 +46,7 @@ class Engine::Impl {
   Outcome judge(Context& context, const Result<Access>& access);
   Outcome route(Context& context, const Result<Access>& access);
   Outcome dispatch(Context& context);
+  void continue_request(Ticket ticket, Context& kept);
   std::optional<http::Response> denied(const Context& context, const Result<Access>& access) const;
   bool is_from_foreign_page(const Context& context) const;
   std::string_view local_path(std::string_view path) const;
@@ -107,6 +110,21 @@ Outcome Engine::Impl::dispatch(Context& context) {
   if (method == "POST" && allowed.post) return resource.post(context, parts);
   if (method == "DELETE" && allowed.remove) return resource.remove(context, parts);
   return parts.responses.problem(context, 405, std::string(method) + " is not allowed for this resource, only " + allowed.text());
+}
+
+/// Goes on with a deferred request whose body is judged.
+void Engine::Impl::continue_request(Ticket ticket, Context& kept) {
+  Context context = kept;
+  kept.judged = nullptr;
+  context.ticket = ticket;
+  Outcome outcome;
+  try {
+    outcome = context.resource ? dispatch(context) : parts.responses.gone(context);
+  } catch (const std::exception& e) {
+    parts.responses.log(LogLevel::error, std::string("a request failed inside: ") + e.what());
+    outcome = parts.responses.problem(context, 500, "the server failed");
+  }
+  if (auto* response = std::get_if<http::Response>(&outcome)) parts.pending.respond(ticket, std::move(*response));
 }
 
 std::optional<http::Response> Engine::Impl::denied(const Context& context, const Result<Access>& access) const {
@@ -304,6 +322,7 @@ std::optional<std::string> Engine::take_saved() { return impl_->parts.saved.take
 Result<void> Engine::restore(std::string_view saved) { return impl_->parts.saved.restore(saved); }
 
 std::vector<Job> Engine::take_jobs() { return impl_->parts.calls.take_jobs(); }
+std::vector<BodyJob> Engine::take_body_jobs() { return impl_->parts.bodies.take_jobs(); }
 std::vector<std::shared_ptr<const void>> Engine::take_discarded() { return std::exchange(impl_->parts.discarded, {}); }
 
 void Engine::stop() {

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include <lrt/base/ids.hpp>
-#include <lrt/base/immortal.hpp>
 #include <lrt/rdf/value_codec.hpp>
 
 #include "src/engine/resources/thing.hpp"
@@ -28,18 +27,12 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   if (const auto error = unavailable(*action.spec)) return responses_.problem(context, 409, "action \"" + action.path + "\" is " + error->message);
   rdf::Value input;
   if (action.spec->input) {
-    auto read = bodies_.read_value(context, *action.spec->input, action.spec->facets);
-    if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
-    input = std::move(std::get<rdf::Value>(read));
-  } else if (!context.request().body.empty()) {
-    // Without input it takes an empty body, whatever the header fields say of it. RDF is covered by no constraint, and so ignored.
-    static const Immortal<rdf::Type> nothing([] {
-      rdf::Type type;
-      type.kind = rdf::Type::Kind::record;
-      return type;
-    }());
-    auto read = bodies_.read(context, &*nothing);
-    if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
+    auto read = bodies_.read_value(context, *action.spec->input, action.spec->facets, action.spec);
+    if (auto outcome = outcome_of(read)) return *std::move(outcome);
+    input = std::move(std::get<Body>(read).value);
+  } else {
+    auto read = bodies_.read_nothing(context);
+    if (auto outcome = outcome_of(read)) return *std::move(outcome);
   }
   if (auto response = representations_.failed_precondition(context)) return *std::move(response);
   const Dispatch where = action.thing->where(*action.spec);

@@ -22,7 +22,7 @@ namespace lrt::engine {
 class Invocations {
  public:
   Invocations(const EngineOptions& options, Registry& registry, HostCalls& calls, PendingRequests& pending, const Responses& responses,
-              Representations& representations, const Bodies& bodies, ChangeScanner& scanner)
+              Representations& representations, Bodies& bodies, ChangeScanner& scanner)
       : options_(options),
         registry_(registry),
         calls_(calls),
@@ -73,7 +73,7 @@ class Invocations {
   PendingRequests& pending_;
   const Responses& responses_;
   Representations& representations_;
-  const Bodies& bodies_;
+  Bodies& bodies_;
   ChangeScanner& scanner_;
   DeadlineQueue<ResourceId> start_deadlines_;  ///< invocations to be begun by then
 };

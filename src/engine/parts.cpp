@@ -54,7 +54,7 @@ Parts::Parts(EngineOptions given)
       values(calls, registry, options, clock),
       view{options, registry, bases, !options.callbacks.allow.empty()},
       representations(options, view, responses, cache, values, pending),
-      bodies(options, view, responses, ContextResource::location),
+      bodies(options, view, responses, calls, pending, ContextResource::location),
       scanner(values, registry, calls, options.subscriptions, clock),
       subscriptions(options, registry, bases, responses, bodies, representations, values, scanner),
       saved(options, registry, bases, responses, subscriptions),

@@ -3,13 +3,15 @@
 namespace lrt::engine {
 
 std::optional<Ticket> PendingRequests::defer(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout, Dispatch where) {
+  const auto known = context.ticket ? pending_.find(static_cast<std::uint64_t>(*context.ticket)) : pending_.end();
   const bool waits_for_host = calls_.waits_for_host(where);
   const std::size_t waiting = waits_for_host ? waiting_for_host_ : pending_.size() - waiting_for_host_;
   if (waiting >= max_pending_ || calls_.overloaded(where)) return std::nullopt;
+  const Ticket ticket = known != pending_.end() ? *context.ticket : Ticket{next_ticket_++};
+  Pending kept{context.kept(), std::move(on_timeout), nullptr, deadlines_.emplace(context.now.steady + max_time, ticket), waits_for_host};
+  if (known != pending_.end()) remove(known);
+  pending_.emplace(static_cast<std::uint64_t>(ticket), std::move(kept));
   if (waits_for_host) ++waiting_for_host_;
-  const Ticket ticket{next_ticket_++};
-  const auto deadline = deadlines_.emplace(context.now.steady + max_time, ticket);
-  pending_.emplace(static_cast<std::uint64_t>(ticket), Pending{context.kept(), std::move(on_timeout), nullptr, deadline, waits_for_host});
   return ticket;
 }
 

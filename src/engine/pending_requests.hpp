@@ -32,7 +32,7 @@ class PendingRequests {
   PendingRequests(const Registry& registry, const HostCalls& calls, const Cors& cors, std::size_t max_pending)
       : registry_(registry), calls_(calls), cors_(cors), max_pending_(max_pending) {}
 
-  /// Keeps a request for at most that time.
+  /// Keeps a request for at most that time. One that is kept already (Context::ticket) keeps its ticket, and waits for something else now.
   /// @param where  its call runs. Requests for the I/O thread have a limit of their own, so that a stop can be invoked while a thousand
   ///               others wait for the host.
   /// @return nullopt: too many requests or calls into the host wait already (503)

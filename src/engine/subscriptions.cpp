@@ -35,6 +35,12 @@ std::vector<rdf::TermId> focus_nodes(const rdf::Graph& graph, const std::string&
   return found;
 }
 
+std::string_view refused_node(const rdf::Graph& graph, rdf::TermId node) {
+  const auto type = graph.find(vocab::rdf_::type), websocket = graph.find(vocab::hybrit::WebSocket);
+  if (!type || !websocket || graph.match(node, *type, *websocket).empty()) return {};
+  return "a WebSocket is opened by GET of the observed resource with Upgrade: websocket, here only web callbacks are made";
+}
+
 std::string interval_range() { return "seconds from 0 to " + std::to_string(max_interval.count()); }
 
 }  // namespace
@@ -45,7 +51,7 @@ std::optional<std::chrono::milliseconds> interval_of(std::string_view seconds) {
   return std::chrono::milliseconds(std::llround(*value * 1000));
 }
 
-Subscriptions::Subscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, const Bodies& bodies,
+Subscriptions::Subscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, Bodies& bodies,
                              Representations& representations, PropertyValues& values, ChangeScanner& scanner)
     : options_(options),
       registry_(registry),
@@ -255,27 +261,17 @@ Outcome Subscriptions::create(Context& context) {
   const auto problem = [&](int status, std::string detail) { return responses_.problem(context, status, std::move(detail)); };
   if (requests_other_model(context.request().joined("Link"))) return problem(409, "members of this container are ldp:RDFSource");
   if (!makes_callbacks()) return problem(403, "this server may call no receiver: it makes no web callbacks");
-  auto read = bodies_.read(context);
-  if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
-  const rdf::Graph& graph = std::get<Bodies::Body>(read).graph;
+  static constexpr FocusRule rule{focus_nodes, "subscription", refused_node};
+  auto read = bodies_.read_graph(context, rule);
+  if (auto outcome = outcome_of(read)) return *std::move(outcome);
+  const rdf::Graph& graph = std::get<Body>(read).graph;
+  const rdf::TermId node = *std::get<Body>(read).node;
   ThingNode& thing = *context.resource->thing;
-  const std::vector<rdf::TermId> nodes = focus_nodes(graph, responses_.iri(context, context.resource->path));
-  if (nodes.size() > 1) return problem(422, "body: expected one subscription, found several");
-  const auto is_a = [&](Iri type) {
-    const auto p = graph.find(vocab::rdf_::type), o = graph.find(type);
-    return !nodes.empty() && p && o && !graph.match(nodes.front(), *p, *o).empty();
-  };
-  if (is_a(vocab::hybrit::WebSocket))
-    return problem(422, "a WebSocket is opened by GET of the observed resource with Upgrade: websocket, here only web callbacks are made");
-
-  const auto node = nodes.empty() ? std::nullopt : std::optional(nodes.front());
-  if (auto response = bodies_.nonconforming(context, graph, node)) return *std::move(response);
-  if (nodes.empty()) return problem(422, "body: expected triples about <> or one subscription, found none");
 
   // The shape may be the user's own and require less than is needed here.
   const auto object = [&](Iri predicate) -> std::optional<std::string> {
     const auto p = graph.find(predicate);
-    const auto found = p ? graph.object(nodes.front(), *p) : std::nullopt;
+    const auto found = p ? graph.object(node, *p) : std::nullopt;
     if (!found || graph.term(*found).is_blank()) return std::nullopt;
     return std::string(graph.term(*found).text);
   };

@@ -36,7 +36,7 @@ class Subscriptions {
  public:
   using Instant = std::chrono::steady_clock::time_point;
 
-  Subscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, const Bodies& bodies,
+  Subscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, Bodies& bodies,
                 Representations& representations, PropertyValues& values, ChangeScanner& scanner);
 
   /// @par Errors  invalid_option: of the options of subscriptions and callbacks
@@ -110,7 +110,7 @@ class Subscriptions {
   Registry& registry_;
   Bases& bases_;
   const Responses& responses_;
-  const Bodies& bodies_;
+  Bodies& bodies_;
   Representations& representations_;
   PropertyValues& values_;
   ChangeScanner& scanner_;

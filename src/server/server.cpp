@@ -1,5 +1,6 @@
 #include <lrt/server.hpp>
 
+#include <algorithm>
 #include <atomic>
 #include <deque>
 #include <mutex>
@@ -14,6 +15,7 @@
 #include "src/base/process.hpp"
 #include "src/base/thread.hpp"
 #include "src/page/page.hpp"
+#include "src/server/body_pool.hpp"
 #include "src/server/guest_requests.hpp"
 #include "src/server/listen_addresses.hpp"
 #include "src/server/log_queue.hpp"
@@ -37,7 +39,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       : options_(std::move(options)),
         clock_(options_.clock ? *options_.clock : system_clock()),
         log_(options_.log),
-        engine_(engine_options()) {}
+        engine_(engine_options()),
+        bodies_(std::max(1U, options_.threads.body_threads), options_.threads.own) {}
 
   ~Impl() override {
     stop();
@@ -371,6 +374,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     options.authorize = options_.security.authorize;
     options.challenge = options_.security.challenge;
     options.dispatch = options_.threads.dispatch;
+    options.body_jobs = options_.threads.body_threads > 0;
     options.subscriptions = options_.subscriptions;
     options.callbacks = options_.callbacks;
     options.prefixes = options_.prefixes;
@@ -441,11 +445,13 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   void pass_on(std::unique_lock<std::mutex>& lock) {
     const auto discarded = engine_.take_discarded();  // is destroyed without the lock
     std::vector<engine::Job> jobs = engine_.take_jobs();
+    std::vector<engine::BodyJob> bodies = engine_.take_body_jobs();
     const std::vector<subscription::ReadyCallback> callbacks = engine_.take_callbacks();
     if (saved_)
       if (std::optional<std::string> text = engine_.take_saved()) saved_->save(*std::move(text));
     lock.unlock();
     if (!jobs.empty()) dispatch(std::move(jobs));
+    if (!bodies.empty()) bodies_.put(std::move(bodies));
     if (deliverer_)
       for (const subscription::ReadyCallback& due : callbacks) deliverer_->notify(due.channel, due.receiver);
     log_.flush();
@@ -505,6 +511,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     } catch (...) {
     }
     if (deliverer_) deliverer_->stop();
+    bodies_.stop();
     const std::lock_guard lock(mutex_);
     while (auto reply = engine_.next_reply(clock_.now())) (void)guests_.take(*reply);
     guests_.notify();
@@ -557,6 +564,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   LogQueue log_;
   mutable std::mutex mutex_;                              // guards engine_, guests_ and replies_; never held while user code runs
   engine::Engine engine_;
+  BodyPool bodies_;
   GuestRequests guests_;
   std::deque<engine::Reply> replies_;                     // of the transport, found by threads of guests
   std::optional<SavedFile> saved_;                        // set before the transport starts to be served

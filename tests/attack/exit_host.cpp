@@ -18,7 +18,9 @@ namespace {
 lrt::Server make_server(int count, char** given, lrt::test::SampleRobot& robot) {
   lrt::Options options;
   options.listen.port = 0;
-  options.listen.transport = [name = std::string(given[1])](lrt::transport::TransportOptions t) { return lrt::transport::make_named(name, std::move(t)); };
+  options.listen.transport = [name = std::string(given[1])](lrt::transport::TransportOptions t) {
+    return lrt::transport::make_named(name, std::move(t));
+  };
   options.threads.io = std::string_view(given[2]) == "in_poll" ? lrt::Io::in_poll : lrt::Io::own_thread;
   options.threads.dispatch = lrt::Dispatch::io_thread;
   options.callbacks.allow = {"127.0.0.1"};
@@ -48,7 +50,7 @@ int main(int count, char** given) {
   if (count < 4) return 2;
   const std::string_view end = given[3];
   auto& robot = *new lrt::test::SampleRobot;  // outlives every thread of lrt: the lambdas use it
-  if (end == "static") {  // returns from main
+  if (end == "static") {                      // returns from main
     static lrt::Server server = make_server(count, given, robot);
     return std::getchar() == EOF;
   }

@@ -88,6 +88,16 @@ TEST_CASE("a host's own HTTP server offers no WebSocket", "[engine][R0.12]") {
   CHECK(arm.bench.get("/arm/angle").says("websocketUrl"));
 }
 
+TEST_CASE("what takes new members says how", "[engine][R1.7][R1.10]") {
+  Arm arm(true, true, {}), calls(true, true, {"127.0.0.1"});
+  CHECK(missing(arm.bench.get("/arm/waypoints"), "<arm/waypoints> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:POST ;"
+                                                 " http-core:requestURI <arm/waypoints> ; http-core:body [ a maths:Vector3D ; dcterms:conformsTo <blueprints/RevoluteJoint#waypoints> ] ] .") == "");
+  const std::string container = "<arm/subscriptions> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:POST ;"
+                                " http-core:body [ a hybrit:WebCallback ; dcterms:conformsTo <blueprints/RevoluteJoint#subscriptions> ] ] .";
+  CHECK(missing(arm.bench.get("/arm/subscriptions"), container) != "");  // it makes no callbacks
+  CHECK(missing(calls.bench.get("/arm/subscriptions"), container) == "");
+}
+
 TEST_CASE("what can be written says how: a binding with the shape of its body", "[engine][R1.10]") {
   Arm arm(false, true, {});
   CHECK(missing(arm.bench.get("/arm/angle"), "<arm/angle> hybrit:binding [ a http-core:Request ; http-core:mthd http-methods:PUT ;"

@@ -48,7 +48,7 @@ TEST_CASE("resources without a lambda are served though the host never polls", "
   CHECK(c.bench.engine.take_jobs().size() == 1);
 }
 
-TEST_CASE("a host that does not poll: 503 with Retry-After after host_time, and nothing is carried out later", "[engine][R0.6]") {
+TEST_CASE("a host that does not poll: 503 with Retry-After after host_time, and nothing is carried out later", "[engine][R0.6][judged_at_once]") {
   engine::EngineOptions options;
   options.host_timeout = milliseconds(1500);
   options.retry_after = seconds(7);
@@ -254,7 +254,7 @@ TEST_CASE("an asynchronous action whose lambda does not return in time gets 202:
   CHECK(missing(bench.get("/arm/actions/slow/i1"), "<arm/actions/slow/i1> lrt:status lrt:failed ; lrt:error \"the brake is on\" .") == "");
 }
 
-TEST_CASE("more waiting requests than the limit are 503 at once, and do nothing", "[engine][R0.6]") {
+TEST_CASE("more waiting requests than the limit are 503 at once, and do nothing", "[engine][R0.6][judged_at_once]") {
   engine::EngineOptions options;
   options.max_waiting_requests = 3;
   Counting c(options);

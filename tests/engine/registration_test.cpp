@@ -168,7 +168,7 @@ TEST_CASE("remove takes a thing and all its resources away", "[engine][R0.3]") {
   CHECK(bench.get("/arm/angle").status == 200);
 }
 
-TEST_CASE("requests that wait when their thing is removed get a response, and no lambda of it begins any more", "[engine][R0.6]") {
+TEST_CASE("requests that wait when their thing is removed get a response, and no lambda of it begins any more", "[engine][R0.6][judged_at_once]") {
   Bench bench;
   int calls = 0;
   const auto make = [&] {
@@ -219,7 +219,7 @@ TEST_CASE("removing a thing cancels what it is doing", "[engine][R0.5]") {
   bench.collect();
 }
 
-TEST_CASE("a property, an action and a collection may each say where their lambdas run, or else their thing says", "[engine]") {
+TEST_CASE("a property, an action and a collection may each say where their lambdas run, or else their thing says", "[engine][judged_at_once]") {
   engine::EngineOptions options;
   options.dispatch = Dispatch::executor;
   Bench bench(options);

@@ -400,7 +400,7 @@ TEST_CASE("Prefer: return=representation gives the new representation with its t
   CHECK(r.put("count", number_body("33"), "Prefer: return=minimal\n").status == 204);
 }
 
-TEST_CASE("writes are carried out one at a time in the order in which they came", "[engine][R0.5]") {
+TEST_CASE("writes are carried out one at a time in the order in which they came", "[engine][R0.5][judged_at_once]") {
   Bench bench;
   std::vector<int> written;
   Thing thing{"arm"};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdlib>
 #include <map>
 #include <memory>
 #include <optional>
@@ -46,8 +47,10 @@ class Bench {
     std::size_t count = 0;
     while (true) {
       collect();
+      auto bodies = engine.take_body_jobs();
+      for (engine::BodyJob& job : bodies) job.run();
       auto jobs = engine.take_jobs();
-      if (jobs.empty()) return count;
+      if (jobs.empty() && bodies.empty()) return count;
       count += jobs.size();
       for (engine::Job& job : jobs) job.run();
     }
@@ -149,6 +152,10 @@ class Bench {
     if (!options.clock) options.clock = &clock;
     if (!options.ids) options.ids = std::make_shared<FixedIds>();
     if (!options.page) options.page = page::console();
+    if (std::getenv("LRT_BODY_JOBS") && !options.body_jobs) {  // the same tests with every body judged as on another thread
+      options.body_jobs = true;
+      options.small_body_bytes = 0;
+    }
     return options;
   }
   std::map<engine::Ticket, Answer> replies_;

@@ -53,6 +53,9 @@ struct Limits {
   std::size_t max_body_triples = 10'000;               ///< of a request body; more: 413
   std::size_t max_body_text_bytes = 16 * 1024 * 1024;  ///< of a request body's IRIs and literals, written out; more: 413
   std::size_t max_list_members = 10'000;               ///< of one list in a request body; more: 413
+  std::size_t small_body_bytes = 2 * 1024;             ///< a request body up to this is judged by the thread that serves, a larger one by
+                                                       ///< Threads::body_threads
+  std::size_t max_waiting_body_bytes = 64 * 1024 * 1024;  ///< of larger bodies that wait to be judged, a quarter of it from one address; more: 503
   std::size_t max_all_bytes = 16 * 1024 * 1024;        ///< of a document of a Thing and all Things below it; more: 406
 };
 
@@ -73,6 +76,7 @@ struct EngineOptions : Limits {
   LogCallback log;
   std::shared_ptr<const PageSource> page;              ///< HTML for people; nullptr: none
   std::vector<std::string> read_origins;               ///< Security::read_origins
+  bool body_jobs = false;                              ///< bodies above small_body_bytes become BodyJobs; else every body is judged at once
 };
 
 /// The kinds of `Upgrade` that a transport can carry (R0.12, R0.13).
@@ -84,6 +88,14 @@ struct Upgrades {
 /// User code to be run where its Dispatch says; with io_thread: soon, by the thread that drives the engine. It may also be dropped. It never throws.
 struct Job {
   Dispatch where = Dispatch::in_poll;
+  UniqueFunction<void()> run;
+};
+
+/// A request body to be judged, on any thread and without the engine's lock. It calls no user code and never throws. If it
+/// is dropped, its request gets 503 at its time limit.
+struct BodyJob {
+  std::string client;     ///< numeric address
+  std::size_t bytes = 0;  ///< of the body; the work is about proportional to it
   UniqueFunction<void()> run;
 };
 
@@ -144,6 +156,8 @@ class Engine final : public Handler {
 
   /// The jobs that have come up since the last call, in order.
   std::vector<Job> take_jobs();
+  /// The same of bodies (EngineOptions::body_jobs).
+  std::vector<BodyJob> take_body_jobs();
   /// Things that were removed or refused, with the user's lambdas: to be destroyed without a lock. What is not taken is destroyed by the
   /// next add() or remove().
   std::vector<std::shared_ptr<const void>> take_discarded();

@@ -103,8 +103,8 @@ Methods CollectionResource::methods() const noexcept {
 Outcome CollectionResource::post(Context& context, Parts& parts) {
   // LDP 5.2.3.4: the requested interaction model must be one that a member has.
   if (requests_other_model(context.request().joined("Link"))) return parts.responses.problem(context, 409, "members of this container are ldp:RDFSource");
-  auto read = parts.bodies.read_value(context, *spec->type, spec->facets);
-  if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
+  auto read = parts.bodies.read_value(context, *spec->type, spec->facets, spec);
+  if (auto outcome = outcome_of(read)) return *std::move(outcome);
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
   if (members_.size() + creating_ >= spec->max_members)
     return parts.responses.problem(context, 409, "the collection is full with " + std::to_string(spec->max_members) + " members");
@@ -112,7 +112,7 @@ Outcome CollectionResource::post(Context& context, Parts& parts) {
   if (!ticket) return parts.responses.overloaded(context);
   ++creating_;
   const std::string new_id = parts.options.ids->next();
-  rdf::Value& value = std::get<rdf::Value>(read);
+  rdf::Value& value = std::get<Body>(read).value;
   auto token = parts.calls.call<void>(
       thing->where(*spec), [s = spec, new_id, value] { return s->create(new_id, value); },
       [ref = Ref(*this), &parts, new_id, value, ticket = *ticket](const Result<void>& result, TimePoint now) mutable {
@@ -169,6 +169,11 @@ void CollectionResource::describe(const Description& d) const {
   about.link(vocab::rdfs::seeAlso, d.base + thing->self.path);
   about.statements(spec->statements, d.base);
   describe_container(about, *this, d);
+}
+
+void CollectionResource::describe_controls(About& about, const Description& d) const {
+  Resource::describe_controls(about, d);
+  if (spec->create) describe_binding(about, d, *this, vocab::http_methods::POST, rdf::target_class(*spec->type, d.engine.vocabulary(d.base)));
 }
 
 void CollectionResource::describe_types(About& about, const Description&) const { describe_container_types(about); }

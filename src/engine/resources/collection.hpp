@@ -53,6 +53,7 @@ class CollectionResource final : public Resource {
   std::string input_shape() const override { return spec->path; }
   bool takes_plain_values() const noexcept override { return true; }
   void describe(const Description& d) const override;
+  void describe_controls(About& about, const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
   std::string_view kind() const noexcept override { return "collection"; }
   void summarize(Overview& o) const override;

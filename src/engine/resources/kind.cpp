@@ -249,13 +249,24 @@ void KindResource::describe(const Description& d) const {
     const model::PropertySpec& p = *first.properties[i]->spec;
     for (const std::string& c : p.classes) constraint.link(vocab::sh::class_, c);
     if (p.file) continue;  // not in the state
-    const bool promised = is_promised(i);
-    if (promised && !has_user_shape(first, p.path)) constraint.link(vocab::sh::node, self + "#" + p.path);
+    const bool promised = is_promised(i), has_shape = promised && !has_user_shape(first, p.path);
+    if (has_shape) constraint.link(vocab::sh::node, self + "#" + p.path);
     if (const std::string of = rdf::target_class(*p.type, vocabulary); !promised && !of.empty()) constraint.link(vocab::sh::class_, of);
     constraint.add(vocab::sh::node, promised && p.type->kind != rdf::Type::Kind::optional ? with_value : any);
     Structure more(graph, constraint.subject());
     const auto all_have = [&](auto has) { return std::all_of(things.begin(), things.end(), [&](const ThingNode* t) { return has(*t->properties[i]->spec); }); };
     if (all_have([](const model::PropertySpec& s) { return s.frame.has_value(); })) more.path(frame_predicate(*p.type), 1, 1);
+    // What the Property says of its values, where their shape does not.
+    const Quantity quantity = quantity_of(*p.type, p.facets);
+    const bool has_unit_in_shape = has_shape && (p.type->is_number() || p.type->kind == rdf::Type::Kind::record);
+    const auto require = [&](Iri predicate, Iri object) {
+      more.path(predicate, 0).add(vocab::sh::hasValue, rdf::TermView(object));
+    };
+    if (!quantity.unit.empty() && !has_unit_in_shape) {
+      if (quantity.unit.vom.empty()) require(vocab::qudt::hasUnit, quantity.unit.qudt);
+      else require(vocab::vom::unit, quantity.unit.vom);
+    }
+    if (!quantity.datatype.empty() && !has_shape) require(quantity.datatype_predicate, quantity.datatype);
     std::set<std::string> stated;
     for (const Statement& s : p.statements) stated.insert(s.predicate);
     for (const std::string& of : stated)

@@ -44,17 +44,7 @@ void PropertyResource::describe(const Description& d) const {
 
 void PropertyResource::describe_controls(About& about, const Description& d) const {
   Resource::describe_controls(about, d);
-  if (!spec->write) return;
-  const rdf::TermId binding = d.graph.fresh_blank(), body = d.graph.fresh_blank();
-  about.add(vocab::hybrit::binding, binding);
-  About(d.graph, binding)
-      .a(vocab::http_core::Request)
-      .add(vocab::http_core::mthd, rdf::TermView(vocab::http_methods::PUT))
-      .link(vocab::http_core::requestURI, d.base + path)
-      .add(vocab::http_core::body, body);
-  const std::string shape = thing->shape_iri(d.base, input_shape()), of = rdf::target_class(*spec->type, d.engine.vocabulary(d.base));
-  if (!of.empty()) About(d.graph, body).a(Iri(std::string_view(of)));
-  About(d.graph, body).link(vocab::dcterms::conformsTo, shape);
+  if (spec->write) describe_binding(about, d, *this, vocab::http_methods::PUT, rdf::target_class(*spec->type, d.engine.vocabulary(d.base)));
 }
 
 void PropertyResource::describe_types(About& about, const Description& d) const {
@@ -134,15 +124,15 @@ void PropertyResource::report_lost() {
 // ---------------------------------------------------------------------------------------------------------- writing
 
 Outcome PropertyResource::put(Context& context, Parts& parts) {
-  auto read = parts.bodies.read_value(context, *spec->type, spec->facets);
-  if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
+  auto read = parts.bodies.read_value(context, *spec->type, spec->facets, spec);
+  if (auto outcome = outcome_of(read)) return *std::move(outcome);
   const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out(), thing->where(*spec));
   if (!ticket) return parts.responses.overloaded(context);
   if (writes_.size() > 64) {  // most of their clients got 503 meanwhile; the first may be under way
     const auto is_over = [&](const Write& w) { return !parts.pending.is_pending(w.ticket); };
     writes_.erase(std::remove_if(writes_.begin() + 1, writes_.end(), is_over), writes_.end());
   }
-  writes_.push_back({*ticket, std::move(std::get<rdf::Value>(read))});
+  writes_.push_back({*ticket, std::move(std::get<Body>(read).value)});
   if (!writing_) begin_next_write(parts, context.now);
   return Deferred{*ticket};
 }

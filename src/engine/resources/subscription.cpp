@@ -138,6 +138,11 @@ void SubscriptionsResource::describe(const Description& d) const {
   describe_container(about, *this, d);
 }
 
+void SubscriptionsResource::describe_controls(About& about, const Description& d) const {
+  Resource::describe_controls(about, d);
+  if (d.engine.makes_callbacks) describe_binding(about, d, *this, vocab::http_methods::POST, std::string(vocab::hybrit::WebCallback.text));
+}
+
 void SubscriptionsResource::describe_types(About& about, const Description&) const { describe_container_types(about); }
 
 void SubscriptionsResource::overview(Overview& o) const { o.members("members", *this); }

@@ -95,6 +95,7 @@ class SubscriptionsResource final : public Resource {
   Outcome post(Context& context, Parts& parts) override;
   std::string input_shape() const override;
   void describe(const Description& d) const override;
+  void describe_controls(About& about, const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
   std::string_view kind() const noexcept override { return "subscriptions"; }
   void overview(Overview& o) const override;

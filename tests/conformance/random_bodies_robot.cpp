@@ -1,0 +1,103 @@
+// A Thing with an input of each kind that the examples have not. Run by random_bodies_test.py.
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <lrt/lrt.hpp>
+
+enum class Gear { first, second, reverse };
+
+struct Point {
+  float x = 0, y = 0;
+};
+
+struct Job {
+  std::string name;
+  bool urgent = false;
+  std::int32_t repeats = 0;
+  std::optional<double> speed;
+  std::optional<Point> start;
+  std::vector<Point> way;
+  std::array<std::uint8_t, 3> colour{};
+  std::optional<std::chrono::milliseconds> pause;
+};
+
+namespace lrt::rdf {
+template <>
+struct traits<Gear> : Enumeration<Gear> {
+  static void describe(Enumeration& e) {
+    e.name(Gear::first, "first").name(Gear::second, "second").name(Gear::reverse, "reverse");
+  }
+};
+template <>
+struct traits<Point> : Record<Point> {
+  static void describe(Record& r) {
+    r.field("x", &Point::x).unit(unit::metre).between(-10, 10);
+    r.field("y", &Point::y).unit(unit::metre);
+  }
+};
+template <>
+struct traits<Job> : Record<Job> {
+  static void describe(Record& r) {
+    r.field("name", &Job::name).length(1, 8);
+    r.field("urgent", &Job::urgent);
+    r.field("repeats", &Job::repeats).between(0, 20);
+    r.field("speed", &Job::speed).unit(unit::metre_per_second).above(0).below(2);
+    r.field("start", &Job::start);
+    r.field("way", &Job::way);
+    r.field("colour", &Job::colour);
+    r.field("pause", &Job::pause);
+  }
+};
+}  // namespace lrt::rdf
+
+template <class T>
+void add(lrt::Thing& thing, const char* name, const lrt::rdf::Facets& facets = {}) {
+  auto value = std::make_shared<T>();
+  thing.property(name, [value] { return *value; }).on_write([value](const T& wanted) { *value = wanted; }).facets(facets);
+}
+
+int main() {
+  using lrt::rdf::Facets;
+  lrt::Thing thing{"machine"};
+  thing.dispatch(lrt::Dispatch::io_thread);
+  add<bool>(thing, "on");
+  add<std::int64_t>(thing, "count");
+  add<std::uint64_t>(thing, "large");
+  add<std::int8_t>(thing, "small", Facets().between(-5, 5));
+  add<std::uint16_t>(thing, "steps", Facets().unit(lrt::unit::metre));
+  add<float>(thing, "single");
+  add<float>(thing, "any", Facets().allow_non_finite());
+  add<double>(thing, "boundOrNone", Facets().at_least(0).allow_non_finite());
+  add<double>(thing, "below", Facets().unit(lrt::unit::radian).at_most(3));
+  add<std::string>(thing, "text");
+  add<Gear>(thing, "gear");
+  add<std::chrono::nanoseconds>(thing, "period");
+  add<std::chrono::system_clock::time_point>(thing, "since");
+  add<std::vector<std::int32_t>>(thing, "numbers");
+  add<std::vector<std::vector<double>>>(thing, "table");
+  add<std::array<double, 3>>(thing, "three", Facets().unit(lrt::unit::degree).between(-90, 90));
+  add<std::map<std::string, double>>(thing, "named");
+  add<std::optional<double>>(thing, "maybe", Facets().unit(lrt::unit::radian));
+  add<std::optional<std::int32_t>>(thing, "maybeCount");
+  add<std::optional<Point>>(thing, "maybePoint");
+  add<Job>(thing, "job");
+  thing.action("work", [](const Job&) {});
+  thing.action("shift", [](const std::optional<Gear>&) {});
+  thing.action("turn", [](const std::optional<double>&) {}).unit(lrt::unit::radian).between(-1, 1);
+
+  lrt::Options options;
+  options.listen.port = 0;
+  auto server = lrt::Server::create(options);
+  if (!server) return std::fprintf(stderr, "%s\n", server.error().message.c_str()), 1;
+  if (auto added = server->add(std::move(thing)); !added) return std::fprintf(stderr, "%s\n", added.error().message.c_str()), 1;
+  std::printf("%s\n", server->url().c_str());
+  std::fflush(stdout);
+  server->run();
+}
