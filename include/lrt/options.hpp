@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -43,8 +44,8 @@ struct Listen {
 struct Security {
   /// Certificate and key. If set, the port accepts HTTPS only.
   std::optional<transport::TlsOptions> tls;
-  /// Judges each request. Empty: all clients may do everything. Called once for each request, on the thread that serves it, without a lock
-  /// of lrt.
+  /// Judges each request. Empty: all clients may do everything. Called once for each request, when its header section is complete and before
+  /// its body is received (`body` is empty), on the thread that serves it, without a lock of lrt. The verdict holds until the response.
   engine::Authorizer authorize;
   std::string challenge = "Bearer";  ///< WWW-Authenticate of a 401
   /// Further hosts that a request may name in Host, besides the listening address, the names of this machine's loopback addresses, and the host
@@ -62,6 +63,10 @@ struct Security {
   /// than browsers are not concerned. "*" makes the robot readable by each page that somebody visits whose browser can connect to the robot,
   /// also where the robot itself cannot be reached from the Internet. Commands, WebSockets and event streams depend on allowed_origins.
   std::vector<std::string> read_origins;
+  /// Servers whose notifications this server carries out as commands, by their base IRI ("http://arm.example:8080"); "*": all but its own.
+  /// By default none: a PUT, POST or DELETE with the field Lrt-Notification-Of is refused with 403. Otherwise a client of a robot that may
+  /// call this one could subscribe an action or a writable Property of this robot to it, and so move this robot.
+  std::vector<std::string> notification_senders;
 };
 
 /// Bounds of what clients can use: memory, connections and time.
@@ -69,11 +74,19 @@ struct Limits : transport::Limits, engine::Limits {};
 
 /// Web callbacks: receivers, retries, and how they are posted and kept.
 struct Callbacks : subscription::CallbackOptions {
-  /// The file that stores web callbacks across restarts. Empty: they are not stored. It is written atomically soon after a change. An
-  /// unreadable file is renamed and logged. The file contains the callbacks' secrets, so only its owner can read it.
+  /// The file that stores web callbacks across restarts. Empty: they are not stored. It is replaced atomically after each change, by a thread
+  /// of its own (also with Io::in_poll). It has the callbacks' secrets and mode 0600. Directories that are missing are made with mode 0700.
+  /// Something else than a file of lrt at that path (or at `file` + ".new") is an error of Server::create() and stays as it is; so is a file
+  /// that another process uses (a lock on `file` + ".lock"). If the file is damaged, what can be read is restored, the file is kept as
+  /// `file` + ".damaged-1", and the log says so. Two servers of one process need different files.
   std::string file;
   /// Makes the deliverer. Empty: delivery::make_deliverer. Not called if `allow` is empty.
   std::function<Result<std::unique_ptr<delivery::Deliverer>>(delivery::Source&, const subscription::CallbackOptions&, LogCallback)> deliverer;
+  /// The response to a request that makes a web callback (201) or cancels one (204) waits until `file` is on the disk; requests that come
+  /// together are written together. If the file cannot be written, the response is 503 and nothing has changed: the new callback does not exist,
+  /// the cancelled one continues. false: responses do not wait, and a crash loses what was not written yet.
+  bool respond_when_saved = true;
+  std::chrono::milliseconds save_timeout{10'000};  ///< a request waits so long for the file; then 503 as above
 };
 
 /// Which threads run what.
@@ -85,7 +98,7 @@ struct Threads {
   /// Threads of lrt that parse and judge request bodies above Limits::small_body_bytes, so that neither the control loop nor other clients wait
   /// for them. They start with the first such body, and run no lambda. 0: the thread that serves judges every body, 1 MiB in up to 0.2 s.
   unsigned body_threads = 1;
-  /// Policy, CPUs and stack of all threads that the server starts: lrt-io (Io::own_thread), lrt-run (Server::start), lrt-body, lrt-callback, lrt-save. They do
+  /// Policy, CPUs and stack of all threads that the server starts: lrt-io (Io::own_thread), lrt-run (Server::start), lrt-callback, lrt-save, lrt-body. They do
   /// not inherit those of the thread that creates the server, and block all signals; a process that a lambda starts there inherits the mask.
   ThreadOptions own;
 };

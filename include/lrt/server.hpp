@@ -25,7 +25,7 @@ struct Served;
 /// they may be called: until stop(), or until the process has ended.
 ///
 /// A server belongs to the process that has created it. In a child of fork() its functions return at once and have no effect: add, remove and reload_tls
-/// return closed, serve responds with 503. The destructor does nothing there; the descriptors are closed by exec and at the end.
+/// return closed, serve and judge_header respond with 503. The destructor does nothing there; the descriptors are closed by exec and at the end.
 ///
 /// @par Threads  add, remove, stop, wake: any thread. poll, run: one thread at a time, the host's.
 class Server {
@@ -78,6 +78,12 @@ class Server {
   /// @par Threads     Any, many at once; not from a lambda of this server.
   /// @par Time        At most host_timeout, or what `Prefer: wait` says.
   Served serve(const http::Request& request);
+
+  /// Judges a request for serve() before its body is received: who may send it, whether its resource takes such a body, and of which size.
+  /// After a verdict without a response, set `request.header_judged` for serve(), which does not call the authorizer again then.
+  /// @param body_bytes  Content-Length, more than 0; nullopt: the body is chunked
+  /// @par Threads     As serve().
+  engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes);
 
   /// Reads the certificate and key of Security::tls again. Open connections are kept.
   /// @par Errors   invalid_option: the server has no TLS; io_error: the old certificate and key stay in use

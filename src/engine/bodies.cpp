@@ -2,10 +2,12 @@
 
 #include <utility>
 
-#include <lrt/base/immortal.hpp>
 #include <lrt/base/media_type.hpp>
 #include <lrt/http/message.hpp>
 
+#include "src/base/charset.hpp"
+#include "src/base/client_key.hpp"
+#include "src/engine/resources/action.hpp"
 #include "src/engine/resources/blueprint.hpp"
 #include "src/engine/resources/thing.hpp"
 
@@ -44,7 +46,7 @@ Bodies::Bodies(const EngineOptions& options, const EngineView& view, const Respo
           BodyLimits{options.max_body_triples, options.max_body_text_bytes, options.max_list_members, options.prefixes})) {}
 
 Bodies::Read Bodies::read_value(Context& context, const rdf::Type& type, const rdf::Facets& facets, std::shared_ptr<const void> owner) {
-  if (context.judged) return verdict(context, &type);
+  if (context.judged) return verdict(context);
   // An empty body is no value, whatever its header fields say of it.
   if (type.kind == rdf::Type::Kind::optional && context.request().body.empty()) return Body{};
   auto made = task_for(context, &type, facets);
@@ -57,7 +59,7 @@ Bodies::Read Bodies::read_value(Context& context, const rdf::Type& type, const r
 }
 
 Bodies::Read Bodies::read_graph(Context& context, const FocusRule& focus) {
-  if (context.judged) return verdict(context, nullptr);
+  if (context.judged) return verdict(context);
   auto made = task_for(context, nullptr, {});
   if (auto* response = std::get_if<http::Response>(&made)) return std::move(*response);
   BodyTask& task = std::get<BodyTask>(made);
@@ -67,14 +69,9 @@ Bodies::Read Bodies::read_graph(Context& context, const FocusRule& focus) {
 }
 
 Bodies::Read Bodies::read_nothing(Context& context) {
-  static const Immortal<rdf::Type> nothing([] {
-    rdf::Type type;
-    type.kind = rdf::Type::Kind::record;
-    return type;
-  }());
-  if (context.judged) return verdict(context, &*nothing);
+  if (context.judged) return verdict(context);
   if (context.request().body.empty()) return Body{};
-  auto made = task_for(context, &*nothing, {});
+  auto made = task_for(context, &no_input(), {});
   if (auto* response = std::get_if<http::Response>(&made)) return std::move(*response);
   return judge(context, std::move(std::get<BodyTask>(made)));
 }
@@ -96,7 +93,7 @@ http::Response Bodies::not_accepted(const Context& context, const rdf::Type* val
   return response;
 }
 
-std::variant<BodyTask, http::Response> Bodies::task_for(const Context& context, const rdf::Type* value, const rdf::Facets& facets) const {
+std::variant<Bodies::Format, http::Response> Bodies::format_of(const Context& context, const rdf::Type* value, bool is_empty) const {
   const http::Request& request = context.request();
   if (const auto coding = request.find("Content-Encoding"); coding && !http::iequals(*coding, "identity")) {
     http::Response response = responses_.problem(context, 415, "Content-Encoding: expected identity, found \"" + std::string(*coding) + "\"");
@@ -105,35 +102,50 @@ std::variant<BodyTask, http::Response> Bodies::task_for(const Context& context, 
   }
   if (request.find("Content-Range")) return responses_.problem(context, 400, "Content-Range has no meaning here (RFC 9110 14.5)");
 
-  BodyTask task{request.body};
-  task.here = responses_.iri(context, context.resource->path);
-  task.vocabulary = view_.vocabulary(view_.bases[context.base]);
-  task.context = responses_.iri(context, context_document_);
-  task.limits = limits_;
-  task.type = value;
-  task.facets = facets;
   const auto content_type = request.find("Content-Type");
-  if (!content_type && request.body.empty()) return task;
+  if (!content_type && is_empty) return Format{};
   const auto unsupported = [&](const std::string& found) {
     return not_accepted(context, value, "expected one of " + accepted_types(context, value) + ", found " + found);
   };
   if (!content_type) return unsupported("none");
   const Result<MediaType> type = MediaType::parse(*content_type);
   if (!type || request.count("Content-Type") > 1) return unsupported("\"" + request.joined("Content-Type") + "\"");
-  task.syntax = rdf::syntax_of(type->essence());
-  if (value && !task.syntax) task.format = rdf::plain_of(*type);
-  if (!task.syntax && (!task.format || (*task.format == rdf::Plain::octets && !takes_octets(context, value)))) {
+  Format format{rdf::syntax_of(type->essence()), std::nullopt, {}};
+  if (value && !format.syntax) format.plain = rdf::plain_of(*type);
+  if (!format.syntax && (!format.plain || (*format.plain == rdf::Plain::octets && !takes_octets(context, value)))) {
     const bool is_form = value && type->essence() == "application/x-www-form-urlencoded";
     return unsupported(type->essence() + (is_form ? ", which curl -d sends; add -H 'Content-Type: application/json'" : ""));
   }
-  if (is_text(task.format)) task.charset = type->parameter("charset");
+  if (!is_text(format.plain)) return format;
+  format.charset = type->parameter("charset");
+  std::string nothing;
+  if (!format.charset.empty())
+    if (const auto known = charset::to_utf8({}, format.charset, nothing); !known) return not_accepted(context, value, known.error().message);
+  return format;
+}
+
+std::variant<BodyTask, http::Response> Bodies::task_for(const Context& context, const rdf::Type* value, const rdf::Facets& facets) const {
+  const http::Request& request = context.request();
+  auto format = format_of(context, value, request.body.empty());
+  if (auto* response = std::get_if<http::Response>(&format)) return std::move(*response);
+  auto& [syntax, plain, charset] = std::get<Format>(format);
+  BodyTask task{request.body};
+  task.syntax = syntax;
+  task.format = plain;
+  task.charset = std::move(charset);
+  task.here = responses_.iri(context, context.resource->path);
+  task.vocabulary = view_.vocabulary(view_.bases[context.base]);
+  task.context = responses_.iri(context, context_document_);
+  task.limits = limits_;
+  task.type = value;
+  task.facets = facets;
   return task;
 }
 
 Bodies::Read Bodies::judge(Context& context, BodyTask task) {
   const std::size_t bytes = task.text.size();
-  if (!options_.body_jobs || bytes <= options_.small_body_bytes) return as_read(context, task.judge(), task.type);
-  const std::string client(context.request().peer);
+  if (!options_.body_jobs || bytes <= options_.small_body_bytes) return as_read(context, task.judge());
+  const std::string client = client_key(context.request().peer);
   const auto known = waiting_by_client_.find(client);
   const std::size_t of_client = known == waiting_by_client_.end() ? 0 : known->second;
   if (waiting_bytes_ + bytes > options_.max_waiting_body_bytes || of_client + bytes > options_.max_waiting_body_bytes / 4) return too_many(context);
@@ -171,16 +183,15 @@ void Bodies::ended(const std::string& client, std::size_t bytes) {
 }
 
 /// What was judged on another thread.
-Bodies::Read Bodies::verdict(Context& context, const rdf::Type* type) {
+Bodies::Read Bodies::verdict(Context& context) {
   const std::shared_ptr<JudgedBody> judged = std::exchange(context.judged, nullptr);
-  return as_read(context, std::move(*judged), type);
+  return as_read(context, std::move(*judged));
 }
 
-Bodies::Read Bodies::as_read(const Context& context, JudgedBody judged, const rdf::Type* type) const {
+Bodies::Read Bodies::as_read(const Context& context, JudgedBody judged) const {
   if (auto* body = std::get_if<Body>(&judged)) return std::move(*body);
   const BodyFault& fault = std::get<BodyFault>(judged);
   if (fault.report) return responses_.violation(context, *fault.report, fault.errors);
-  if (fault.status == 415) return not_accepted(context, type, fault.detail);
   return responses_.problem(context, fault.status, fault.detail, fault.errors.empty() ? std::string() : json_of(fault.errors));
 }
 

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include <lrt/engine/engine.hpp>
+#include <lrt/rdf/codec.hpp>
+#include <lrt/rdf/plain.hpp>
 #include <lrt/rdf/type.hpp>
 
 #include "src/engine/body_task.hpp"
@@ -30,6 +32,12 @@ class Bodies {
   using Read = std::variant<Body, http::Response, Deferred>;
   /// Handles a request again whose body is judged now: `Context::judged`.
   using Continue = std::function<void(Ticket, Context&)>;
+  /// How a body is written, by its header fields.
+  struct Format {
+    std::optional<rdf::Syntax> syntax;  ///< of RDF
+    std::optional<rdf::Plain> plain;    ///< of a value without RDF; neither: there is no body
+    std::string charset;                ///< that Content-Type names
+  };
 
   /// @param context_document  path of the JSON-LD context, which bodies may refer to
   Bodies(const EngineOptions& options, const EngineView& view, const Responses& responses, HostCalls& calls, PendingRequests& pending,
@@ -37,6 +45,9 @@ class Bodies {
 
   void set_continue(Continue function) { continue_ = std::move(function); }
 
+  /// Judges the header fields of a body: Content-Encoding, Content-Range and Content-Type. Needs no byte of it.
+  /// @param type  of the value that the body may be without RDF; nullptr: none
+  std::variant<Format, http::Response> format_of(const Context& context, const rdf::Type* type, bool is_empty) const;
   /// The value in a body; the response if there is none.
   /// @param owner  of type and facets
   Read read_value(Context& context, const rdf::Type& type, const rdf::Facets& facets, std::shared_ptr<const void> owner);
@@ -51,8 +62,8 @@ class Bodies {
   std::variant<BodyTask, http::Response> task_for(const Context& context, const rdf::Type* value, const rdf::Facets& facets) const;
   std::optional<http::Response> set_shapes(const Context& context, BodyTask& task) const;
   Read judge(Context& context, BodyTask task);
-  Read verdict(Context& context, const rdf::Type* type);
-  Read as_read(const Context& context, JudgedBody judged, const rdf::Type* type) const;
+  Read verdict(Context& context);
+  Read as_read(const Context& context, JudgedBody judged) const;
   http::Response not_accepted(const Context& context, const rdf::Type* value, const std::string& detail) const;
   http::Response too_many(const Context& context) const;
   void ended(const std::string& client, std::size_t bytes);

@@ -93,7 +93,6 @@ class Judge {
   Fault decode() {
     if (task_.charset.empty()) return std::nullopt;
     const Result<std::string_view> utf8 = charset::to_utf8(task_.text, task_.charset, transcoded_);
-    if (!utf8 && utf8.error().code == Errc::unsupported_syntax) return BodyFault{415, utf8.error().message};
     if (!utf8) return BodyFault{400, "body: " + utf8.error().message};
     text_ = *utf8;
     if (task_.syntax == rdf::Syntax::rdf_xml) {

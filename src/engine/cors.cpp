@@ -14,6 +14,8 @@ constexpr std::string_view exposed =
 constexpr std::string_view request_fields =
     "Accept, Authorization, Content-Type, If-Match, If-None-Match, Last-Event-ID, Link, Prefer, Range";
 constexpr std::string_view preflight_seconds = "600";
+/// Of documents that are not lrt's page: an origin of their own, no scripts, nothing loaded. An image in SVG keeps its styles.
+constexpr std::string_view document_policy = "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:";
 
 bool has_any(const std::vector<std::string>& origins) {
   return std::find(origins.begin(), origins.end(), "*") != origins.end();
@@ -35,6 +37,16 @@ bool is_origin(std::string_view text) {
   const std::size_t colon = text.find("://");
   return colon != std::string_view::npos && colon > 0 && colon + 3 < text.size() &&
          text.find_first_of("/?#@ ,", colon + 3) == std::string_view::npos;
+}
+
+/// True if browsers run scripts in documents of this media type: HTML, XML (SVG among others), and what may contain such.
+bool is_executable(std::string_view content_type) {
+  content_type = content_type.substr(0, content_type.find_first_of("; \t"));
+  const std::size_t slash = content_type.find('/');
+  if (slash == std::string_view::npos) return true;
+  const std::string_view type = content_type.substr(0, slash), subtype = content_type.substr(slash + 1);
+  return http::iequals(type, "multipart") || http::iequals(subtype, "html") || http::iequals(subtype, "xml") ||
+         http::iequals(subtype, "xsl") || (subtype.size() > 4 && http::iequals(subtype.substr(subtype.size() - 4), "+xml"));
 }
 
 }  // namespace
@@ -72,6 +84,7 @@ std::optional<http::Response> Cors::preflight(const http::Request& request) cons
 }
 
 void Cors::add_fields(const http::Request& request, http::Response& response) const {
+  if (response.status != 101) protect(request, response);
   if (depends_on_origin()) {
     const auto vary = response.fields.find("Vary");
     response.fields.set("Vary", vary ? std::string(*vary) + ", Origin" : "Origin");
@@ -81,6 +94,16 @@ void Cors::add_fields(const http::Request& request, http::Response& response) co
   else if (origin && may_read(*origin)) response.fields.add("Access-Control-Allow-Origin", *origin);
   else return;
   response.fields.add("Access-Control-Expose-Headers", exposed);
+}
+
+void Cors::protect(const http::Request& request, http::Response& response) const {
+  const auto origin = origin_of(request);
+  const bool is_shared = has_any(options_.read_origins) || (origin && may_read(*origin));
+  response.fields.add("X-Content-Type-Options", "nosniff");
+  response.fields.add("Cross-Origin-Resource-Policy", is_shared ? "cross-origin" : "same-origin");
+  const auto type = response.fields.find("Content-Type");
+  if (type && is_executable(*type) && !response.fields.find("Content-Security-Policy"))
+    response.fields.add("Content-Security-Policy", document_policy);
 }
 
 }  // namespace lrt::engine

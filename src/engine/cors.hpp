@@ -9,9 +9,10 @@
 
 namespace lrt::engine {
 
-/// What web pages of other origins may do: those of Security::read_origins read, those of Security::allowed_origins also send commands. The
+/// What browsers may do with responses. Pages of other origins: those of Security::read_origins read, those of Security::allowed_origins also send commands. The
 /// fields are those of the CORS protocol (WHATWG Fetch 3.3). Credentials of the browser (cookies, client certificates) are never allowed; a
-/// page that has a token sends it as Authorization.
+/// page that has a token sends it as Authorization. Other pages cannot embed a response (Cross-Origin-Resource-Policy, Fetch 3.7), and a
+/// browser that opens one as a document runs nothing in it.
 class Cors {
  public:
   explicit Cors(const EngineOptions& options) : options_(options) {}
@@ -31,6 +32,7 @@ class Cors {
   void add_fields(const http::Request& request, http::Response& response) const;
 
  private:
+  void protect(const http::Request& request, http::Response& response) const;
   /// Some responses have the origin of the request in them.
   bool depends_on_origin() const;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <exception>
+#include <limits>
 #include <utility>
 
 #include <lrt/http/target.hpp>
@@ -31,6 +32,7 @@ class Engine::Impl {
     parts.bodies.set_continue([this](Ticket ticket, Context& context) { continue_request(ticket, context); });
   }
 
+  HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Access>& access, TimePoint now);
   Outcome handle(const http::Request& request, const Result<Access>& access, TimePoint now);
   Result<void> add(std::vector<Thing> things);
   Result<void> remove(std::string_view path);
@@ -43,10 +45,19 @@ class Engine::Impl {
   bool stopped = false;
 
  private:
-  Outcome judge(Context& context, const Result<Access>& access);
+  /// Carries out what follows for a request that `access` admits, unless the engine has stopped.
+  template <class Next>
+  auto judge(Context& context, Next next) -> decltype(next());
   Outcome route(Context& context, const Result<Access>& access);
   Outcome dispatch(Context& context);
   void continue_request(Ticket ticket, Context& kept);
+  std::optional<http::Response> find(Context& context, const Result<Access>& access);
+  std::optional<http::Response> refused_body(Context& context, std::optional<std::uint64_t> body_bytes);
+  std::optional<http::Response> too_large(const Context& context, std::uint64_t body_bytes) const;
+  std::optional<http::Response> failed_known_precondition(const Context& context);
+  bool is_allowed(const Context& context) const;
+  std::size_t max_body_bytes(const Context& context) const;
+  http::Response method_not_allowed(const Context& context) const;
   std::optional<http::Response> denied(const Context& context, const Result<Access>& access) const;
   bool is_from_foreign_page(const Context& context) const;
   std::string_view local_path(std::string_view path) const;
@@ -54,18 +65,33 @@ class Engine::Impl {
   std::optional<http::Response> read_page(Context& context, std::string_view query) const;
 };
 
+HeaderVerdict Engine::Impl::judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Access>& access,
+                                         TimePoint now) {
+  Context context(request, now);
+  HeaderVerdict verdict;
+  verdict.response = judge(context, [&]() -> std::optional<http::Response> {
+    if (auto response = find(context, access)) return response;
+    if (!context.resource) return std::nullopt;  // of the target *
+    verdict.max_body_bytes = max_body_bytes(context);
+    return refused_body(context, body_bytes);
+  });
+  if (verdict.response) parts.cors.add_fields(request, *verdict.response);
+  return verdict;
+}
+
 Outcome Engine::Impl::handle(const http::Request& request, const Result<Access>& access, TimePoint now) {
   Context context(request, now);
-  Outcome outcome = judge(context, access);
+  Outcome outcome = judge(context, [&] { return route(context, access); });
   if (auto* response = std::get_if<http::Response>(&outcome)) parts.cors.add_fields(request, *response);
   if (auto* streamed = std::get_if<Streamed>(&outcome)) parts.cors.add_fields(request, streamed->response);
   return outcome;
 }
 
-Outcome Engine::Impl::judge(Context& context, const Result<Access>& access) {
+template <class Next>
+auto Engine::Impl::judge(Context& context, Next next) -> decltype(next()) {
   try {
     take_messages(context.now);
-    if (!stopped) return route(context, access);
+    if (!stopped) return next();
     if (const auto target = http::split_target(context.request().target)) (void)find_resource(context, *target);
     return parts.responses.stopping(context);
   } catch (const std::exception& e) {
@@ -75,25 +101,89 @@ Outcome Engine::Impl::judge(Context& context, const Result<Access>& access) {
 }
 
 Outcome Engine::Impl::route(Context& context, const Result<Access>& access) {
+  if (auto response = find(context, access)) return *std::move(response);
+  if (!context.resource) {
+    http::Response response;
+    response.status = 204;
+    response.fields.add("Allow", "GET, HEAD, OPTIONS, PUT, POST, DELETE");
+    return response;
+  }
+  if (const http::Request& request = context.request(); !request.body.empty()) {
+    auto refused = request.header_judged ? too_large(context, request.body.size()) : refused_body(context, request.body.size());
+    if (refused) return *std::move(refused);
+  }
+  return dispatch(context);
+}
+
+/// Finds base and resource of a request. The resource stays nullptr for the target "*".
+std::optional<http::Response> Engine::Impl::find(Context& context, const Result<Access>& access) {
   const http::Request& request = context.request();
   const auto target = http::split_target(request.target);
   if (!target) return parts.responses.problem(context, 400, "target: expected a path, an http(s) URI or *");
   const Result<std::size_t> base = parts.bases.of(request, *target);
   if (!base) return parts.responses.problem(context, 421, base.error().message);
   context.base = *base;
-  if (auto response = parts.cors.preflight(request)) return *std::move(response);
-  if (auto response = denied(context, access)) return *std::move(response);
+  if (auto response = parts.cors.preflight(request)) return response;
+  if (auto response = denied(context, access)) return response;
   const bool known = std::find(known_methods.begin(), known_methods.end(), request.method) != known_methods.end();
-  if (known && target->path == "*") {
-    http::Response response;
-    response.status = 204;
-    response.fields.add("Allow", "GET, HEAD, OPTIONS, PUT, POST, DELETE");
-    return response;
-  }
+  if (known && target->path == "*") return std::nullopt;
   auto not_found = find_resource(context, *target);
   if (!known) return parts.responses.problem(context, 501, "unknown method \"" + std::string(request.method) + "\"");
-  if (not_found) return *std::move(not_found);
-  return dispatch(context);
+  return not_found;
+}
+
+bool Engine::Impl::is_allowed(const Context& context) const {
+  const std::string_view method = context.request().method;
+  const Methods allowed = context.resource->methods();
+  return is_safe(method) || (method == "PUT" && allowed.put) || (method == "POST" && allowed.post) || (method == "DELETE" && allowed.remove);
+}
+
+/// Without a method that is allowed there is no limit, because the response is 405.
+std::size_t Engine::Impl::max_body_bytes(const Context& context) const {
+  if (!is_allowed(context)) return std::numeric_limits<std::size_t>::max();
+  const std::string_view method = context.request().method;
+  if (method == "PUT" || method == "POST") return context.resource->input(parts.options).max_bytes;
+  return parts.options.max_scalar_body_bytes;
+}
+
+std::optional<http::Response> Engine::Impl::too_large(const Context& context, std::uint64_t body_bytes) const {
+  const std::size_t max = body_bytes == 0 ? 0 : max_body_bytes(context);
+  if (body_bytes <= max) return std::nullopt;
+  return parts.responses.problem(context, 413, "the body has " + std::to_string(body_bytes) + " bytes; " + std::to_string(max) + " are allowed for this resource");
+}
+
+/// Whether the header section of a request shows that its body is not wanted.
+std::optional<http::Response> Engine::Impl::refused_body(Context& context, std::optional<std::uint64_t> body_bytes) {
+  const std::string_view method = context.request().method;
+  if (!is_allowed(context)) return method_not_allowed(context);
+  if (method == "GET" || method == "HEAD") {
+    if (!parts.subscriptions.requested_protocol(context))
+      if (auto response = parts.representations.unacceptable(context)) return response;
+  } else if (method == "PUT" || method == "POST") {
+    // A chunked body may be empty.
+    const Input input = context.resource->input(parts.options);
+    if (body_bytes || (!input.may_be_empty && context.request().find("Content-Type"))) {
+      auto format = parts.bodies.format_of(context, input.type, false);
+      if (auto* response = std::get_if<http::Response>(&format)) return std::move(*response);
+    }
+  }
+  if (auto response = too_large(context, body_bytes.value_or(0))) return response;
+  return is_safe(method) ? std::nullopt : failed_known_precondition(context);
+}
+
+/// Judges If-Match and If-None-Match if that needs no user code. They are judged again when the body is there.
+std::optional<http::Response> Engine::Impl::failed_known_precondition(const Context& context) {
+  const http::Request& request = context.request();
+  if (!request.find("If-Match") && !request.find("If-None-Match")) return std::nullopt;
+  context.resource->for_each_property([this](PropertyResource& property) { parts.values.take_published(property); });
+  if (!context.resource->is_up_to_date()) return std::nullopt;
+  bool lacks_encodings = false;
+  auto failed = parts.representations.failed_precondition(context, &lacks_encodings);
+  return lacks_encodings ? std::nullopt : std::move(failed);
+}
+
+http::Response Engine::Impl::method_not_allowed(const Context& context) const {
+  return parts.responses.problem(context, 405, std::string(context.request().method) + " is not allowed for this resource, only " + context.resource->methods().text());
 }
 
 /// The resource takes over.
@@ -109,7 +199,7 @@ Outcome Engine::Impl::dispatch(Context& context) {
   if (method == "PUT" && allowed.put) return resource.put(context, parts);
   if (method == "POST" && allowed.post) return resource.post(context, parts);
   if (method == "DELETE" && allowed.remove) return resource.remove(context, parts);
-  return parts.responses.problem(context, 405, std::string(method) + " is not allowed for this resource, only " + allowed.text());
+  return method_not_allowed(context);
 }
 
 /// Goes on with a deferred request whose body is judged.
@@ -131,8 +221,8 @@ std::optional<http::Response> Engine::Impl::denied(const Context& context, const
   const http::Request& request = context.request();
   if (is_from_foreign_page(context))
     return parts.responses.problem(context, 403, "web pages of " + std::string(*request.find("Origin")) + " may not send this: the origin is not in allowed_origins of this server");
-  if (!is_safe(request.method) && parts.subscriptions.is_own_notification(request))
-    return parts.responses.problem(context, 403, "this is a notification of this server itself, which it does not carry out");
+  if (!is_safe(request.method) && parts.subscriptions.is_refused_notification(request))
+    return parts.responses.problem(context, 403, "this is a notification of another resource, which this server does not carry out: its sender is not in notification_senders");
   if (!access) {
     parts.responses.log(LogLevel::error, "the authorizer: " + access.error().message);
     return parts.responses.problem(context, 500, "the authorizer failed");
@@ -272,8 +362,15 @@ void Engine::set_waker(std::shared_ptr<Waker> waker) {
 
 Result<Access> Engine::authorize(const http::Request& request) const {
   const Authorizer& authorizer = impl_->parts.options.authorize;
-  if (!authorizer) return Access::granted;
-  return guarded<Access>([&]() -> Result<Access> { return authorizer(request); });
+  if (!authorizer || request.header_judged) return Access::granted;
+  if (request.body.empty()) return guarded<Access>([&]() -> Result<Access> { return authorizer(request); });
+  http::Request header = request;  // whether the body came along with it makes no difference
+  header.body = {};
+  return guarded<Access>([&]() -> Result<Access> { return authorizer(header); });
+}
+
+HeaderVerdict Engine::judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Access>& access, TimePoint now) {
+  return impl_->judge_header(request, body_bytes, access, now);
 }
 
 Outcome Engine::handle(const http::Request& request, const Result<Access>& access, TimePoint now) { return impl_->handle(request, access, now); }
@@ -292,6 +389,7 @@ std::optional<Reply> Engine::next_reply(TimePoint now) {
 
 std::optional<std::chrono::steady_clock::time_point> Engine::next_deadline() const {
   const Parts& parts = impl_->parts;
+  if (!parts.calls.inbox()->empty()) return std::chrono::steady_clock::time_point{};  // guests look at deadlines alone
   auto first = parts.pending.next_deadline();
   for (const auto& other : {parts.invocations.next_deadline(), parts.subscriptions.next_deadline(), parts.scanner.next_deadline()})
     if (other && (!first || *other < *first)) first = other;
@@ -318,8 +416,13 @@ std::optional<subscription::Notification> Engine::next_notification(Channel chan
 void Engine::delivered(Channel channel, const subscription::DeliveryResult& result, TimePoint now) {
   impl_->parts.subscriptions.delivered(channel, result, now);
 }
-std::optional<std::string> Engine::take_saved() { return impl_->parts.saved.take(); }
-Result<void> Engine::restore(std::string_view saved) { return impl_->parts.saved.restore(saved); }
+std::optional<SavedText> Engine::take_saved() { return impl_->parts.saved.take(); }
+void Engine::saved(std::uint64_t revision, bool written) {
+  Parts& parts = impl_->parts;
+  parts.calls.inbox()->put([&parts, revision, written](TimePoint now) { parts.saves.saved(revision, written, now); });
+}
+Result<std::size_t> Engine::restore(std::string_view saved) { return impl_->parts.saved.restore(saved); }
+std::pair<std::size_t, std::size_t> Engine::recover(std::string_view damaged) { return impl_->parts.saved.recover(damaged); }
 
 std::vector<Job> Engine::take_jobs() { return impl_->parts.calls.take_jobs(); }
 std::vector<BodyJob> Engine::take_body_jobs() { return impl_->parts.bodies.take_jobs(); }
@@ -329,6 +432,7 @@ void Engine::stop() {
   impl_->stopped = true;
   const Parts& parts = impl_->parts;
   impl_->parts.invocations.stop();
+  impl_->parts.saves.stop();
   impl_->parts.pending.end_all([&](Context& context) { return parts.responses.stopping(context); }, parts.clock.now());
 }
 

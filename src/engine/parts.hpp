@@ -16,6 +16,7 @@
 #include "src/engine/host_calls.hpp"
 #include "src/engine/invocations.hpp"
 #include "src/engine/pending_requests.hpp"
+#include "src/engine/pending_saves.hpp"
 #include "src/engine/property_values.hpp"
 #include "src/engine/registry.hpp"
 #include "src/engine/representation_cache.hpp"
@@ -60,6 +61,7 @@ struct Parts {
   PendingRequests pending;           ///< requests that wait
   const std::string context_text;    ///< of the JSON-LD context
   Responses responses;               ///< errors, and responses that are no representation
+  PendingSaves saves;                ///< requests that wait until callbacks are saved
   PropertyValues values;             ///< reading properties
   const EngineView view;             ///< what descriptions read
   Representations representations;   ///< GET, HEAD, OPTIONS, conditions

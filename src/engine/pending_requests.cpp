@@ -3,16 +3,35 @@
 namespace lrt::engine {
 
 std::optional<Ticket> PendingRequests::defer(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout, Dispatch where) {
+  if (calls_.overloaded(where)) return std::nullopt;
+  return keep(context, max_time, std::move(on_timeout), calls_.waits_for_host(where) ? WaitsFor::host : WaitsFor::io_thread);
+}
+
+std::optional<Ticket> PendingRequests::defer_for_disk(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout) {
+  return keep(context, max_time, std::move(on_timeout), WaitsFor::disk);
+}
+
+std::optional<Ticket> PendingRequests::keep(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout, WaitsFor what) {
+  std::size_t& waiting = waiting_[static_cast<std::size_t>(what)];
+  if (waiting >= max_pending_) return std::nullopt;
   const auto known = context.ticket ? pending_.find(static_cast<std::uint64_t>(*context.ticket)) : pending_.end();
-  const bool waits_for_host = calls_.waits_for_host(where);
-  const std::size_t waiting = waits_for_host ? waiting_for_host_ : pending_.size() - waiting_for_host_;
-  if (waiting >= max_pending_ || calls_.overloaded(where)) return std::nullopt;
   const Ticket ticket = known != pending_.end() ? *context.ticket : Ticket{next_ticket_++};
-  Pending kept{context.kept(), std::move(on_timeout), nullptr, deadlines_.emplace(context.now.steady + max_time, ticket), waits_for_host};
+  Pending kept{context.kept(), std::move(on_timeout), nullptr, deadlines_.emplace(context.now.steady + max_time, ticket), what};
   if (known != pending_.end()) remove(known);
   pending_.emplace(static_cast<std::uint64_t>(ticket), std::move(kept));
-  if (waits_for_host) ++waiting_for_host_;
+  ++waiting;
   return ticket;
+}
+
+void PendingRequests::continue_for_disk(Ticket ticket, TimePoint now, std::chrono::milliseconds max_time, Timeout on_timeout) {
+  const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
+  if (found == pending_.end()) return;
+  --waiting_[static_cast<std::size_t>(found->second.waits_for)];
+  ++waiting_[static_cast<std::size_t>(WaitsFor::disk)];
+  found->second.waits_for = WaitsFor::disk;
+  deadlines_.erase(found->second.deadline);
+  found->second.deadline = deadlines_.emplace(now.steady + max_time, ticket);
+  found->second.on_timeout = std::move(on_timeout);
 }
 
 void PendingRequests::waits_for(Ticket ticket, std::shared_ptr<CancelToken> token) {
@@ -45,7 +64,7 @@ void PendingRequests::abandon(Ticket ticket) noexcept {
 }
 
 void PendingRequests::remove(Requests::iterator request) {
-  if (request->second.waits_for_host) --waiting_for_host_;
+  --waiting_[static_cast<std::size_t>(request->second.waits_for)];
   deadlines_.erase(request->second.deadline);
   pending_.erase(request);
 }

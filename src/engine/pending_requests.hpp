@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -38,6 +39,10 @@ class PendingRequests {
   /// @return nullopt: too many requests or calls into the host wait already (503)
   std::optional<Ticket> defer(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout,
                               Dispatch where = Dispatch::in_poll);
+  /// Keeps a request that waits for the disk. These have a limit of their own, too.
+  std::optional<Ticket> defer_for_disk(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout);
+  /// A request that is pending waits for the disk from now on, with a time and a timeout of its own.
+  void continue_for_disk(Ticket ticket, TimePoint now, std::chrono::milliseconds max_time, Timeout on_timeout);
   /// The call that the request waits for. It is cancelled when the client goes or the time is over.
   void waits_for(Ticket ticket, std::shared_ptr<CancelToken> token);
   bool is_pending(Ticket ticket) const { return pending_.count(static_cast<std::uint64_t>(ticket)) != 0; }
@@ -55,15 +60,17 @@ class PendingRequests {
   void end_all(const std::function<http::Response(Context&)>& respond_with, TimePoint now);
 
  private:
+  enum class WaitsFor : std::uint8_t { host, io_thread, disk };
   struct Pending {
     Context context;
     Timeout on_timeout;
     std::shared_ptr<CancelToken> token;
     std::multimap<Instant, Ticket>::iterator deadline;
-    bool waits_for_host;
+    WaitsFor waits_for;
   };
   using Requests = std::unordered_map<std::uint64_t, Pending>;
 
+  std::optional<Ticket> keep(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout, WaitsFor what);
   void remove(Requests::iterator request);
 
   const Registry& registry_;
@@ -72,7 +79,7 @@ class PendingRequests {
   const std::size_t max_pending_;
   std::uint64_t next_ticket_ = 1;
   Requests pending_;
-  std::size_t waiting_for_host_ = 0;
+  std::array<std::size_t, 3> waiting_{};  ///< by WaitsFor
   std::multimap<Instant, Ticket> deadlines_;
   std::deque<Reply> replies_;
 };

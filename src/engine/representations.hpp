@@ -28,8 +28,9 @@ class Representations {
   };
   /// What a request comes to, or what it needs first.
   using Attempt = std::variant<Outcome, Missing>;
-  /// @param current  a refresh has just ended: its values are new enough
-  using Step = std::function<Attempt(Context&, bool current)>;
+  /// @param ticket  of a request that was deferred for a refresh, which has just ended: its values are new enough. The step may defer it
+  ///                further, by returning Deferred.
+  using Step = std::function<Attempt(Context&, std::optional<Ticket> ticket)>;
   using Selected = std::variant<Representation*, http::Response, Missing>;
 
   Representations(const EngineOptions& options, const EngineView& view, const Responses& responses, RepresentationCache& cache,
@@ -55,6 +56,8 @@ class Representations {
   Result<Representation*> make(Resource& resource, std::size_t base, Variant variant, std::size_t page = 1);
   /// The representation as one event of an event stream.
   const std::shared_ptr<const std::string>& event_of(Representation& representation);
+  /// 406 of a GET or HEAD if none of the media types is accepted, whatever the values are.
+  std::optional<http::Response> unacceptable(const Context& context) const;
   /// If-Match and If-None-Match of a PUT, POST or DELETE: the response if they exclude it.
   /// @param lacks_encodings  set if a variant could not be judged because an encoder has to run first
   std::optional<http::Response> failed_precondition(const Context& context, bool* lacks_encodings = nullptr);

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "src/engine/bases.hpp"
+#include "src/engine/body_size.hpp"
 #include "src/engine/description.hpp"
 #include "src/engine/resources/thing.hpp"
 
@@ -25,6 +26,17 @@ std::string Methods::text() const {
   if (post) text += ", POST";
   if (remove) text += ", DELETE";
   return text;
+}
+
+Input Resource::input(const EngineOptions& options) const { return {nullptr, false, options.max_scalar_body_bytes}; }
+
+Input input_of(const model::ResourceSpec& spec, const rdf::Type& type, const rdf::Facets& facets, const EngineOptions& options) {
+  Input input;
+  input.type = &type;
+  input.may_be_empty = type.kind == rdf::Type::Kind::optional;
+  const std::optional<std::size_t> size = spec.max_body_bytes ? spec.max_body_bytes : body_size(type, facets, options.max_scalar_body_bytes);
+  if (size) input.max_bytes = *size;
+  return input;
 }
 
 Outcome Resource::put(Context&, Parts&) { announced_only(*this, "PUT"); }

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <list>
 #include <memory>
 #include <optional>
@@ -20,6 +21,10 @@
 
 #include "src/base/function_ref.hpp"
 #include "src/engine/variants.hpp"
+
+namespace lrt::model {
+struct ResourceSpec;
+}
 
 namespace lrt::engine {
 
@@ -85,6 +90,13 @@ struct Methods {
   std::string text() const;
 };
 
+/// What a resource takes as the body of a PUT or POST.
+struct Input {
+  const rdf::Type* type = nullptr;  ///< of the value; nullptr: a body is RDF
+  bool may_be_empty = false;        ///< an empty body is taken, whatever the header fields say of it
+  std::size_t max_bytes = std::numeric_limits<std::size_t>::max();
+};
+
 /// A value of a resource with its type, for representations without RDF. Valid until the resource changes.
 struct PlainValue {
   const rdf::Type* type;
@@ -123,6 +135,9 @@ class Resource {
   virtual Outcome put(Context& context, Parts& parts);
   virtual Outcome post(Context& context, Parts& parts);
   virtual Outcome remove(Context& context, Parts& parts);
+  virtual Input input(const EngineOptions& options) const;
+  /// Its representations are known without user code, and nothing that would change them is under way.
+  virtual bool is_up_to_date() const noexcept { return reads() == Reads::nothing; }
   /// Bodies may be plain values, not only RDF.
   virtual bool takes_plain_values() const noexcept { return false; }
   /// The fragment of the shape that judges its bodies, "rotation" or "actions/rotate/input".
@@ -233,6 +248,9 @@ class Resource {
  private:
   std::size_t usual_size() const noexcept;
 };
+
+/// Of a resource that takes a value.
+Input input_of(const model::ResourceSpec& spec, const rdf::Type& type, const rdf::Facets& facets, const EngineOptions& options);
 
 /// Stands for the base in graphs that are kept.
 inline constexpr std::string_view placeholder_base = "http://lrt.invalid";

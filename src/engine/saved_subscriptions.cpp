@@ -11,38 +11,77 @@
 
 namespace lrt::engine {
 
-std::optional<std::string> SavedSubscriptions::take() {
-  const bool changed = std::exchange(pending_changed_, false);
-  if (std::exchange(taken_revision_, subscriptions_.callbacks_revision()) == subscriptions_.callbacks_revision() && !changed) return std::nullopt;
+namespace {
+
+/// One subscription as it stands in the file.
+struct Entry {
+  const std::string &base, &path;
+  std::string_view kind;
+  const std::string& id;
+  Utc created;
+  const std::string &url, &secret;
+  std::string_view type;
+  const subscription::Policy& policy;
+};
+
+/// Turtle without the prefixes.
+std::string text_of(const Entry& e, const rdf::Prefixes& prefixes) {
   rdf::Graph graph;
-  const auto save = [&](const std::string& base, const std::string& path, std::string_view kind, const std::string& id,
-                        Utc made, const std::string& url, const std::string& secret, std::string_view type,
-                        const subscription::Policy& policy) {
-    About about(graph, graph.fresh_blank());
-    about.a(vocab::hybrit::WebCallback)
-        .add(vocab::dcterms::identifier, rdf::literal(id))
-        .link(vocab::dcterms::isPartOf, base + "/")
-        .link(vocab::hybrit::onResource, base + path)
-        .add(vocab::hybrit::callbackURL, rdf::literal(url, vocab::xsd::anyURI))
-        .add(vocab::hybrit::mediaType, rdf::literal(type))
-        .when(vocab::dcterms::created, made)
-        .add(vocab::lrt_::queueLength, rdf::literal(std::to_string(policy.queue_length), vocab::xsd::integer))
-        .add(vocab::lrt_::minimumInterval,
-             rdf::literal(rdf::lexical::format(std::chrono::duration<double>(policy.minimum_interval).count()), vocab::xsd::double_));
-    if (!kind.empty()) about.link(vocab::dcterms::type, std::string(kind));
-    if (!secret.empty()) about.add(vocab::lrt_::secret, rdf::literal(secret));
-  };
-  for (const auto& [path, thing] : registry_.things())
-    for (const auto& s : thing->subscriptions.subscriptions)
-      if (s->protocol == Protocol::callback && !s->observed.saved_type().empty())
-        save(bases_[s->base], s->observed.path_aside(0), s->observed.saved_type().text, s->subscription_id, s->created, s->url,
-             s->secret, s->observed.variants().type_of(s->its_variant), s->backlog.policy());
-  for (const PendingRestore& p : pending_)
-    save(p.base, p.path, p.type, p.id, p.created, p.request.url, p.request.secret, p.media_type, p.request.policy);
-  Result<std::string> text = rdf::write(graph, rdf::Syntax::turtle, options_.prefixes);
-  if (text) return *std::move(text);
-  responses_.log(LogLevel::error, "the subscriptions cannot be saved: " + text.error().message);
-  return std::nullopt;
+  About about(graph, graph.fresh_blank());
+  about.a(vocab::hybrit::WebCallback)
+      .add(vocab::dcterms::identifier, rdf::literal(e.id))
+      .link(vocab::dcterms::isPartOf, e.base + "/")
+      .link(vocab::hybrit::onResource, e.base + e.path)
+      .add(vocab::hybrit::callbackURL, rdf::literal(e.url, vocab::xsd::anyURI))
+      .add(vocab::hybrit::mediaType, rdf::literal(e.type))
+      .when(vocab::dcterms::created, e.created)
+      .add(vocab::lrt_::queueLength, rdf::literal(std::to_string(e.policy.queue_length), vocab::xsd::integer))
+      .add(vocab::lrt_::minimumInterval,
+           rdf::literal(rdf::lexical::format(std::chrono::duration<double>(e.policy.minimum_interval).count()), vocab::xsd::double_));
+  if (!e.kind.empty()) about.link(vocab::dcterms::type, std::string(e.kind));
+  if (!e.secret.empty()) about.add(vocab::lrt_::secret, rdf::literal(e.secret));
+  std::string text = rdf::write(graph, rdf::Syntax::turtle, prefixes).value();
+  while (text.compare(0, 7, "@prefix") == 0 || text.front() == '\n') text.erase(0, text.find('\n') + 1);
+  return text;
+}
+
+std::string header_of(const rdf::Prefixes& prefixes) {
+  std::string header;
+  for (const auto& [name, iri] : prefixes) header += "@prefix " + name + ": <" + iri + "> .\n";
+  return header;
+}
+
+/// The end of the first entry, or of the header, in a text that may be damaged: a line that ends so. Texts of entries have no line ends.
+std::size_t end_of_first(std::string_view text) {
+  const std::size_t found = text.find(" .\n");
+  return found == std::string_view::npos ? text.size() : found + 3;
+}
+
+}  // namespace
+
+std::optional<SavedText> SavedSubscriptions::take() {
+  const std::uint64_t revision = saves_.revision();
+  if (std::exchange(taken_revision_, revision) == revision) return std::nullopt;
+  try {
+    SavedText saved{header_of(options_.prefixes), revision};
+    for (const auto& [path, thing] : registry_.things())
+      for (const auto& s : thing->subscriptions.subscriptions) {
+        if (s->protocol != Protocol::callback || s->is_cancelling() || s->observed.saved_type().empty()) continue;
+        if (s->saved_text.empty())
+          s->saved_text = text_of({bases_[s->base], s->observed.path_aside(0), s->observed.saved_type().text, s->subscription_id, s->created, s->url,
+                                   s->secret, s->observed.variants().type_of(s->its_variant), s->backlog.policy()},
+                                  options_.prefixes);
+        saved.text.append("\n").append(s->saved_text);
+      }
+    for (const PendingRestore& p : pending_)
+      saved.text.append("\n").append(
+          text_of({p.base, p.path, p.type, p.id, p.created, p.request.url, p.request.secret, p.media_type, p.request.policy}, options_.prefixes));
+    return saved;
+  } catch (const std::exception& e) {
+    responses_.log(LogLevel::error, std::string("the subscriptions cannot be saved: ") + e.what());
+    saves_.saved(revision, false, clock_.now());
+    return std::nullopt;
+  }
 }
 
 void SavedSubscriptions::log(const std::string& id, const std::string& what) const {
@@ -94,15 +133,38 @@ Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::G
   return read;
 }
 
-Result<void> SavedSubscriptions::restore(std::string_view saved) {
+Result<std::size_t> SavedSubscriptions::restore(std::string_view saved) {
+  const Result<std::size_t> found = read_all(saved);
+  if (found) resume();
+  return found;
+}
+
+std::pair<std::size_t, std::size_t> SavedSubscriptions::recover(std::string_view damaged) {
+  std::pair<std::size_t, std::size_t> found_and_lost;
+  const std::string header = header_of(rdf::default_prefixes()) + header_of(options_.prefixes);
+  while (!damaged.empty()) {
+    const std::string_view first = damaged.substr(0, end_of_first(damaged));
+    damaged.remove_prefix(first.size());
+    const Result<std::size_t> found = read_all(header + std::string(first));
+    if (found) found_and_lost.first += *found;
+    else ++found_and_lost.second;
+  }
+  saves_.changed();
+  resume();
+  return found_and_lost;
+}
+
+Result<std::size_t> SavedSubscriptions::read_all(std::string_view saved) {
   rdf::ReadOptions read_options;
   read_options.base = placeholder_base;
-  read_options.max_triples = 100'000;
+  read_options.max_triples = std::max<std::size_t>(100'000, 20 * options_.callbacks.max_callbacks);
   const Result<rdf::Graph> graph = rdf::read(saved, rdf::Syntax::turtle, read_options);
   if (!graph) return Unexpected{graph.error()};
   const auto type = graph->find(vocab::rdf_::type), callback = graph->find(vocab::hybrit::WebCallback);
-  if (!type || !callback) return {};
+  if (!type || !callback) return std::size_t{0};
+  std::size_t found = 0;
   for (const rdf::Triple& t : graph->match(std::nullopt, *type, *callback)) {
+    ++found;
     Result<PendingRestore> one = read(*graph, t.subject);
     if (one) {
       pending_.push_back(*std::move(one));
@@ -111,10 +173,9 @@ Result<void> SavedSubscriptions::restore(std::string_view saved) {
     const auto p = graph->find(vocab::dcterms::identifier);
     const auto id = p ? graph->object(t.subject, *p) : std::nullopt;
     log(id ? std::string(graph->term(*id).text) : std::string(), "is left out: " + one.error().message);
-    pending_changed_ = true;
+    saves_.changed();
   }
-  resume();
-  return {};
+  return found;
 }
 
 void SavedSubscriptions::resume() {

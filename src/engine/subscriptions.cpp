@@ -1,3 +1,4 @@
+#include "src/base/ascii.hpp"
 #include "src/engine/subscriptions.hpp"
 
 #include <algorithm>
@@ -41,6 +42,12 @@ std::string_view refused_node(const rdf::Graph& graph, rdf::TermId node) {
   return "a WebSocket is opened by GET of the observed resource with Upgrade: websocket, here only web callbacks are made";
 }
 
+/// What a subscriber learns of a failed delivery: the status of its own receiver. Everything else has the same words, whether a port is closed,
+/// filtered, open, or not one of HTTP: else a subscriber could scan the robot's network.
+std::string public_reason(const subscription::DeliveryResult& result) {
+  return result.error.empty() ? "the receiver responded with " + std::to_string(result.status) : "no valid response was received";
+}
+
 std::string interval_range() { return "seconds from 0 to " + std::to_string(max_interval.count()); }
 
 }  // namespace
@@ -52,7 +59,7 @@ std::optional<std::chrono::milliseconds> interval_of(std::string_view seconds) {
 }
 
 Subscriptions::Subscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, Bodies& bodies,
-                             Representations& representations, PropertyValues& values, ChangeScanner& scanner)
+                             Representations& representations, PropertyValues& values, ChangeScanner& scanner, PendingSaves& saves)
     : options_(options),
       registry_(registry),
       bases_(bases),
@@ -61,6 +68,7 @@ Subscriptions::Subscriptions(const EngineOptions& options, Registry& registry, B
       representations_(representations),
       values_(values),
       scanner_(scanner),
+      saves_(saves),
       allowed_(subscription::AllowedHosts::parse(options.callbacks.allow)),
       instance_(RandomIds().next()) {}
 
@@ -76,6 +84,18 @@ Result<void> Subscriptions::check_options() const {
 
 bool Subscriptions::may_call(const subscription::CallbackUrl& url) const {
   return allowed_ && allowed_->names(url.host, url.port) && !bases_.is_this_server(url);
+}
+
+bool Subscriptions::is_refused_notification(const http::Request& request) const {
+  const auto field = request.find(notification_field);
+  if (!field) return false;
+  constexpr std::string_view parameter = "; base=\"";
+  const std::size_t at = field->find(parameter);
+  if (request.count(notification_field) != 1 || at == std::string_view::npos || field->back() != '"' || field->substr(0, at) == instance_) return true;
+  std::string_view sender = field->substr(at + parameter.size());
+  sender.remove_suffix(1);
+  const auto& senders = options_.notification_senders;
+  return std::none_of(senders.begin(), senders.end(), [&](const std::string& allowed) { return allowed == "*" || allowed == sender; });
 }
 
 SubscriptionResource* Subscriptions::find(Channel channel) const {
@@ -171,11 +191,12 @@ Outcome Subscriptions::subscribe(Context& context, Protocol protocol) {
   }
   if (auto response = read_query(context, wanted)) return *std::move(response);
   if (auto response = too_many(context, protocol)) return *std::move(response);
-  return representations_.attempt(context, [this, wanted = std::move(wanted)](Context& c, bool current) { return open(c, wanted, current); });
+  return representations_.attempt(context, [this, wanted = std::move(wanted)](Context& c, std::optional<Ticket> ticket) { return open(c, wanted, ticket); });
 }
 
 /// Chooses the media type of the notifications (R0.17) and makes the subscription, once there is a value to begin with.
-Representations::Attempt Subscriptions::open(Context& context, SubscriptionRequest wanted, bool current) {
+Representations::Attempt Subscriptions::open(Context& context, SubscriptionRequest wanted, std::optional<Ticket> ticket) {
+  const bool current = ticket.has_value();
   wanted.observed = context.resource;
   const bool streams = wanted.protocol == Protocol::event_stream;
   Variants offers = context.resource->variants();
@@ -213,8 +234,8 @@ Representations::Attempt Subscriptions::open(Context& context, SubscriptionReque
   // WHATWG HTML 9.2.3: the client has this representation already.
   const auto known = context.request().find("Last-Event-ID");
   if (streams && known) wanted.known_tag = std::string(*known);
+  if (protocol == Protocol::callback) return make_callback(context, std::move(wanted), ticket);
   SubscriptionResource& made = make(std::move(wanted), context.base, options_.ids->next(), context.now.utc);
-  if (protocol == Protocol::callback) return Outcome(description_response(context, made));
   const std::string location = responses_.iri(context, made.path);
   if (streams) {
     http::Response response = stream_response(context);
@@ -312,7 +333,22 @@ Outcome Subscriptions::create(Context& context) {
   }
   if (auto response = representations_.failed_precondition(context)) return *std::move(response);
   if (auto response = too_many(context, Protocol::callback)) return *std::move(response);
-  return description_response(context, make(std::move(wanted), context.base, options_.ids->next(), context.now.utc));
+  return make_callback(context, std::move(wanted), std::nullopt);
+}
+
+/// 201 when the subscription is saved. Its notifications begin then, too.
+Outcome Subscriptions::make_callback(Context& context, SubscriptionRequest wanted, std::optional<Ticket> ticket) {
+  return saves_.respond_when_saved(context, ticket, [&]() -> PendingSaves::Change {
+    wanted.provisional = true;
+    SubscriptionResource& made = make(std::move(wanted), context.base, options_.ids->next(), context.now.utc);
+    return {description_response(context, made), [this, channel = made.channel](bool saved) {
+              SubscriptionResource* s = find(channel);
+              if (!s) return;  // its resource is gone
+              if (!saved) return end(*s, 0, {});
+              s->provisional = false;
+              announce(*s);
+            }};
+  });
 }
 
 // ------------------------------------------------------------------------------------------------------- coming and going
@@ -333,8 +369,9 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
   if (s.queues()) s.observed.for_each_property([this](PropertyResource& p) { values_.keep(p, true); });
   s.observed.add_observer(s, scanner_);
   if (s.protocol == Protocol::callback) {
+    s.confirmed = !must_confirm(s.url);
     ++callbacks_;
-    ++callbacks_revision_;
+    saves_.changed();
   }
   // SPEC 3.6: the first notification at once.
   if (begins_with_refresh) {
@@ -354,6 +391,27 @@ void Subscriptions::first_notification(SubscriptionResource& s) {
   else changed(s);
 }
 
+/// A callback continues until the file is without it: if that fails, nothing has changed.
+Outcome Subscriptions::cancel(Context& context, SubscriptionResource& s, http::Response response) {
+  static constexpr std::uint16_t code = 1000;
+  static constexpr const char* reason = "the subscription was cancelled";
+  if (s.protocol != Protocol::callback) {
+    end(s, code, reason);
+    return response;
+  }
+  return saves_.respond_when_saved(context, std::nullopt, [&]() -> PendingSaves::Change {
+    ++s.cancellations;
+    saves_.changed();
+    return {std::move(response), [this, channel = s.channel](bool saved) {
+              SubscriptionResource* cancelled = find(channel);
+              if (!cancelled) return;
+              if (saved) return end(*cancelled, code, reason);
+              --cancelled->cancellations;
+              saves_.changed();
+            }};
+  });
+}
+
 void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string reason) {
   if (s.protocol != Protocol::callback && code != 0) {
     ClosingChannel& closing = closing_[static_cast<std::uint64_t>(s.channel)];
@@ -366,7 +424,7 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
   }
   if (s.protocol == Protocol::callback) {
     --callbacks_;
-    ++callbacks_revision_;
+    if (!s.is_cancelling()) saves_.changed();
   }
   next_notifications_.clear(s.next_notification);
   by_channel_.erase(static_cast<std::uint64_t>(s.channel));
@@ -441,7 +499,7 @@ subscription::Item Subscriptions::item_of(const SubscriptionResource& s, Represe
 
 /// Names the channel to the transport or the deliverer, unless it was named already.
 void Subscriptions::announce(SubscriptionResource& s) {
-  if (s.ready_announced || s.next_notification || s.under_way || s.backlog.empty()) return;
+  if (s.provisional || s.ready_announced || s.next_notification || s.under_way || s.backlog.empty()) return;
   s.ready_announced = true;
   if (s.protocol == Protocol::callback) return callbacks_ready_.push_back({s.channel, s.receiver});
   (s.observed.is_urgent() ? urgent_ : ready_).push_back(s.channel);
@@ -577,8 +635,9 @@ std::optional<Subscriptions::Instant> Subscriptions::next_deadline() const {
 
 std::optional<subscription::Notification> Subscriptions::next_notification(Channel channel, TimePoint now) {
   SubscriptionResource* s = find(channel);
-  if (!s || s->protocol != Protocol::callback || s->under_way) return std::nullopt;
+  if (!s || s->protocol != Protocol::callback || s->under_way || s->confirming) return std::nullopt;
   try {
+    if (!s->confirmed) return confirmation_of(*s);
     auto item = next_item(*s, now);
     if (!item) return std::nullopt;
     subscription::Notification notification;
@@ -587,7 +646,7 @@ std::optional<subscription::Notification> Subscriptions::next_notification(Chann
     notification.secret = s->secret.empty() ? options_.callbacks.secret : s->secret;
     notification.failed_before = s->retry.tried();
     notification.fields.add("Content-Type", content_type(s->its_variant, s->observed.variants().type_of(s->its_variant)));
-    notification.fields.add(notification_field, instance_);
+    notification.fields.add(notification_field, instance_ + "; base=\"" + bases_[s->base] + '"');
     notification.fields.add("ETag", item->tag);
     http::LinkWriter links;
     links.add(bases_[s->base] + s->observed.path, "about");
@@ -601,32 +660,72 @@ std::optional<subscription::Notification> Subscriptions::next_notification(Chann
   }
 }
 
+bool Subscriptions::must_confirm(const std::string& url) const {
+  using subscription::Confirmation;
+  const Confirmation which = options_.callbacks.confirmation;
+  if (which != Confirmation::not_loopback) return which == Confirmation::all;
+  const Result<subscription::CallbackUrl> parsed = subscription::parse_callback_url(url);
+  return !parsed || !loopback_->names(parsed->host, parsed->port);
+}
+
+/// Asks the receiver whether it wants the subscription (WebSub 5.3).
+subscription::Notification Subscriptions::confirmation_of(SubscriptionResource& s) const {
+  constexpr char digits[] = "0123456789ABCDEF";
+  subscription::Notification question;
+  question.url = s.url;
+  question.failed_before = s.retry.tried();
+  question.challenge = RandomIds().next();
+  question.query = "hub.mode=subscribe&hub.challenge=" + question.challenge + "&hub.topic=";
+  for (const char c : bases_[s.base] + s.observed.path) {
+    if (lrt::detail::is(c, lrt::detail::unreserved)) {
+      question.query += c;
+    } else {
+      const auto byte = static_cast<unsigned char>(c);
+      ((question.query += '%') += digits[byte >> 4]) += digits[byte & 15];
+    }
+  }
+  s.confirming = true;
+  return question;
+}
+
 void Subscriptions::delivered(Channel channel, const subscription::DeliveryResult& result, TimePoint now) {
   SubscriptionResource* s = find(channel);
-  if (!s || !s->under_way) return;  // cancelled meanwhile
-  subscription::Item item = *std::exchange(s->under_way, std::nullopt);
+  if (!s || !(s->under_way || s->confirming)) return;  // cancelled meanwhile
+  const bool confirming = std::exchange(s->confirming, false);
+  std::optional<subscription::Item> item = std::exchange(s->under_way, std::nullopt);
   s->ready_announced = false;
-  if (result.status >= 200 && result.status < 300) {
+  if (confirming && result.confirmed) {
+    s->confirmed = true;
+    s->retry.succeeded();
+    s->last_error.clear();
+    s->logged_error.clear();
+    return announce(*s);
+  }
+  const bool may_confirm_later = result.status == 0 || result.status == 408 || result.status == 429 || result.status >= 500;
+  if (!confirming && result.status >= 200 && result.status < 300) {
     ++s->delivered;
     s->retry.succeeded();
     s->last_error.clear();
+    s->logged_error.clear();
     return announce(*s);
   }
-  s->last_error = result.error.empty() ? "the receiver responded with " + std::to_string(result.status) : result.error;
+  s->last_error = public_reason(result);
+  const std::string& detail = result.error.empty() ? s->last_error : result.error;
+  if (std::exchange(s->logged_error, detail) != detail) responses_.log(LogLevel::warning, s->path + ": " + detail);
   ++s->revision;
-  if (result.status == 410 || result.refused) {
-    responses_.log(LogLevel::info, s->path + " ends: " + s->last_error);
+  if (result.status == 410 || result.refused || (confirming && !may_confirm_later)) {
+    responses_.log(LogLevel::info, s->path + " ends: " + (confirming ? "the receiver did not confirm it: " : "") + detail);
     return end(*s, 0, {});
   }
   // Jitter from what differs between subscriptions: the engine has no source of chance.
   const std::size_t spread = std::hash<std::string>()(s->subscription_id) ^ (s->backlog.dropped() * 7919 + s->revision * 104729);
   const auto pause = s->retry.failed(static_cast<double>(spread % 1024) / 1024);
   if (!pause) {
-    responses_.log(LogLevel::warning, s->path + " ends after too many failures: " + s->last_error);
+    responses_.log(LogLevel::warning, s->path + " ends after too many failures: " + detail);
     return end(*s, 0, {});
   }
   if (s->queues() && !s->retry.suspended()) {
-    s->backlog.put_back(std::move(item));
+    if (item) s->backlog.put_back(*std::move(item));
   } else {
     s->backlog.drop_items();
     s->backlog.mark_pending();

@@ -20,14 +20,15 @@
 #include "src/engine/bodies.hpp"
 #include "src/engine/change_scanner.hpp"
 #include "src/engine/deadline_queue.hpp"
+#include "src/engine/pending_saves.hpp"
 #include "src/engine/registry.hpp"
 #include "src/engine/representations.hpp"
 #include "src/engine/resources/subscription.hpp"
 
 namespace lrt::engine {
 
-/// The name of this server in its notifications. A server refuses its own as commands: a robot that obeyed what it says of itself would
-/// be moved by any subscriber, without end.
+/// The name of a server in its notifications: `<id of the process>; base="<base IRI>"`. A server refuses notifications as commands: a robot
+/// that obeyed them could be moved by any subscriber of another one, and by its own notifications without end.
 inline constexpr std::string_view notification_field = "Lrt-Notification-Of";
 
 /// Subscriptions: made by Upgrade, event stream, or POST; notified of changes; ended. Messages are pulled: a channel is named once, and
@@ -37,7 +38,7 @@ class Subscriptions {
   using Instant = std::chrono::steady_clock::time_point;
 
   Subscriptions(const EngineOptions& options, Registry& registry, Bases& bases, const Responses& responses, Bodies& bodies,
-                Representations& representations, PropertyValues& values, ChangeScanner& scanner);
+                Representations& representations, PropertyValues& values, ChangeScanner& scanner, PendingSaves& saves);
 
   /// @par Errors  invalid_option: of the options of subscriptions and callbacks
   Result<void> check_options() const;
@@ -52,16 +53,16 @@ class Subscriptions {
   Outcome subscribe(Context& context, Protocol protocol);
   /// POST of a description to the container of subscriptions.
   Outcome create(Context& context);
-  /// A request is a notification of this server.
-  bool is_own_notification(const http::Request& request) const { return request.find(notification_field) == instance_; }
+  /// A request is a notification, and its sender is not one of those that may send commands in this way.
+  bool is_refused_notification(const http::Request& request) const;
 
   /// Makes one that was judged already.
   SubscriptionResource& make(SubscriptionRequest request, std::size_t base, std::string id, Utc created);
+  /// DELETE of one, with the response if it succeeds.
+  Outcome cancel(Context& context, SubscriptionResource& s, http::Response response);
   /// Ends one. A WebSocket or event stream that is open is closed; a code of 0: it is closed already.
   void end(SubscriptionResource& s, std::uint16_t code, std::string reason);
   std::size_t callback_count() const noexcept { return callbacks_; }
-  /// Moves with every callback that comes or goes.
-  std::uint64_t callbacks_revision() const noexcept { return callbacks_revision_; }
 
   // Observers.
   void changed(SubscriptionResource& s);
@@ -94,7 +95,8 @@ class Subscriptions {
   std::optional<http::Response> refused_receiver(const Context& context, const std::string& url) const;
   std::optional<http::Response> too_many(const Context& context, Protocol protocol) const;
   std::optional<http::Response> read_query(const Context& context, SubscriptionRequest& request) const;
-  Representations::Attempt open(Context& context, SubscriptionRequest request, bool current);
+  Representations::Attempt open(Context& context, SubscriptionRequest request, std::optional<Ticket> ticket);
+  Outcome make_callback(Context& context, SubscriptionRequest request, std::optional<Ticket> ticket);
   http::Response stream_response(const Context& context) const;
   http::Response description_response(const Context& context, SubscriptionResource& made) const;
 
@@ -105,6 +107,8 @@ class Subscriptions {
   void announce(SubscriptionResource& s);
   std::optional<subscription::Item> next_item(SubscriptionResource& s, TimePoint now);
   void notify_of_structure();
+  bool must_confirm(const std::string& url) const;
+  subscription::Notification confirmation_of(SubscriptionResource& s) const;
 
   const EngineOptions& options_;
   Registry& registry_;
@@ -114,14 +118,15 @@ class Subscriptions {
   Representations& representations_;
   PropertyValues& values_;
   ChangeScanner& scanner_;
+  PendingSaves& saves_;
   const Result<subscription::AllowedHosts> allowed_;
+  const Result<subscription::AllowedHosts> loopback_ = subscription::AllowedHosts::parse({"127.0.0.0/8", "::1"});
   const std::string instance_;
 
   std::uint64_t next_channel_ = 1;
   std::unordered_map<std::uint64_t, SubscriptionResource*> by_channel_;
   std::unordered_map<std::uint64_t, ClosingChannel> closing_;
   std::size_t callbacks_ = 0;
-  std::uint64_t callbacks_revision_ = 0;
 
   std::deque<Channel> urgent_, ready_;                  ///< to be named by next_ready()
   std::vector<subscription::ReadyCallback> callbacks_ready_;

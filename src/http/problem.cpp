@@ -60,4 +60,12 @@ std::string to_json(const Problem& problem) {
   return result;
 }
 
+void set_problem(Response& response, const Problem& problem) {
+  response.status = problem.status;
+  response.fields.add("Content-Type", "application/problem+json");
+  response.fields.add("X-Content-Type-Options", "nosniff");
+  response.fields.add("Cross-Origin-Resource-Policy", "same-origin");
+  response.set_body(to_json(problem));
+}
+
 }  // namespace lrt::http

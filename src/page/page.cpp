@@ -61,7 +61,6 @@ std::string Console::error(int status, std::string_view detail, std::string_view
 void Console::add_fields(http::Fields& fields) const {
   fields.add("Content-Type", media_type);
   fields.add("Content-Security-Policy", policy_);
-  fields.add("X-Content-Type-Options", "nosniff");
   fields.add("Referrer-Policy", "no-referrer");
 }
 

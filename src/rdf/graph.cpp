@@ -31,10 +31,7 @@ std::string_view datatype_of(const TermView& term) noexcept {
   return term.datatype.empty() ? vocab::xsd::string.text : term.datatype;
 }
 
-std::uint64_t hash_triple(TermId s, TermId p, TermId o) noexcept {
-  return fold_multiply((static_cast<std::uint64_t>(number(s)) << 32 | number(p)) ^ 0xA0761D6478BD642Fu,
-                       number(o) ^ 0xE7037ED1A0B428DBu);
-}
+std::uint64_t hash_triple(TermId s, TermId p, TermId o) noexcept { return rdf::hash_triple(number(s), number(p), number(o)); }
 
 bool points_into(std::string_view text, const std::string& pool) noexcept {
   const std::less<const char*> before;
@@ -48,7 +45,7 @@ bool points_into(const TermView& term, const std::string& pool) noexcept {
 }  // namespace
 
 std::uint32_t Graph::hash_of(const TermView& term) const noexcept {
-  std::uint64_t h = hash_bytes(term.text, hash_seed() + static_cast<std::uint64_t>(term.kind));
+  std::uint64_t h = hash_bytes(term.text, hash_seeds().bytes + static_cast<std::uint64_t>(term.kind));
   if (term.is_literal()) {
     h = hash_bytes(datatype_of(term), h);
     for (const char c : term.language) h = fold_multiply(h ^ static_cast<unsigned char>(lower(c)), 0xE7037ED1A0B428DBu);

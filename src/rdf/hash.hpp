@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <cstring>
-#include <random>
 #include <string_view>
 
 namespace lrt::rdf {
@@ -21,15 +20,16 @@ inline std::uint64_t fold_multiply(std::uint64_t a, std::uint64_t b) noexcept {
 #endif
 }
 
-/// Random for each process, so that a client cannot choose IRIs that collide.
-inline std::uint64_t hash_seed() noexcept {
-  static const std::uint64_t seed = []() noexcept -> std::uint64_t {
-    try {
-      std::random_device device;
-      return (static_cast<std::uint64_t>(device()) << 32) ^ device();
-    } catch (...) { return 0x9E3779B97F4A7C15u; }
-  }();
-  return seed;
+/// Random numbers for each process, so that a client cannot choose terms or triples that collide. No order of output depends on them.
+struct HashSeeds {
+  std::uint64_t bytes, first, second;
+};
+const HashSeeds& hash_seeds() noexcept;
+
+/// Hashes a triple by the numbers of its terms, which a client can choose by the order of a document.
+inline std::uint64_t hash_triple(std::uint32_t subject, std::uint32_t predicate, std::uint32_t object) noexcept {
+  const HashSeeds& seeds = hash_seeds();
+  return fold_multiply((static_cast<std::uint64_t>(subject) << 32 | predicate) ^ seeds.first, object ^ seeds.second);
 }
 
 /// Hashes bytes, sixteen at a time (the scheme of wyhash).

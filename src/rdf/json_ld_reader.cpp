@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -63,20 +64,36 @@ struct Definition {
   bool list = false, language_map = false, index_map = false, reverse = false, prefix = false;
 };
 
-/// An active context: the changes of a local context and the context that it is based on.
+/// An active context: the changes of a local context and the context that it is based on. What contexts have in common is shared.
 struct Layer {
+  using Terms = std::map<std::string, Definition, std::less<>>;
   std::shared_ptr<const Layer> below;
-  std::map<std::string, Definition, std::less<>> terms;
-  std::optional<std::string> base, vocab;
+  Terms before_own;                  // defined before the reference to lrt's own context, if there is one: its terms hide them
+  std::shared_ptr<const Layer> own;  // lrt's own context
+  Terms terms;
+  std::shared_ptr<const std::string> base, vocab;
   std::string language;
   std::size_t height = 0;
 
   const Definition* find(std::string_view term) const noexcept {
     for (const Layer* layer = this; layer != nullptr; layer = layer->below.get()) {
-      const auto found = layer->terms.find(term);
-      if (found != layer->terms.end()) return &found->second;
+      if (const auto found = layer->terms.find(term); found != layer->terms.end()) return &found->second;
+      if (layer->own == nullptr) continue;
+      if (const Definition* found = layer->own->find(term)) return found;
+      if (const auto found = layer->before_own.find(term); found != layer->before_own.end()) return &found->second;
     }
     return nullptr;
+  }
+
+  /// Adds lrt's own context. Each term moves at most once, however often the context is referred to.
+  void add(const std::shared_ptr<const Layer>& own_context) {
+    own = own_context;
+    if (before_own.empty()) {
+      before_own.swap(terms);
+      return;
+    }
+    for (auto& [term, definition] : terms) before_own.insert_or_assign(term, std::move(definition));
+    terms.clear();
   }
 };
 using Context = std::shared_ptr<const Layer>;
@@ -95,11 +112,12 @@ std::string exact_double(double value) {
 
 class Reader {
  public:
-  Reader(const Document& document, const ReadOptions& options) : document_(document), options_(options) {}
+  Reader(const Document& document, const ReadOptions& options)
+      : document_(document), options_(options), initial_base_(options.base.empty() ? nullptr : shared(options.base)) {}
 
   Graph read() {
     auto start = std::make_shared<Layer>();
-    if (!options_.base.empty()) start->base = std::string(options_.base);
+    start->base = initial_base_;
     const Id root = document_.root();
     const Kind kind = document_.kind(root);
     if (kind != Kind::object && kind != Kind::array) refuse(root, "expected an object or an array");
@@ -108,8 +126,23 @@ class Reader {
     return std::move(graph_);
   }
 
-  /// The active context of lrt's own document.
+  /// The active context of lrt's own document, parsed once. It depends on the options of a server, so there are few.
   static Context own_context(const Prefixes& prefixes) {
+    struct Known {
+      std::mutex mutex;
+      std::vector<std::pair<Prefixes, Context>> contexts;
+    };
+    static Immortal<Known> known;
+    constexpr std::size_t max_known = 16;
+    const std::lock_guard lock(known->mutex);
+    for (const auto& [of, context] : known->contexts)
+      if (of == prefixes) return context;
+    Context made = parse_own_context(prefixes);
+    if (known->contexts.size() < max_known) known->contexts.emplace_back(prefixes, made);
+    return made;
+  }
+
+  static Context parse_own_context(const Prefixes& prefixes) {
     const std::string text = json_ld_context(prefixes);
     const Result<Document> parsed = Document::parse(text, {100'000, max_depth});
     if (!parsed) throw Refused{parsed.error()};
@@ -167,9 +200,11 @@ class Reader {
     switch (document_.kind(local)) {
       case Kind::null:
         layer.below = nullptr;
+        layer.before_own.clear();
+        layer.own = nullptr;
         layer.terms.clear();
-        layer.base = options_.base.empty() ? std::nullopt : std::optional<std::string>(options_.base);
-        layer.vocab = std::nullopt;
+        layer.base = initial_base_;
+        layer.vocab = nullptr;
         layer.language.clear();
         return;
       case Kind::string: return add_own(layer, local);
@@ -177,6 +212,8 @@ class Reader {
       default: refuse(local, "expected a context: an object, an IRI or null");
     }
   }
+
+  static std::shared_ptr<const std::string> shared(std::string_view text) { return std::make_shared<const std::string>(text); }
 
   static std::string_view without_query(std::string_view iri) noexcept { return iri.substr(0, iri.find_first_of("?#")); }
 
@@ -191,18 +228,8 @@ class Reader {
       refuse(local, "the context <" + shortened(name) + "> would have to be fetched, which is not done: put it into the document, or use <" +
                         std::string(ours) + ">", Errc::unsupported_syntax);
     }
-    if (!own_) {
-      static const Immortal<Context> of_default(own_context(default_prefixes()));
-      const bool is_default = options_.context_prefixes == nullptr || *options_.context_prefixes == default_prefixes();
-      own_ = is_default ? *of_default : own_context(*options_.context_prefixes);
-    }
-    const bool nothing_yet = layer.terms.empty() && (!layer.below || (layer.below->terms.empty() && !layer.below->below));
-    if (nothing_yet) {
-      layer.below = own_;
-      return;
-    }
-    for (const Layer* from = own_.get(); from != nullptr; from = from->below.get())
-      for (const auto& [term, definition] : from->terms) layer.terms.insert_or_assign(term, definition);
+    if (!own_) own_ = own_context(options_.context_prefixes != nullptr ? *options_.context_prefixes : default_prefixes());
+    layer.add(own_);
   }
 
   void add_definitions(Layer& layer, Id local) {
@@ -216,12 +243,12 @@ class Reader {
       if (key == "@version" && (kind != Kind::number || document_.text(member) != "1.1")) refuse(member, "expected 1.1 as @version");
       if (key == "@base") {
         if (kind == Kind::null) {
-          layer.base = std::nullopt;
+          layer.base = nullptr;
         } else {
           std::string base(string_at(member, "an IRI"));
           if (!iri::is_absolute(base)) base = resolved(layer, base, member);
           if (!iri::is_absolute(base) || base.size() > max_iri) refuse(member, "expected an IRI as @base, found \"" + shortened(base) + "\"");
-          layer.base = std::move(base);
+          layer.base = shared(base);
         }
       }
     }
@@ -229,7 +256,7 @@ class Reader {
       const std::string_view key = document_.key(member);
       if (key == "@vocab") {
         if (document_.kind(member) == Kind::null) {
-          layer.vocab = std::nullopt;
+          layer.vocab = nullptr;
           continue;
         }
         const std::string_view text = string_at(member, "an IRI");
@@ -237,7 +264,7 @@ class Reader {
         if (!vocab || !(iri::is_absolute(*vocab) || is_blank_node(*vocab)))
           refuse(member, "expected an IRI as @vocab, found \"" + shortened(text) + "\"");
         if (is_blank_node(*vocab)) unsupported(member, "a blank node as @vocab");
-        layer.vocab = std::move(vocab);
+        layer.vocab = shared(*vocab);
       } else if (key == "@language") {
         layer.language = document_.kind(member) == Kind::null ? std::string() : language_at(member);
       }
@@ -780,6 +807,7 @@ class Reader {
 
   const Document& document_;
   const ReadOptions& options_;
+  std::shared_ptr<const std::string> initial_base_;
   Graph graph_;
   Context own_;
   std::map<std::string, TermId, std::less<>> labels_;

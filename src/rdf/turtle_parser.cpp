@@ -71,7 +71,7 @@ bool within(char32_t c, const Range (&ranges)[n]) noexcept {
 /// Keyed by the process, so that a document cannot choose names that collide.
 struct SeededHash {
   std::size_t operator()(std::string_view text) const noexcept {
-    return static_cast<std::size_t>(hash_bytes(text, hash_seed()));
+    return static_cast<std::size_t>(hash_bytes(text, hash_seeds().bytes));
   }
 };
 

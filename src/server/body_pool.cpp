@@ -1,7 +1,6 @@
 #include "src/server/body_pool.hpp"
 
 #include <algorithm>
-#include <exception>
 #include <utility>
 
 namespace lrt {
@@ -40,10 +39,10 @@ void BodyPool::put(std::vector<engine::BodyJob> jobs) {
   if (stopping_) return;
   for (engine::BodyJob& job : jobs) queue_.put(std::move(job));
   const std::size_t wanted = std::min(max_threads_, threads_.size() + jobs.size() - std::min(jobs.size(), idle_));
-  try {
-    while (threads_.size() < wanted) threads_.push_back(start_thread("lrt-body", options_, [this] { work(); }).value());
-  } catch (const std::exception&) {
-    // The system gives no thread. Those that run do the work; if there is none, the requests get 503 at their time limit.
+  while (threads_.size() < wanted) {
+    Result<Thread> started = start_thread("lrt-body", options_, [this] { work(); });
+    if (!started) break;  // those that run do the work; if there is none, the requests get 503 at their time limit
+    threads_.push_back(*std::move(started));
   }
   changed_.notify_all();
 }

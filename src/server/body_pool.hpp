@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/thread_options.hpp>
 #include <lrt/engine/engine.hpp>
 
 #include "src/base/thread.hpp"
@@ -44,7 +45,7 @@ class BodyQueue {
 class BodyPool {
  public:
   /// @param threads  at least 1
-  explicit BodyPool(std::size_t threads, ThreadOptions options = {}) : max_threads_(threads), options_(std::move(options)) {}
+  BodyPool(std::size_t threads, ThreadOptions options) : max_threads_(threads), options_(std::move(options)) {}
   ~BodyPool() { stop(); }
   BodyPool(const BodyPool&) = delete;
   BodyPool& operator=(const BodyPool&) = delete;

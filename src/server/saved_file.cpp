@@ -4,12 +4,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <climits>
 #include <condition_variable>
 #include <cstdio>
+#include <functional>
 #include <mutex>
 #include <set>
 #include <system_error>
@@ -44,8 +44,10 @@ struct Failure {
   int error;
 };
 
+std::string message_of(int error) { return std::system_category().message(error); }
+
 Unexpected io_error(const std::string& step, const std::string& path, int error) {
-  return unexpected(Errc::io_error, step + " \"" + path + "\": " + std::system_category().message(error));
+  return unexpected(Errc::io_error, step + " \"" + path + "\": " + message_of(error));
 }
 
 std::string directory_of(const std::string& path) {
@@ -66,31 +68,122 @@ std::string followed(std::string path) {
   return path;
 }
 
+// --------------------------------------------------------------------------------------------------------- first line
+
+constexpr std::string_view mark = "# lrt 1: ";  ///< a comment in Turtle
+
+/// FNV-1a, 64 bits: finds damage, and is no protection against somebody who writes the file.
+std::uint64_t checksum(std::string_view text) noexcept {
+  std::uint64_t sum = 0xCBF29CE484222325U;
+  for (const char c : text) sum = (sum ^ static_cast<unsigned char>(c)) * 0x100000001B3U;
+  return sum;
+}
+
+std::string first_line(std::string_view text) {
+  char line[80];
+  const int size = std::snprintf(line, sizeof line, "%s%zu bytes, checksum %016llx\n", mark.data(), text.size(),
+                                 static_cast<unsigned long long>(checksum(text)));
+  return std::string(line, static_cast<std::size_t>(size));
+}
+
+/// The beginning of a file is that of a file of lrt, whole or cut off.
+bool begins_like_ours(std::string_view beginning) {
+  return beginning.substr(0, mark.size()) == mark.substr(0, beginning.size());
+}
+
+// ------------------------------------------------------------------------------------------------------------- places
+
+const char* kind_of(mode_t mode) noexcept {
+  if (S_ISDIR(mode)) return "a directory";
+  if (S_ISCHR(mode) || S_ISBLK(mode)) return "a device";
+  if (S_ISFIFO(mode)) return "a FIFO";
+  if (S_ISSOCK(mode)) return "a socket";
+  return "something else";
+}
+
+Unexpected not_ours(const std::string& path, const std::string& found) {
+  return unexpected(Errc::invalid_option,
+                    "\"" + path + "\": expected a file that lrt wrote, or none; found " + found + ". Choose another path");
+}
+
+std::optional<Failure> write_directory(const std::string& directory) {
+  const Descriptor opened(::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!opened) return Failure{"opening the directory of", errno};
+  // Some file systems cannot: what is in it is in its place all the same.
+  if (::fsync(opened.get()) != 0 && errno != EINVAL && errno != EROFS) return Failure{"writing the directory of", errno};
+  return std::nullopt;
+}
+
+/// Makes a directory and those above it, for their owner only.
+Result<void> make_directory(const std::string& directory) {
+  const std::string above = directory_of(directory);
+  bool made = ::mkdir(directory.c_str(), 0700) == 0;
+  if (!made && errno == ENOENT && above != directory) {
+    if (Result<void> made_above = make_directory(above); !made_above) return made_above;
+    made = ::mkdir(directory.c_str(), 0700) == 0;
+  }
+  if (!made) return errno == EEXIST ? Result<void>() : io_error("making the directory", directory, errno);
+  const auto failure = write_directory(above);
+  return failure ? io_error(failure->step, directory, failure->error) : Result<void>();
+}
+
+/// What an interrupted write has left beside the file may be removed: it is a file, and is empty or begins like ours.
+Result<void> check_leftover(const std::string& fresh) {
+  struct stat about {};
+  if (::lstat(fresh.c_str(), &about) != 0) return errno == ENOENT ? Result<void>() : io_error("examining", fresh, errno);
+  if (S_ISLNK(about.st_mode)) return not_ours(fresh, "a symbolic link");
+  if (!S_ISREG(about.st_mode)) return not_ours(fresh, kind_of(about.st_mode));
+  const Descriptor file(::open(fresh.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  char beginning[mark.size()];
+  const auto got = file ? ::read(file.get(), beginning, sizeof beginning) : -1;
+  if (got < 0) return io_error("reading", fresh, errno);
+  if (!begins_like_ours({beginning, static_cast<std::size_t>(got)})) return not_ours(fresh, "a file of another program");
+  return {};
+}
+
+/// The empty file at that path stays: removing it would let two processes lock two files of that name.
+Result<SavedFile::Claim> claim(const std::string& lock) {
+  const int descriptor = ::open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600);
+  if (descriptor < 0) {
+    if (errno == ENOSPC || errno == EDQUOT) return SavedFile::Claim();  // a full disk does not stop the start
+    return io_error("opening", lock, errno);
+  }
+  SavedFile::Claim claimed(descriptor);
+  struct flock whole {};
+  whole.l_type = F_WRLCK;
+  if (::fcntl(descriptor, F_SETLK, &whole) != 0 && (errno == EACCES || errno == EAGAIN))
+    return unexpected(Errc::io_error, "\"" + lock + "\": another process writes this file. Choose another path");
+  return claimed;  // some file systems have no locks
+}
+
 std::optional<Failure> write_whole(const std::string& link, const std::string& text) {
   const std::string path = followed(link);
   const std::string fresh = path + ".new";
-  // Never opens what is there: a leftover is removed, and a link laid in its place is not followed.
+  if (Result<void> checked = check_leftover(fresh); !checked)
+    return Failure{"another file is in the place of \"" + fresh + "\", beside", EEXIST};
+  // Never opens what is there: a link laid in its place meanwhile is not followed.
   if (::unlink(fresh.c_str()) != 0 && errno != ENOENT) return Failure{"removing what was left of", errno};
   Descriptor file(::open(fresh.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
   if (!file) return Failure{"opening a file beside", errno};
-  const auto fail = [&](const char* step) {
-    const int error = errno;
+  const auto fail = [&](const char* step, int error) {
     file.close();
     ::unlink(fresh.c_str());
     return Failure{step, error};
   };
-  for (std::size_t done = 0; done < text.size();) {
-    const auto put = ::write(file.get(), text.data() + done, text.size() - done);
-    if (put > 0) done += static_cast<std::size_t>(put);
-    else if (put == 0 || errno != EINTR) return fail("writing beside");
-  }
-  if (::fsync(file.get()) != 0) return fail("writing beside");
-  if (!file.close()) return fail("closing beside");
-  if (::rename(fresh.c_str(), path.c_str()) != 0) return fail("replacing");
-  // The new name is on the disk only when the directory is. Some file systems cannot: the text is in its place all the same.
-  const Descriptor directory(::open(directory_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (directory && ::fsync(directory.get()) != 0 && errno != EINVAL && errno != EROFS) return Failure{"writing the directory of", errno};
-  return std::nullopt;
+  const std::string line = first_line(text);
+  for (const std::string_view part : {std::string_view(line), std::string_view(text)})
+    for (std::size_t done = 0; done < part.size();) {
+      const auto put = ::write(file.get(), part.data() + done, part.size() - done);
+      if (put > 0) done += static_cast<std::size_t>(put);
+      else if (put == 0 || errno != EINTR) return fail("writing beside", errno);
+    }
+  if (::fsync(file.get()) != 0) return fail("writing beside", errno);
+  if (!file.close()) return fail("closing beside", errno);
+  struct stat about {};
+  if (::lstat(path.c_str(), &about) == 0 && !S_ISREG(about.st_mode))
+    return fail("something that is not a file is in the place of", EEXIST);
+  if (::rename(fresh.c_str(), path.c_str()) != 0) return fail("replacing", errno);
+  return write_directory(directory_of(path));  // the new name is on the disk only when the directory is
 }
 
 }  // namespace
@@ -98,12 +191,12 @@ std::optional<Failure> write_whole(const std::string& link, const std::string& t
 /// Shared with its thread, which is detached if the disk does not respond.
 class SavedFile::Writer {
  public:
-  Writer(std::string path, LogCallback log, ThreadOptions threads)
-      : path_(std::move(path)), threads_(std::move(threads)), log_(std::move(log)) {}
+  Writer(std::string path, Written written, LogCallback log, ThreadOptions threads)
+      : path_(std::move(path)), threads_(std::move(threads)), written_(std::move(written)), log_(std::move(log)) {}
 
-  void save(std::string text, const std::shared_ptr<Writer>& self) {
+  void save(std::string text, std::uint64_t revision, const std::shared_ptr<Writer>& self) {
     const std::lock_guard lock(mutex_);
-    waiting_ = std::move(text);
+    waiting_ = Text{std::move(text), revision};
     is_fresh_ = true;
     if (!thread_.joinable()) thread_ = start_thread("lrt-save", threads_, [self] { self->run(); }).value();
     changed_.notify_all();
@@ -117,26 +210,35 @@ class SavedFile::Writer {
     if (changed_.wait_for(lock, last_time, [&] { return over_; })) {
       lock.unlock();
       thread_.join();
-    } else {
-      log_ = nullptr;  // the host's, which may be destroyed now
-      thread_.detach();
+      return;
     }
+    thread_.detach();
+    lock.unlock();
+    const std::lock_guard calls(calls_mutex_);
+    written_ = nullptr;  // the owner's, which may be destroyed now
+    log_ = nullptr;
   }
 
   void say(const std::string& text) noexcept {
+    const std::lock_guard calls(calls_mutex_);
     try {
-      LogCallback log;
-      {
-        const std::lock_guard lock(mutex_);
-        log = log_;
-      }
-      if (log) log(LogLevel::error, text);
-    } catch (...) {
-    }
+      if (log_) log_(LogLevel::error, text);
+    } catch (...) {}
+  }
+  void report(std::uint64_t revision, bool written) noexcept {
+    const std::lock_guard calls(calls_mutex_);
+    try {
+      if (written_) written_(revision, written);
+    } catch (...) {}
   }
   const std::string& path() const noexcept { return path_; }
 
  private:
+  struct Text {
+    std::string text;
+    std::uint64_t revision;
+  };
+
   void run() noexcept {
     std::unique_lock lock(mutex_);
     while (true) {
@@ -145,12 +247,13 @@ class SavedFile::Writer {
       else changed_.wait(lock, wake);
       if (waiting_) {
         const bool last = ending_;
-        const std::string text = *std::exchange(waiting_, std::nullopt);
+        Text newest = *std::exchange(waiting_, std::nullopt);
         is_fresh_ = false;
         lock.unlock();
-        const bool written = write(text);
+        const bool written = write(newest.text);
+        report(newest.revision, written);
         lock.lock();
-        if (!written && !waiting_ && !last) waiting_ = text;
+        if (!written && !waiting_ && !last) waiting_ = std::move(newest);
         if (!last) continue;
       }
       if (ending_ && !is_fresh_) break;
@@ -163,81 +266,113 @@ class SavedFile::Writer {
     try {
       const std::optional<Failure> failure = write_whole(path_, text);
       if (!failure) {
-        told_.clear();
+        logged_.clear();
         return true;
       }
-      if (told_.emplace(failure->step, failure->error).second) {
-        say(failure->step + " \"" + path_ + "\": " + std::system_category().message(failure->error));
-      }
-    } catch (...) {
-      say("saving \"" + path_ + "\": out of memory");
-    }
+      if (logged_.emplace(failure->step, failure->error).second)
+        say(failure->step + " \"" + path_ + "\": " + message_of(failure->error));
+    } catch (...) { say("saving \"" + path_ + "\": out of memory"); }
     return false;
   }
 
   const std::string path_;
   const ThreadOptions threads_;
-  std::set<std::pair<std::string, int>> told_;  // the thread's
-  std::mutex mutex_;
+  std::set<std::pair<std::string, int>> logged_;  // the thread's
+  std::mutex calls_mutex_;                        // guards written_ and log_, and is held while they run
+  Written written_;
   LogCallback log_;
+  std::mutex mutex_;
   std::condition_variable changed_;
   Thread thread_;
-  std::optional<std::string> waiting_;
+  std::optional<Text> waiting_;
   bool is_fresh_ = false;  ///< `waiting_` was not tried yet
   bool ending_ = false;
   bool over_ = false;
 };
 
-SavedFile::SavedFile(std::string path, LogCallback log, ThreadOptions threads)
-    : writer_(std::make_shared<Writer>(std::move(path), std::move(log), std::move(threads))) {}
+SavedFile::SavedFile(std::string path, Written written, LogCallback log, ThreadOptions threads)
+    : writer_(std::make_shared<Writer>(std::move(path), std::move(written), std::move(log), std::move(threads))) {}
 SavedFile::~SavedFile() { writer_->finish(); }
 
-void SavedFile::save(std::string text) noexcept {
+void SavedFile::save(std::string text, std::uint64_t revision) noexcept {
   try {
-    writer_->save(std::move(text), writer_);
+    writer_->save(std::move(text), revision, writer_);
   } catch (...) {
     writer_->say("saving \"" + writer_->path() + "\": no thread to write it");
+    writer_->report(revision, false);
   }
 }
 
-Result<std::optional<std::string>> SavedFile::load(const std::string& path, std::size_t max_bytes) {
+SavedFile::Claim::~Claim() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+Result<SavedFile::Claim> SavedFile::prepare(const std::string& given) {
+  if (given.empty() || given.back() == '/') return not_ours(given, "the name of a directory");
+  const std::string path = followed(given);
+  const std::string directory = directory_of(path);
+  if (Result<void> made = make_directory(directory); !made) return Unexpected{made.error()};
+  struct stat about {};
+  if (::lstat(path.c_str(), &about) != 0) {
+    if (errno != ENOENT) return io_error("examining", path, errno);
+  } else if (S_ISLNK(about.st_mode)) {
+    return io_error("examining", path, ELOOP);
+  } else if (!S_ISREG(about.st_mode)) {
+    return not_ours(path, kind_of(about.st_mode));
+  }
+  if (Result<void> checked = check_leftover(path + ".new"); !checked) return Unexpected{checked.error()};
+  if (::faccessat(AT_FDCWD, directory.c_str(), W_OK | X_OK, AT_EACCESS) != 0)
+    return io_error("writing to the directory", directory, errno);
+  return claim(path + ".lock");
+}
+
+Result<std::optional<SavedFile::Content>> SavedFile::load(const std::string& path, std::size_t max_bytes) {
   // Without O_NONBLOCK a FIFO in its place would wait for a writer.
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (!file) {
-    if (errno == ENOENT) return std::optional<std::string>();
+    if (errno == ENOENT) return std::optional<Content>();
     return io_error("opening", path, errno);
   }
   struct stat about {};
   if (::fstat(file.get(), &about) != 0) return io_error("reading", path, errno);
-  if (!S_ISREG(about.st_mode)) return unexpected(Errc::io_error, "reading \"" + path + "\": not a file");
+  if (!S_ISREG(about.st_mode)) return not_ours(path, kind_of(about.st_mode));
   std::string text;
   while (true) {
     char buffer[16 * 1024];
     const auto got = ::read(file.get(), buffer, sizeof buffer);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return io_error("reading", path, errno);
-    if (got == 0) return std::optional<std::string>(std::move(text));
+    if (got == 0) break;
     text.append(buffer, static_cast<std::size_t>(got));
     if (text.size() > max_bytes) {
       return unexpected(Errc::limit_exceeded, "reading \"" + path + "\": more than " + std::to_string(max_bytes) + " bytes");
     }
   }
+  if (text.compare(0, mark.size(), mark) != 0) return std::optional(Content{std::move(text), State::unmarked});
+  const std::string line = text.substr(0, text.find('\n') + 1);
+  text.erase(0, line.empty() ? text.size() : line.size());
+  const State state = line == first_line(text) ? State::whole : State::damaged;
+  return std::optional(Content{std::move(text), state});
 }
 
-Result<std::string> SavedFile::set_aside(const std::string& path) {
+Result<std::string> SavedFile::keep_copy(const std::string& given) {
+  const std::string path = followed(given);
   for (unsigned n = 1; n < 10'000; ++n) {
-    std::string aside = path + ".damaged-" + std::to_string(n);
-#ifdef RENAME_NOREPLACE
-    if (::renameat2(AT_FDCWD, path.c_str(), AT_FDCWD, aside.c_str(), RENAME_NOREPLACE) == 0) return aside;
+    std::string copy = path + ".damaged-" + std::to_string(n);
+    // A second name: the first one stays until a new text replaces it.
+    if (::link(path.c_str(), copy.c_str()) == 0) {
+      if (const auto failure = write_directory(directory_of(path))) return io_error(failure->step, path, failure->error);
+      return copy;
+    }
     if (errno == EEXIST) continue;
-    if (errno != EINVAL && errno != ENOSYS) return io_error("renaming", path, errno);  // these: the file system cannot
-#endif
+    if (errno != EPERM && errno != ENOTSUP && errno != EMLINK)
+      return io_error("linking", path, errno);  // these: the file system cannot
     struct stat about {};
-    if (::lstat(aside.c_str(), &about) == 0) continue;
-    if (::rename(path.c_str(), aside.c_str()) != 0) return io_error("renaming", path, errno);
-    return aside;
+    if (::lstat(copy.c_str(), &about) == 0) continue;
+    if (::rename(path.c_str(), copy.c_str()) != 0) return io_error("renaming", path, errno);
+    return copy;
   }
-  return unexpected(Errc::io_error, "renaming \"" + path + "\": too many damaged ones");
+  return unexpected(Errc::io_error, "linking \"" + path + "\": too many damaged ones");
 }
 
 }  // namespace lrt

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
@@ -13,14 +16,19 @@ namespace lrt {
 
 /// Keeps the newest text for one path on disk, whole: a reader of the file finds this text or the one before it, also after a power cut.
 ///
-/// A text is written beside the file, to `path.new`, and renamed when all of it is on the disk. The file is readable by its owner only
-/// (0600), whatever it was before. If `path` is a symbolic link, the file it leads to is replaced and the link stays. What could not
-/// be written is tried again every ten seconds. One writer per path.
+/// A text is written beside the file, to `path.new`, and renamed when all of it is on the disk; then the directory is written. So several
+/// texts that come while one is being written cost one write. The file begins with a comment, by which lrt recognizes its own files and finds
+/// damage. It is readable by its owner only (0600), whatever it was before. If `path` is a symbolic link, the file it leads to is replaced and
+/// the link stays. What could not be written is tried again every ten seconds. One writer per path: prepare() keeps other processes away.
 ///
 /// @par Threads  save: any. Writing happens on a thread of its own that comes with the first save().
 class SavedFile {
  public:
-  SavedFile(std::string path, LogCallback log, ThreadOptions threads = {});
+  /// A text is on the disk, or writing it failed; so are those with smaller revisions. Called on the writing thread. After a failure it may
+  /// be called again with the same revision.
+  using Written = std::function<void(std::uint64_t revision, bool written)>;
+
+  SavedFile(std::string path, Written written, LogCallback log, ThreadOptions threads = {});
   /// Writes what waits. If the disk does not respond for five seconds, the thread is detached.
   ~SavedFile();
   SavedFile(const SavedFile&) = delete;
@@ -28,14 +36,45 @@ class SavedFile {
 
   /// Returns at once. A text that still waits is forgotten for the newer one. Trouble goes to the log, once for each kind until a text
   /// was written again.
-  void save(std::string text) noexcept;
+  /// @param revision  larger than that of the text before
+  void save(std::string text, std::uint64_t revision) noexcept;
 
+  /// The right of this process to write a path. It ends with the object, and with the process however that ends.
+  class Claim {
+   public:
+    Claim() = default;
+    explicit Claim(int descriptor) noexcept : descriptor_(descriptor) {}
+    Claim(Claim&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+    Claim& operator=(Claim&& other) noexcept {
+      std::swap(descriptor_, other.descriptor_);
+      return *this;
+    }
+    ~Claim();
+
+   private:
+    int descriptor_ = -1;  ///< of `path.lock`, with a lock (POSIX: children of the process do not inherit it)
+  };
+  /// Checks that a file of lrt is at that path, or nothing, that it can be written, and that no other process writes it. Makes the directory
+  /// for it (0700).
+  /// @par Errors  invalid_option: something else is there; io_error: also, another process writes the file
+  static Result<Claim> prepare(const std::string& path);
+
+  enum class State : std::uint8_t {
+    whole,     ///< as lrt wrote it
+    damaged,   ///< lrt wrote it, and it was changed or cut off since
+    unmarked,  ///< it does not begin as lrt's files do
+  };
+  struct Content {
+    std::string text;  ///< without the first line of lrt
+    State state;
+  };
   /// nullopt: there is no such file.
-  /// @par Errors  limit_exceeded: more than `max_bytes`; io_error: no file, or not readable
-  static Result<std::optional<std::string>> load(const std::string& path, std::size_t max_bytes);
-  /// Renames a damaged file to `path.damaged-1`, or the next number that is free, and returns that.
+  /// @par Errors  invalid_option: no file; limit_exceeded: more than `max_bytes`; io_error: not readable
+  static Result<std::optional<Content>> load(const std::string& path, std::size_t max_bytes);
+  /// Keeps a damaged file as `path.damaged-1`, or the next number that is free, and returns that. The file itself stays where file systems
+  /// have hard links.
   /// @par Errors  io_error
-  static Result<std::string> set_aside(const std::string& path);
+  static Result<std::string> keep_copy(const std::string& path);
 
  private:
   class Writer;

@@ -45,6 +45,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   ~Impl() override {
     stop();
     transport_.reset();  // first: a turn on the host's loop may be under way
+    saved_.reset();      // writes what waits
+    log_.flush();
   }
 
   Result<void> listen() {
@@ -52,10 +54,13 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (options_.threads.dispatch == Dispatch::executor && !options_.threads.executor)
       return unexpected(Errc::invalid_option, "Dispatch::executor needs Threads::executor");
     if (Result<void> checked = engine_.check(); !checked) return checked;
+    Result<std::optional<SavedFile::Content>> saved = load();
+    if (!saved) return Unexpected{saved.error()};
     if (Result<void> started = start_transport(); !started) return started;
     transport_waker_ = transport_->waker();
     engine_.set_waker(transport_waker_);
-    if (!options_.callbacks.file.empty()) restore();
+    if (!options_.callbacks.file.empty())
+      if (Result<void> restored = restore(*saved); !restored) return restored;
     options_.callbacks.threads = options_.threads.own;
     if (const auto& callbacks = options_.callbacks; !callbacks.allow.empty()) {
       auto made = callbacks.deliverer ? callbacks.deliverer(*this, callbacks, waking_log()) : delivery::make_deliverer(*this, callbacks, waking_log());
@@ -190,6 +195,14 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
   // engine::Handler, on the transport's thread
+  engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) override {
+    const Result<engine::Access> access = engine_.authorize(request);  // user code: without the lock
+    return with_engine([&] { return engine_.judge_header(request, body_bytes, access, now); });
+  }
+  engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes) {
+    if (!process_.is_current()) return {refused(), 0};
+    return judge_header(request, body_bytes, clock_.now());
+  }
   engine::Outcome handle(const http::Request& request, TimePoint now) override {
     const Result<engine::Access> access = engine_.authorize(request);  // user code: without the lock
     return with_engine([&] { return engine_.handle(request, access, now); });
@@ -370,6 +383,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     options.public_base = options_.listen.public_base;
     options.allowed_hosts = options_.security.allowed_hosts;
     options.allowed_origins = options_.security.allowed_origins;
+    options.notification_senders = options_.security.notification_senders;
     options.read_origins = options_.security.read_origins;
     options.authorize = options_.security.authorize;
     options.challenge = options_.security.challenge;
@@ -377,6 +391,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     options.body_jobs = options_.threads.body_threads > 0;
     options.subscriptions = options_.subscriptions;
     options.callbacks = options_.callbacks;
+    if (!options_.callbacks.file.empty() && options_.callbacks.respond_when_saved) options.save_timeout = options_.callbacks.save_timeout;
     options.prefixes = options_.prefixes;
     options.vocabulary = options_.vocabulary;
     options.clock = options_.clock;
@@ -448,7 +463,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     std::vector<engine::BodyJob> bodies = engine_.take_body_jobs();
     const std::vector<subscription::ReadyCallback> callbacks = engine_.take_callbacks();
     if (saved_)
-      if (std::optional<std::string> text = engine_.take_saved()) saved_->save(*std::move(text));
+      if (std::optional<engine::SavedText> saved = engine_.take_saved()) saved_->save(std::move(saved->text), saved->revision);
     lock.unlock();
     if (!jobs.empty()) dispatch(std::move(jobs));
     if (!bodies.empty()) bodies_.put(std::move(bodies));
@@ -486,20 +501,39 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     return push;
   }
 
-  /// Nothing about the file stops the start.
-  void restore() {
-    constexpr std::size_t max_bytes = 16 * 1024 * 1024;
+  /// The file of subscriptions. Something else in its place is an error, and stays there.
+  Result<std::optional<SavedFile::Content>> load() {
+    const std::size_t max_bytes = std::max<std::size_t>(16 * 1024 * 1024, options_.callbacks.max_callbacks * 32 * 1024);
     const std::string& path = options_.callbacks.file;
-    Result<std::optional<std::string>> text = SavedFile::load(path, max_bytes);
-    Result<void> restored;
-    if (!text) restored = Unexpected{text.error()};
-    else if (*text) restored = engine_.restore(**text);
-    if (!restored) {
-      const Result<std::string> aside = SavedFile::set_aside(path);
-      log(LogLevel::error, "the subscriptions in \"" + path + "\" are lost: " + restored.error().message + "; the file " +
-                               (aside ? "is kept as \"" + *aside + "\"" : "could not be set aside: " + aside.error().message));
+    if (path.empty()) return std::optional<SavedFile::Content>();
+    Result<SavedFile::Claim> prepared = SavedFile::prepare(path);
+    if (!prepared) return not_usable(std::move(prepared).error());
+    claim_ = *std::move(prepared);
+    Result<std::optional<SavedFile::Content>> loaded = SavedFile::load(path, max_bytes);
+    if (!loaded) return not_usable(std::move(loaded).error());
+    return loaded;
+  }
+  static Unexpected not_usable(Error error) { return unexpected(error.code, "callbacks.file: " + error.message); }
+
+  /// What is damaged is restored as far as it can be read. A copy is kept.
+  Result<void> restore(const std::optional<SavedFile::Content>& saved) {
+    const std::string& path = options_.callbacks.file;
+    const bool damaged = saved && saved->state == SavedFile::State::damaged;
+    const Result<std::size_t> found = saved && !damaged ? engine_.restore(saved->text) : Result<std::size_t>(0);
+    if (saved && saved->state == SavedFile::State::unmarked) {
+      // Files of earlier versions have no first line.
+      if (!saved->text.empty() && found.value_or(0) == 0)
+        return unexpected(Errc::invalid_option, "callbacks.file: \"" + path + "\": expected a file that lrt wrote, or none; found a file of another program. Choose another path");
+      if (saved->text.empty()) log(LogLevel::warning, "the file \"" + path + "\" is empty: no subscription is restored");
+    } else if (damaged || !found) {
+      const auto [restored, unreadable] = engine_.recover(saved->text);
+      const Result<std::string> copy = SavedFile::keep_copy(path);
+      log(LogLevel::error, "the file of subscriptions \"" + path + "\" was changed or cut off since lrt wrote it: " + std::to_string(restored) +
+                               " subscriptions are restored, " + std::to_string(unreadable) + " parts cannot be read, others may be missing; the file " +
+                               (copy ? "is kept as \"" + *copy + "\"" : "could not be kept: " + copy.error().message));
     }
-    saved_.emplace(path, waking_log(), options_.threads.own);
+    saved_.emplace(path, [this](std::uint64_t revision, bool written) { engine_.saved(revision, written); }, waking_log(), options_.threads.own);
+    return {};
   }
 
   /// The end: waiting requests get their response, then everything closes. Inside the transport.
@@ -567,6 +601,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   BodyPool bodies_;
   GuestRequests guests_;
   std::deque<engine::Reply> replies_;                     // of the transport, found by threads of guests
+  SavedFile::Claim claim_;                                // on the path of saved_
   std::optional<SavedFile> saved_;                        // set before the transport starts to be served
   std::unique_ptr<delivery::Deliverer> deliverer_;        // the same
   std::unique_ptr<transport::Transport> transport_;
@@ -613,6 +648,9 @@ Served Server::serve(const http::Request& request) {
   served.response = impl_->serve(request, channel);
   if (channel) served.events = EventSource(*impl_, *channel);
   return served;
+}
+engine::HeaderVerdict Server::judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes) {
+  return impl_->judge_header(request, body_bytes);
 }
 Result<void> Server::reload_tls() { return impl_->reload_tls(); }
 EventSource::EventSource(Server::Impl& server, engine::Channel channel) : server_(&server), channel_(channel) {}

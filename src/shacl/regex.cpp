@@ -1,35 +1,25 @@
 #include "src/shacl/regex.hpp"
 
+#include <algorithm>
 #include <new>
 
 #define PCRE2_CODE_UNIT_WIDTH 8
 #include <pcre2.h>
 
-#include <lrt/base/immortal.hpp>
+#include "src/base/ascii.hpp"
 
 namespace lrt::shacl {
 namespace {
 
-// Limits of one search: steps of PCRE2's matcher (some milliseconds) and memory. The first attempt has few steps, so that its cost is
-// known; the caller has a budget for many searches.
-constexpr std::uint32_t few_steps = 1'000, many_steps = 100'000, depth_limit = 50'000, heap_limit_kib = 4'096;
+// Limits of PCRE2, which counts anew at each start of a match, and only places where it may backtrack: not the characters that a repeated
+// class takes. So they bound memory, and `Work` bounds the whole search.
+constexpr std::uint32_t match_limit = 100'000, depth_limit = 50'000, heap_limit_kib = 4'096;
 
-class Limits {
- public:
-  explicit Limits(std::uint32_t steps) noexcept : context_(pcre2_match_context_create(nullptr)) {
-    if (!context_) return;
-    pcre2_set_match_limit(context_, steps);
-    pcre2_set_depth_limit(context_, depth_limit);
-    pcre2_set_heap_limit(context_, heap_limit_kib);
-  }
-  ~Limits() { pcre2_match_context_free(context_); }
-  Limits(const Limits&) = delete;
-  Limits& operator=(const Limits&) = delete;
-  pcre2_match_context* context() const noexcept { return context_; }
-
- private:
-  pcre2_match_context* context_;
-};
+// What the searches with one Scratch may cost together, in steps: a reserve, and more for each search and byte of its subject. A match
+// without much backtracking takes some steps for each item of the pattern and start.
+constexpr std::size_t reserve_steps = 200'000, steps_of_search = 64, steps_of_byte = 8;
+// So many characters of a repeated class cost one step.
+constexpr std::size_t characters_of_step = 16;
 
 // The members of XPath's \i and \c: XML 1.0 NameStartChar and NameChar.
 constexpr std::string_view initial_characters =
@@ -141,17 +131,66 @@ class Translator {
   std::string fault_;
 };
 
+/// The largest m of the quantifiers {m}, {m,} and {m,n}: so many characters an item may read before it fails.
+std::size_t max_minimum(std::string_view pattern) noexcept {
+  std::size_t max = 0;
+  for (std::size_t at = 0; at < pattern.size(); ++at) {
+    if (pattern[at] != '{') continue;
+    std::size_t m = 0;
+    while (at + 1 < pattern.size() && lrt::detail::is_digit(pattern[at + 1]) && m <= 65'535)
+      m = m * 10 + static_cast<std::size_t>(pattern[++at] - '0');
+    max = std::max(max, m);
+  }
+  return max;
+}
+
 }  // namespace
 
-void Regex::Scratch::Free::operator()(void* data) const noexcept {
-  pcre2_match_data_free(static_cast<pcre2_match_data*>(data));
-}
+/// The work of searches. PCRE2 calls `count` before each item of the pattern (PCRE2_AUTO_CALLOUT), at every start.
+struct Regex::Work {
+  Work() noexcept : data(pcre2_match_data_create(1, nullptr)), context(pcre2_match_context_create(nullptr)) {
+    if (!context) return;
+    pcre2_set_match_limit(context, match_limit);
+    pcre2_set_depth_limit(context, depth_limit);
+    pcre2_set_heap_limit(context, heap_limit_kib);
+    pcre2_set_callout(context, &Work::count, this);
+  }
+  ~Work() {
+    pcre2_match_context_free(context);
+    pcre2_match_data_free(data);
+  }
+  Work(const Work&) = delete;
+  Work& operator=(const Work&) = delete;
+
+  /// Characters are counted when the match has moved over them. What an item may have read without moving is added: the characters that
+  /// it needs at least, and for patterns with back references the text of a group, which is not longer than the match.
+  static int count(pcre2_callout_block* block, void* self) noexcept {
+    Work& work = *static_cast<Work*>(self);
+    const PCRE2_SIZE at = block->current_position;
+    std::size_t characters = work.unmoved + (at > work.last ? at - work.last : 0);
+    if (work.back_references) characters += at - block->start_match;
+    work.last = at;
+    work.steps += 1 + characters / characters_of_step;
+    return work.steps <= work.limit ? 0 : PCRE2_ERROR_CALLOUT;
+  }
+
+  pcre2_match_data* data;
+  pcre2_match_context* context;
+  std::size_t available = reserve_steps;
+  // of the current search
+  std::size_t steps = 0, limit = 0, unmoved = 0;
+  PCRE2_SIZE last = 0;
+  bool back_references = false;
+};
+
+Regex::Scratch::Scratch() noexcept = default;
+Regex::Scratch::~Scratch() = default;
 
 Result<Regex> Regex::compile(std::string_view pattern, std::string_view flags, std::size_t max_length) {
   if (pattern.size() > max_length)
     return unexpected(Errc::limit_exceeded, "a pattern of " + std::to_string(pattern.size()) + " bytes, at most " +
                                                 std::to_string(max_length) + " are allowed");
-  std::uint32_t options = PCRE2_UTF | PCRE2_UCP | PCRE2_DOLLAR_ENDONLY | PCRE2_NEVER_BACKSLASH_C;
+  std::uint32_t options = PCRE2_UTF | PCRE2_UCP | PCRE2_DOLLAR_ENDONLY | PCRE2_NEVER_BACKSLASH_C | PCRE2_AUTO_CALLOUT;
   bool extended = false, literal = false;
   for (const char flag : flags) {
     switch (flag) {
@@ -164,14 +203,19 @@ Result<Regex> Regex::compile(std::string_view pattern, std::string_view flags, s
         return unexpected(Errc::expected_value, std::string("unknown flag '") + flag + "', expected some of i, m, s, x, q");
     }
   }
-  std::string translated(pattern);
+  std::string translated;
   if (literal) {
-    options = PCRE2_UTF | PCRE2_LITERAL | (options & PCRE2_CASELESS);  // XPath: with q the flags m, s and x have no effect
+    options &= ~(PCRE2_MULTILINE | PCRE2_DOTALL);  // XPath: with q the flags m, s and x have no effect
+    for (const char c : pattern) {
+      if (static_cast<unsigned char>(c) < 0x80 && !lrt::detail::is_alpha(c) && !lrt::detail::is_digit(c)) translated += '\\';
+      translated += c;
+    }
   } else {
     Result<std::string> run = Translator(pattern, extended).run();
     if (!run) return unexpected(std::move(run).error());
     translated = *std::move(run);
   }
+  const std::size_t unmoved = literal ? 0 : max_minimum(translated);
   int error = 0;
   PCRE2_SIZE offset = 0;
   pcre2_code* code =
@@ -183,24 +227,27 @@ Result<Regex> Regex::compile(std::string_view pattern, std::string_view flags, s
   }
   Regex regex;
   regex.code_ = std::shared_ptr<const void>(code, [](pcre2_code* c) { pcre2_code_free(c); });
+  std::uint32_t max_back_reference = 0;
+  pcre2_pattern_info(code, PCRE2_INFO_BACKREFMAX, &max_back_reference);
+  regex.back_references_ = max_back_reference > 0;
+  regex.unmoved_ = unmoved;
   return regex;
 }
 
 Regex::Outcome Regex::search(std::string_view subject, Scratch& scratch, std::size_t& steps) const noexcept {
-  static const Immortal<Limits> few(few_steps), many(many_steps);
-  if (!scratch.data_) scratch.data_.reset(pcre2_match_data_create(1, nullptr));
-  auto* data = static_cast<pcre2_match_data*>(scratch.data_.get());
-  if (!data || !few->context() || !many->context()) return Outcome::undecided;
-  const auto run = [&](const Limits& limits) {
-    return pcre2_match(static_cast<const pcre2_code*>(code_.get()), reinterpret_cast<PCRE2_SPTR>(subject.data()),
-                       subject.size(), 0, 0, data, limits.context());
-  };
-  steps += 1 + subject.size() / 32;
-  int result = run(*few);
-  if (result == PCRE2_ERROR_MATCHLIMIT) {
-    steps += many_steps;
-    result = run(*many);
-  }
+  if (!scratch.work_) scratch.work_.reset(new (std::nothrow) Work);
+  Work* const work = scratch.work_.get();
+  if (!work || !work->data || !work->context) return Outcome::undecided;
+  work->available += steps_of_search + subject.size() * steps_of_byte;
+  work->steps = 1 + subject.size() / (2 * characters_of_step);
+  work->limit = work->available;
+  work->last = 0;
+  work->unmoved = unmoved_;
+  work->back_references = back_references_;
+  const int result = pcre2_match(static_cast<const pcre2_code*>(code_.get()), reinterpret_cast<PCRE2_SPTR>(subject.data()),
+                                 subject.size(), 0, 0, work->data, work->context);
+  work->available -= std::min(work->available, work->steps);
+  steps += work->steps;
   if (result >= 0) return Outcome::match;
   return result == PCRE2_ERROR_NOMATCH ? Outcome::no_match : Outcome::undecided;
 }

@@ -10,22 +10,27 @@
 namespace lrt::shacl {
 
 /// A regular expression with the meaning of SPARQL's REGEX (XPath and XQuery Functions 3.1, 5.6): a match anywhere in the subject, flags i,
-/// m, s, x, q. Evaluated by PCRE2 with a limit of work. Immutable, any thread.
+/// m, s, x, q. Evaluated by PCRE2, with a bound on the work of a whole search. Immutable, any thread.
 class Regex {
+ private:
+  struct Work;
+
  public:
+  /// undecided: the work reached its bound
   enum class Outcome : unsigned char { match, no_match, undecided };
 
-  /// Memory for matching, reused. One per thread.
+  /// Memory for matching, reused, and the work that its searches may still do: some steps for each byte of their subjects, and a reserve
+  /// that they share. So the work of many searches is linear in the bytes that are searched. One for each thread and validation.
   class Scratch {
    public:
-    Scratch() = default;
+    Scratch() noexcept;
+    ~Scratch();
+    Scratch(const Scratch&) = delete;
+    Scratch& operator=(const Scratch&) = delete;
 
    private:
     friend class Regex;
-    struct Free {
-      void operator()(void* data) const noexcept;
-    };
-    std::unique_ptr<void, Free> data_;
+    std::unique_ptr<Work> work_;
   };
 
   /// @par Errors  expected_value: an invalid expression or unknown flags; limit_exceeded: longer than `max_length` bytes
@@ -37,6 +42,8 @@ class Regex {
  private:
   Regex() = default;
   std::shared_ptr<const void> code_;
+  std::size_t unmoved_ = 0;       // characters that an item may read without moving the match over them
+  bool back_references_ = false;  // an item may read the text of a group without moving
 };
 
 }  // namespace lrt::shacl

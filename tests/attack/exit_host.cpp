@@ -71,13 +71,15 @@ int main(int count, char** given) {
   if (end == "fork_use") {  // whatever a child calls, it does not hang, and the parent's clients do not notice
     const int status = child([&] {
       const bool refuses = !server.add(lrt::Thing("other")) && !server.remove("arm") && !server.reload_tls();
+      const lrt::http::Request request;
+      const bool responds = server.serve(request).response.status == 503 && server.judge_header(request, 1).response->status == 503;
       server.poll();
       server.run();
       server.start();
       server.wake();
       server.stop();
       { const lrt::Server moved = std::move(server); }
-      std::_Exit(refuses ? 0 : 1);
+      std::_Exit(refuses && responds ? 0 : 1);
     });
     if (status != 0 || std::getchar() == EOF) return 1;
     std::exit(0);

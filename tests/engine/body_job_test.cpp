@@ -166,4 +166,8 @@ TEST_CASE("bodies that wait are limited, and those of one address", "[engine][bo
   r.bench.run();
   CHECK(r.status(first) == 204);
   CHECK(send_from("10.0.0.1", 1000).ticket);  // what has been judged does not count
+  // One host of IPv6 has a whole /64.
+  CHECK(send_from("2001:db8::1", 1000).ticket);
+  CHECK(send_from("2001:db8::2", 300).answer.status == 503);
+  CHECK(send_from("2001:db8:0:1::2", 1000).ticket);
 }

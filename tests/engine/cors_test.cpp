@@ -1,5 +1,7 @@
 #include "src/engine/cors.hpp"
 
+#include <set>
+
 #include "tests/support/bench.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/sample_robot.hpp"
@@ -44,6 +46,64 @@ TEST_CASE("by default no page of another origin can read, and responses have no 
     CHECK_FALSE(answer.has("Access-Control-Allow-Methods"));
     CHECK(answer.members("Vary").count("Origin") == 0);
   }
+}
+
+TEST_CASE("no browser guesses the type of a response, and only pages that may read can embed it", "[engine][security]") {
+  const auto policy = [](Arm& arm, const std::string& request) {
+    const Answer answer = arm.bench.ask(request);
+    CAPTURE(request);
+    CHECK(answer.members("X-Content-Type-Options") == std::set<std::string>{"nosniff"});
+    return answer.field("Cross-Origin-Resource-Policy");
+  };
+  Arm closed({}), listed({"https://reader.example"}), open({"*"});
+  for (const std::string request :
+       {"GET /", "GET /arm", "HEAD /arm/angle", "GET /arm/speed", "OPTIONS /arm/angle", "OPTIONS *", "GET /nowhere", "GET /arm/broken",
+        "DELETE /arm", "BREW /arm", "POST /arm/actions/home", "GET /arm\nHost: elsewhere", "GET /arm\nAccept: text/html", "GET /arm\nAccept: text/event-stream"}) {
+    CHECK(policy(closed, request) == "same-origin");
+    CHECK(policy(closed, request + reader) == "same-origin");
+    CHECK(policy(listed, request) == "same-origin");
+    CHECK(policy(listed, request + reader) == "cross-origin");
+    CHECK(policy(listed, request + stranger) == "same-origin");
+    CHECK(policy(open, request) == "cross-origin");
+  }
+  CHECK(policy(listed, preflight("/arm", reader)) == "cross-origin");
+}
+
+TEST_CASE("a browser runs nothing in a document of the robot, but for lrt's page", "[engine][security]") {
+  Bench bench;
+  Thing thing{"camera"};
+  const auto drawing = [](const int&) { return std::string("<svg xmlns='http://www.w3.org/2000/svg'><script>move()</script></svg>"); };
+  const std::vector<std::string> active = {"image/svg+xml", "Image/SVG+XML;q=1", "application/xhtml+xml", "text/xml; charset=utf-8", "application/xml",
+                                           "text/xsl", "multipart/x-mixed-replace", "application/x-html+xml"};
+  const std::vector<std::string> passive = {"image/png", "application/pdf", "text/css", "text/csv", "application/octet-stream", "image/x-xmlish"};
+  std::vector<PushedProperty<int>> properties;
+  for (const auto* types : {&active, &passive})
+    for (const std::string& type : *types) {
+      properties.push_back(thing.property<int>("p" + std::to_string(properties.size())));
+      properties.back().representation(type, drawing);
+    }
+  bench.add(std::move(thing));
+  for (auto& property : properties) property.publish(1);
+  bench.look();
+  for (std::size_t i = 0; i < properties.size(); ++i) {
+    const std::string path = "/camera/p" + std::to_string(i), type = i < active.size() ? active[i] : passive[i - active.size()];
+    const std::string essence = type.substr(0, type.find(';'));
+    CAPTURE(type);
+    const Answer answer = bench.ask("GET " + path + "\nAccept: " + essence);
+    CHECK(answer.status == 200);
+    CHECK(answer.body.find("<svg") == 0);
+    CHECK(answer.field("X-Content-Type-Options") == "nosniff");
+    const std::string policy = answer.field("Content-Security-Policy");
+    CHECK((policy.rfind("sandbox; default-src 'none';", 0) == 0) == (i < active.size()));
+    CHECK(policy.find("script") == std::string::npos);
+    CHECK(policy.find("allow-") == std::string::npos);
+    const Answer same = bench.ask("GET " + path + "\nAccept: " + essence + "\nIf-None-Match: " + answer.tag());
+    CHECK(same.status == 304);
+    CHECK(same.field("X-Content-Type-Options") == "nosniff");
+  }
+  if (rdf::syntax_of("application/rdf+xml"))
+    CHECK(bench.ask("GET /camera\nAccept: application/rdf+xml").field("Content-Security-Policy").rfind("sandbox", 0) == 0);
+  CHECK_FALSE(bench.ask("GET /camera").has("Content-Security-Policy"));
 }
 
 TEST_CASE("a listed origin may read: GET, HEAD and OPTIONS, at once and deferred, with the fields it needs",

@@ -248,7 +248,7 @@ TEST_CASE("a saved callback goes on with the resource it was made for, whatever 
       request.url = "http://receiver.example/";
       s.parts->subscriptions.make(std::move(request), 0, "c" + std::to_string(++count), s.clock.now().utc);
     }
-    return s.parts->saved.take().value();
+    return s.parts->saved.take().value().text;
   };
   Server plain, moved;
   plain.add(arm());

@@ -57,8 +57,8 @@ TEST_CASE("callbacks are saved when they have changed, and only then", "[engine]
   SubscriptionResource& made = s.subscribe("c1");
   const auto text = s.parts->saved.take();
   REQUIRE(text);
-  CHECK(text->find("http://receiver.example/c1") != std::string::npos);
-  CHECK(text->find("secret of c1") != std::string::npos);
+  CHECK(text->text.find("http://receiver.example/c1") != std::string::npos);
+  CHECK(text->text.find("secret of c1") != std::string::npos);
   CHECK_FALSE(s.parts->saved.take());
   s.parts->subscriptions.end(made, 1000, {});
   CHECK(s.parts->saved.take());
@@ -68,7 +68,7 @@ TEST_CASE("a restored callback waits for its resource and then goes on as it was
   Saved before;
   before.add_arm();
   before.subscribe("c1");
-  const std::string text = before.parts->saved.take().value();
+  const std::string text = before.parts->saved.take().value().text;
 
   Saved after;
   after.parts->saved.restore(text).value();
@@ -77,14 +77,14 @@ TEST_CASE("a restored callback waits for its resource and then goes on as it was
   after.add_arm();
   CHECK(after.parts->subscriptions.callback_count() == 1);
   CHECK(after.parts->registry.find("/arm/subscriptions/c1") != nullptr);
-  CHECK(after.parts->saved.take() == text);
+  CHECK(after.parts->saved.take().value().text == text);
 }
 
 TEST_CASE("a callback whose resource does not come is not forgotten", "[engine][R0.13]") {
   Saved before;
   before.add_arm();
   before.subscribe("c1");
-  const std::string text = before.parts->saved.take().value();
+  const std::string text = before.parts->saved.take().value().text;
   Saved after;
   after.parts->saved.restore(text).value();
   Thing other{"other"};
@@ -96,14 +96,14 @@ TEST_CASE("a callback whose resource does not come is not forgotten", "[engine][
   request.protocol = Protocol::callback;
   request.url = "http://receiver.example/";
   after.parts->subscriptions.make(std::move(request), 0, "c2", after.clock.now().utc);
-  CHECK(after.parts->saved.take()->find("http://receiver.example/c1") != std::string::npos);
+  CHECK(after.parts->saved.take()->text.find("http://receiver.example/c1") != std::string::npos);
 }
 
 TEST_CASE("a callback to a receiver that may not be called now waits, and the log says so", "[engine][R0.13]") {
   Saved before;
   before.add_arm();
   before.subscribe("c1");
-  const std::string text = before.parts->saved.take().value();
+  const std::string text = before.parts->saved.take().value().text;
   Saved after({"other.example"});
   after.parts->saved.restore(text).value();
   after.add_arm();
@@ -116,4 +116,31 @@ TEST_CASE("a text that is no Turtle restores nothing", "[engine][R0.13]") {
   Saved s;
   CHECK_FALSE(s.parts->saved.restore("this is no Turtle"));
   CHECK(s.parts->saved.restore("").has_value());
+}
+
+TEST_CASE("of a damaged text each whole subscription is restored, and what is not is counted", "[engine][R0.13]") {
+  Saved before;
+  before.add_arm();
+  for (int i = 1; i <= 5; ++i) before.subscribe("c" + std::to_string(i));
+  const std::string text = before.parts->saved.take().value().text;
+  const auto recovered = [](const std::string& damaged) {
+    Saved after;
+    after.add_arm();
+    const std::pair<std::size_t, std::size_t> found = after.parts->saved.recover(damaged);
+    CHECK(after.parts->subscriptions.callback_count() == found.first);
+    CHECK(after.parts->saved.take());  // the file is made whole again
+    return found;
+  };
+  using Pair = std::pair<std::size_t, std::size_t>;
+  CHECK(recovered(text) == Pair(5, 0));
+  CHECK(recovered(text + std::string(1000, '\0')) == Pair(5, 1));
+  CHECK(recovered(text + "garbage \xFF {") == Pair(5, 1));
+  CHECK(recovered(text.substr(0, text.size() - 20)) == Pair(4, 1));
+  CHECK(recovered(std::string(text).insert(text.find("c3"), "\"\"")) == Pair(4, 1));
+  CHECK(recovered("this is { no Turtle") == Pair(0, 1));
+  for (std::size_t size = 0; size < text.size(); size += 7) {
+    const auto [whole, lost] = recovered(text.substr(0, size));
+    CHECK(whole <= 5);
+    CHECK(lost <= 1);
+  }
 }

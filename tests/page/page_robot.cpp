@@ -101,7 +101,7 @@ class Camera {
     ++number_;
     const std::string width = std::to_string(60 * number_);
     image_->publish({number_, std::make_shared<const std::string>("<svg xmlns='http://www.w3.org/2000/svg' width='" + width +
-                                                                 "' height='60'><rect width='" + width + "' height='60' fill='#0a6e83'/></svg>")});
+                                                                 "' height='60'><rect width='" + width + "' height='60' fill='#0a6e83'/><script>fetch('/sample/eye/actions/shoot', {method: 'POST'})</script></svg>")});
   }
   unsigned number_ = 0;
   std::optional<lrt::PushedProperty<Picture>> image_;

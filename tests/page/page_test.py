@@ -504,11 +504,22 @@ def only_its_own_script_runs_and_it_is_small(browser):
         assert any("Content Security Policy" in m["message"] for m in browser.messages())
 
 
+def a_picture_that_is_opened_runs_no_script(browser):
+    with Sample() as robot:
+        address = robot.at("sample/eye/image?accept=image/svg%2Bxml")
+        answer = http_request("GET", address)
+        assert "<script>" in answer.body and "sandbox" in answer.headers["Content-Security-Policy"], answer
+        browser.open(address)
+        browser.until("return document.readyState === 'complete' && document.documentElement.nodeName === 'svg'", "the picture")
+        assert any("sandbox" in m["message"] or "Content Security Policy" in m["message"] for m in browser.messages())
+        assert "width='60'" in http_request("GET", address).body, "the script of the picture has shot another"
+
+
 CASES = [shows_the_tree_and_live_values, every_address_shows_its_resource, data_can_be_read_and_copied, a_slider_and_a_field_write_a_property,
          an_action_runs_to_its_end_and_is_cancelled, a_subscription_is_cancelled, a_lost_robot_comes_back, without_websocket_it_asks,
          a_form_is_used_by_keyboard_alone, structs_lists_enums_and_booleans_are_written, a_picture_is_shown_and_follows_its_property,
          a_robot_is_a_skeleton_that_moves_and_turns, the_skeleton_of_a_description_ends_where_its_last_link_is, a_property_that_fails_spoils_no_other,
-         only_its_own_script_runs_and_it_is_small, a_robot_is_seen_by_another_name_than_its_public_one, it_fits_a_phone_and_the_dark]
+         only_its_own_script_runs_and_it_is_small, a_picture_that_is_opened_runs_no_script, a_robot_is_seen_by_another_name_than_its_public_one, it_fits_a_phone_and_the_dark]
 
 
 def main():

@@ -1,9 +1,12 @@
 #include <lrt/rdf/graph.hpp>
 
+#include <algorithm>
 #include <string>
+#include <vector>
 
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/rdf/hash.hpp"
 #include "tests/support/catch.hpp"
 
 using namespace lrt::rdf;
@@ -181,4 +184,23 @@ TEST_CASE("a hundred thousand triples are found again", "[rdf]") {
   REQUIRE(g.size() == 100'000);
   CHECK(g.object(lrt::rdf::iri("http://e/9999"), lrt::rdf::iri("http://p/9")) == literal("99999"));
   CHECK(g.subjects(lrt::rdf::iri("http://p/3"), literal("50003")).size() == 1);
+}
+
+TEST_CASE("no client can choose triples that are in one place of the hash table", "[rdf]") {
+  // The triples whose hashes without a seed end in zeros.
+  constexpr std::uint64_t slots = 1 << 12;
+  std::vector<std::size_t> found(slots);
+  std::size_t chosen = 0;
+  for (std::uint32_t s = 0; s < 2'000; ++s) {
+    for (std::uint32_t o = 2; o < 2'000; ++o) {
+      const std::uint64_t unseeded = fold_multiply((static_cast<std::uint64_t>(s) << 32 | 1) ^ 0xA0761D6478BD642Fu, o ^ 0xE7037ED1A0B428DBu);
+      if (unseeded % slots != 0) continue;
+      ++chosen;
+      ++found[hash_triple(s, 1, o) % slots];
+    }
+  }
+  REQUIRE(chosen > 500);
+  CHECK(*std::max_element(found.begin(), found.end()) < 20);
+  CHECK(hash_seeds().first != 0);
+  CHECK(hash_seeds().first != hash_seeds().second);
 }

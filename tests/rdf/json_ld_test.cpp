@@ -300,6 +300,22 @@ TEST_CASE("a document may refer to lrt's context", "[rdf][R1.2]") {
   CHECK(says(refusal(R"({"http://e/p": {"@context": ["/ns/context.jsonld", "http://evil/ns/context.jsonld"]}})", Errc::unsupported_syntax), "/http:~1~1e~1p/@context/1"));
 }
 
+TEST_CASE("lrt's context among others in an array hides earlier terms, and later terms hide its terms", "[rdf]") {
+  const auto read_with = [](const char* context, const char* turtle) {
+    CAPTURE(context);
+    CHECK(differs(std::string("{\"@context\": ") + context + R"(, "a": 1, "title": 2, "x": 3})", turtle) == "");
+  };
+  read_with(R"([{"a": "e:a", "title": "e:title"}, "/ns/context.jsonld"])", "[] <e:a> 1 ; dcterms:title 2 ; maths:x 3 .");
+  read_with(R"([{"a": "e:a"}, "/ns/context.jsonld", {"title": "e:title", "a": "e:b"}])", "[] <e:b> 1 ; <e:title> 2 ; maths:x 3 .");
+  read_with(R"([{"a": "e:a"}, "/ns/context.jsonld", {"title": "e:title", "a": "e:b"}, "/ns/context.jsonld"])",
+            "[] <e:b> 1 ; dcterms:title 2 ; maths:x 3 .");
+  read_with(R"(["/ns/context.jsonld", {"a": "e:a", "x": null}, "/ns/context.jsonld", {"x": null}])", "[] <e:a> 1 ; dcterms:title 2 .");
+  read_with(R"([{"a": "e:a"}, "/ns/context.jsonld", null, {"x": "e:x"}])", "[] <e:x> 3 .");
+  CHECK(differs(R"({"@context": [{"a": "e:a"}, "/ns/context.jsonld", {"b": "e:b"}], "title": {"@context": [{"title": "e:t"}, "/ns/context.jsonld", {"a": "e:c"}],
+                    "a": 1, "b": 2, "title": 3}, "a": 4})",
+                "[] <e:a> 4 ; dcterms:title [ <e:c> 1 ; <e:b> 2 ; dcterms:title 3 ] .") == "");
+}
+
 TEST_CASE("contexts in the document are processed", "[rdf]") {
   CHECK(differs(R"({"@context": {"e": "http://e/", "name": "e:name", "knows": {"@id": "e:knows", "@type": "@id"}, "@base": "http://b/x/", "@language": "EN",
                     "when": {"@id": "e:when", "@type": "http://e/date"}, "plain": {"@id": "e:plain", "@language": null}, "kind": "@type", "nothing": null},

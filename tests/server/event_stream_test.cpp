@@ -1,6 +1,7 @@
 // Event streams end to end: a server, the HTTP transport, a client's socket.
 
 #include <lrt/server.hpp>
+#include <lrt/transport/named.hpp>
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -207,6 +208,30 @@ TEST_CASE("HTTP/1.0 has event streams that end with the connection", "[server][e
   CHECK(client.header.find("chunked") == std::string::npos);
   arm.server->remove("arm").value();
   arm.until(client, [&] { return client.ended; });
+}
+
+TEST_CASE("no transport opens a WebSocket or event stream for a page of another origin by default", "[server][security]") {
+  for (const std::string_view name : transport::names()) {
+    CAPTURE(name);
+    Options options;
+    options.listen.transport = [name](transport::TransportOptions t) { return transport::make_named(name, std::move(t)); };
+    Arm arm(std::move(options));
+    for (const std::string foreign : {"https://evil.example", "null", "http://127.0.0.1:1"}) {
+      CHECK(arm.ask("GET /arm/angle\nAccept: text/event-stream\nOrigin: " + foreign).status == 403);
+      const Answer refused = arm.ask(
+          "GET /arm/angle\nConnection: Upgrade\nUpgrade: websocket\nSec-WebSocket-Version: 13\n"
+          "Sec-WebSocket-Key: AQIDBAUGBwgJCgsMDQ4PEA==\nOrigin: " + foreign);
+      CHECK(refused.status == 403);
+      CHECK(refused.field("X-Content-Type-Options") == "nosniff");
+      CHECK(refused.field("Cross-Origin-Resource-Policy") == "same-origin");
+    }
+    CHECK(arm.ask("GET /arm/angle\nOrigin: https://evil.example").status == 200);  // which its browser does not show the page
+    const Answer twice = arm.ask("GET /arm/angle\nHost: another");
+    CHECK(twice.status == 400);  // from the transport
+    CHECK(twice.field("X-Content-Type-Options") == "nosniff");
+    CHECK(twice.field("Cross-Origin-Resource-Policy") == "same-origin");
+    CHECK(arm.subscriptions() == 0);
+  }
 }
 
 TEST_CASE("what cannot be an event stream is refused over a socket as on the engine", "[server][event stream][R0.6]") {

@@ -132,7 +132,7 @@ TEST_CASE("a hostile pattern is given up soon, which is a violation with a messa
   const Shapes shapes = compile("ex:S sh:targetObjectsOf ex:p ; sh:pattern \"^(a+)+$\" .");
   const Report report = judged(shapes, parse("ex:a ex:p \"" + std::string(5000, 'a') + "!\" ."));
   REQUIRE(report.results().size() == 1);
-  CHECK(std::string(report.results()[0].messages[0].view().text).find("could not decide within its limits") != std::string::npos);
+  CHECK(std::string(report.results()[0].messages[0].view().text).find("stopped at its limit of work") != std::string::npos);
   CHECK(judged(shapes, parse("ex:a ex:p \"" + std::string(5000, 'a') + "\" .")).conforms());
   CHECK(judged(compile("ex:S sh:targetObjectsOf ex:p ; sh:pattern \"^(a|b)*$\" ."),
                parse("ex:a ex:p \"" + std::string(3000, 'b') + "\" ."))
@@ -141,7 +141,8 @@ TEST_CASE("a hostile pattern is given up soon, which is a violation with a messa
   std::string many;
   for (int i = 0; i < 2000; ++i) many += "ex:a ex:p \"" + std::string(40, 'a') + "!" + std::to_string(i) + "\" .\n";
   ValidateOptions options;
-  options.max_steps = 5'000'000;
+  CHECK(judged(shapes, parse(many), options).results().size() == options.max_results);  // the searches share their bound of work
+  options.max_steps = 100'000;
   const auto stopped = lrt::shacl::validate(shapes, parse(many), options);
   REQUIRE_FALSE(stopped);
   CHECK(stopped.error().code == Errc::limit_exceeded);

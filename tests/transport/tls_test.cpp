@@ -747,6 +747,12 @@ TEST_CASE("connections are counted by address, those of this machine are not", "
   CHECK_FALSE(addresses.take("192.0.2.1"));
   auto other = addresses.take("2001:db8::1");
   CHECK(other);
+  // One host of IPv6 has a whole /64.
+  auto same_network = addresses.take("2001:db8::ffff:2");
+  CHECK(same_network);
+  CHECK_FALSE(addresses.take("2001:db8::3"));
+  CHECK(addresses.take("2001:db8:0:1::3"));
+  same_network.reset();
   first.reset();
   auto third = addresses.take("192.0.2.1");
   CHECK(third);

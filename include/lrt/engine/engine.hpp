@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <lrt/base/clock.hpp>
@@ -32,7 +33,7 @@ enum class Access : std::uint8_t {
   unauthenticated,  ///< 401, with Security::challenge
   forbidden,        ///< 403
 };
-/// Judges a request. A GET with `Upgrade: callback` makes the robot post to a URL, so do not grant it to clients that may only read.
+/// Judges a request by its header section: its body has not been received, and `body` is empty. A GET with `Upgrade: callback` makes the robot post to a URL, so do not grant it to clients that may only read.
 using Authorizer = std::function<Access(const http::Request&)>;
 
 /// Bounds of what clients can make grow in the engine: time and memory.
@@ -57,6 +58,10 @@ struct Limits {
                                                        ///< Threads::body_threads
   std::size_t max_waiting_body_bytes = 64 * 1024 * 1024;  ///< of larger bodies that wait to be judged, a quarter of it from one address; more: 503
   std::size_t max_all_bytes = 16 * 1024 * 1024;        ///< of a document of a Thing and all Things below it; more: 406
+  /// Of a request body for one number, or where no value is expected; more: 413. A resource whose type has a fixed size takes 1 KiB more for
+  /// each number, text and field of it, a text with length() its bytes besides. All others, such as a list without a maximum, take
+  /// transport::Limits::max_body_bytes. max_body_bytes() of a property, action or collection says otherwise.
+  std::size_t max_scalar_body_bytes = 16 * 1024;
 };
 
 /// The rules of one server; see the groups of lrt::Options, from which Server makes them.
@@ -76,13 +81,22 @@ struct EngineOptions : Limits {
   LogCallback log;
   std::shared_ptr<const PageSource> page;              ///< HTML for people; nullptr: none
   std::vector<std::string> read_origins;               ///< Security::read_origins
+  std::vector<std::string> notification_senders;       ///< Security::notification_senders
   bool body_jobs = false;                              ///< bodies above small_body_bytes become BodyJobs; else every body is judged at once
+  /// A request that makes or cancels a web callback waits so long for saved(); then 503, and nothing has changed. nullopt: it does not wait.
+  std::optional<std::chrono::milliseconds> save_timeout;
 };
 
 /// The kinds of `Upgrade` that a transport can carry (R0.12, R0.13).
 struct Upgrades {
   bool websocket = false;
   bool callback = true;
+};
+
+/// All web callbacks as text.
+struct SavedText {
+  std::string text;            ///< Turtle, with the secrets
+  std::uint64_t revision = 0;  ///< of the changes that it has
 };
 
 /// User code to be run where its Dispatch says; with io_thread: soon, by the thread that drives the engine. It may also be dropped. It never throws.
@@ -127,8 +141,12 @@ class Engine final : public Handler {
   /// Called when a job or Responder has left something for next_reply().
   void set_waker(std::shared_ptr<Waker> waker);
 
-  /// Calls the authorizer. Its errors and exceptions are a Result.
+  /// Calls the authorizer, without the body; not for a request that judge_header() has let pass. Its errors and exceptions are a Result.
   Result<Access> authorize(const http::Request& request) const;
+  HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Access>& access, TimePoint now);
+  HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) override {
+    return judge_header(request, body_bytes, authorize(request), now);
+  }
   Outcome handle(const http::Request& request, const Result<Access>& access, TimePoint now);
   Outcome handle(const http::Request& request, TimePoint now) override { return handle(request, authorize(request), now); }
   std::optional<Reply> next_reply(TimePoint now) override;
@@ -147,12 +165,19 @@ class Engine final : public Handler {
   /// What to post now; nullopt: nothing. It is under way until delivered() says what became of it.
   std::optional<subscription::Notification> next_notification(Channel channel, TimePoint now);
   void delivered(Channel channel, const subscription::DeliveryResult& result, TimePoint now);
-  /// All callback subscriptions as Turtle, if there are others than at the last call. With their secrets.
-  std::optional<std::string> take_saved();
+  /// All callback subscriptions, if there are others than at the last call.
+  std::optional<SavedText> take_saved();
+  /// A text of take_saved() is on the disk, or writing it failed: what was changed up to that revision is final, or taken back.
+  /// @par Threads  any
+  void saved(std::uint64_t revision, bool written);
   /// Restores what take_saved() gave before a restart. A subscription continues when its resource is registered. One whose receiver may
   /// not be called now waits; an invalid one is left out, and the log says so. To be called after listens_on().
+  /// @return  how many subscriptions the text has
   /// @par Errors  expected_rdf, limit_exceeded; then nothing is restored
-  Result<void> restore(std::string_view saved);
+  Result<std::size_t> restore(std::string_view saved);
+  /// Restores from a damaged text the subscriptions that can be read.
+  /// @return  how many; and the parts of the text that cannot be read
+  std::pair<std::size_t, std::size_t> recover(std::string_view damaged);
 
   /// The jobs that have come up since the last call, in order.
   std::vector<Job> take_jobs();

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -46,6 +48,12 @@ struct Reply {
   std::optional<Channel> channel{};
 };
 
+/// The verdict on a request by its header section, before its body is received.
+struct HeaderVerdict {
+  std::optional<http::Response> response{};  ///< final: the body is not received; nullopt: it may be
+  std::size_t max_body_bytes = std::numeric_limits<std::size_t>::max();  ///< of the body; more: 413
+};
+
 /// What goes to a subscriber next: one message, or with `close` the end. An event stream just ends there.
 struct Push {
   std::shared_ptr<const std::string> message;  ///< shared by all channels with the same bytes; one frame, or one whole event of an event stream
@@ -65,6 +73,15 @@ class Handler {
  public:
   virtual ~Handler() = default;
 
+  /// Judges a request whose header section is complete and whose body is not; `request.body` is empty. If the verdict has a response, the
+  /// transport sends it before any `100 Continue`, stores no byte of the body and does not call handle(). Otherwise it receives at most
+  /// `max_body_bytes`, sets `request.header_judged` and calls handle(), which judges again what may have changed meanwhile. Not needed for a
+  /// request whose body is there already: handle() judges everything. Never throws.
+  /// @param body_bytes  Content-Length, more than 0; nullopt: the body is chunked
+  virtual HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) {
+    (void)request, (void)body_bytes, (void)now;
+    return {};
+  }
   /// Responds to a complete request or defers the response. Never throws, and does not call the transport. The views of `request` live for the call.
   virtual Outcome handle(const http::Request& request, TimePoint now) = 0;
   /// The next deferred response that is ready or overdue by `now`; call until nullopt after wake() and after next_deadline().

@@ -36,6 +36,8 @@ struct Request {
   bool can_stream = false;     ///< the transport can send a response that goes on: an event stream
   std::string_view mount{};    ///< path prefix under which a host's own HTTP server serves this, "/robot"; taken off the target
   std::uint16_t local_port = 0;  ///< of that server; 0: the request came over lrt's own transport
+  /// engine::Handler::judge_header() has let this request pass: the authorizer is not called again. Only what calls that function sets it.
+  bool header_judged = false;
 
   /// The value of the first field of that name.
   std::optional<std::string_view> find(std::string_view name) const noexcept;

@@ -17,6 +17,11 @@ struct Problem {
 /// application/problem+json
 std::string to_json(const Problem& problem);
 
+struct Response;
+/// Makes a problem the status and body of a response that no engine has made, with the fields that browsers must see in each response:
+/// Content-Type, X-Content-Type-Options, Cross-Origin-Resource-Policy.
+void set_problem(Response& response, const Problem& problem);
+
 /// Text as a JSON string with its quotes; bytes that are not UTF-8 become U+FFFD.
 std::string json_string(std::string_view text);
 

@@ -77,6 +77,12 @@ class ResourceHandle {
     return edit("dispatch", [&](auto& s) { s.dispatch = where; });
   }
 
+  /// Limits the body of a PUT or POST in bytes; more: 413 before the body is received. Default: what a value of the type needs
+  /// (engine::Limits::max_scalar_body_bytes). transport::Limits::max_body_bytes limits it as well.
+  Self& max_body_bytes(std::size_t n) {
+    return edit("max_body_bytes", [&](auto& s) { s.max_body_bytes = n; });
+  }
+
   /// A domain predicate from the thing to this resource, in addition to hybrit:property or hybrit:action (R1.9, R1.10).
   Self& predicate(Iri p) {
     return edit("predicate", [&](auto& s) { s.predicates.emplace_back(p.text); });

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/base/utf8.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/rdf/codec.hpp>
@@ -130,6 +131,15 @@ void InvocationResource::set_observed(bool observed, ChangeScanner& scanner) {
 
 // ---------------------------------------------------------------------------------------------------------------- Action
 
+const rdf::Type& no_input() noexcept {
+  static const Immortal<rdf::Type> nothing([] {
+    rdf::Type type;
+    type.kind = rdf::Type::Kind::record;
+    return type;
+  }());
+  return *nothing;
+}
+
 ActionResource::ActionResource(std::string its_path, ThingNode* its_thing, std::shared_ptr<model::ActionSpec> s)
     : Resource(std::move(its_path), its_thing, (its_thing->self.path + "/actions").size()),
       spec(std::move(s)),
@@ -140,6 +150,12 @@ Methods ActionResource::methods() const noexcept {
   Methods methods;
   methods.post = true;
   return methods;
+}
+
+Input ActionResource::input(const EngineOptions& options) const {
+  Input input = input_of(*spec, spec->input ? *spec->input : no_input(), spec->facets, options);
+  if (!spec->input) input.may_be_empty = true;
+  return input;
 }
 
 Outcome ActionResource::post(Context& context, Parts& parts) { return parts.invocations.invoke(*this, context); }

@@ -23,6 +23,9 @@ class ActionResource;
 
 enum class Status : std::uint8_t { pending, running, succeeded, failed, cancelled };
 
+/// The input of an action without input: a record without fields. RDF is covered by no constraint, and so ignored.
+const rdf::Type& no_input() noexcept;
+
 /// A request that waits for its invocation.
 struct WaitingRequest {
   Ticket ticket;
@@ -75,6 +78,7 @@ class ActionResource final : public Resource {
   Methods methods() const noexcept override;
   /// POST invokes.
   Outcome post(Context& context, Parts& parts) override;
+  Input input(const EngineOptions& options) const override;
   std::string input_shape() const override { return shape_name("input"); }
   std::string output_shape() const { return shape_name("output"); }
   bool takes_plain_values() const noexcept override { return true; }

@@ -50,6 +50,7 @@ class CollectionResource final : public Resource {
 
   Methods methods() const noexcept override;
   Outcome post(Context& context, Parts& parts) override;
+  Input input(const EngineOptions& options) const override { return input_of(*spec, *spec->type, spec->facets, options); }
   std::string input_shape() const override { return spec->path; }
   bool takes_plain_values() const noexcept override { return true; }
   void describe(const Description& d) const override;

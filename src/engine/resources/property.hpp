@@ -24,6 +24,11 @@ class PropertyResource final : public Resource {
 
   Methods methods() const noexcept override;
   Outcome put(Context& context, Parts& parts) override;
+  Input input(const EngineOptions& options) const override { return input_of(*spec, *spec->type, spec->facets, options); }
+  /// @pre published values were taken
+  bool is_up_to_date() const noexcept override {
+    return spec->slot && !spec->slot->has_change() && !refresh_state.running && writes_.empty() && !writing_;
+  }
   std::string input_shape() const override { return spec->path; }
   bool takes_plain_values() const noexcept override { return true; }
 

@@ -40,6 +40,7 @@ SubscriptionResource::SubscriptionResource(std::string its_path, std::string its
       created(at),
       backlog(request.policy, options.subscriptions.max_queue_bytes, options.subscriptions.max_total_queue_bytes, queued_bytes),
       retry(options.callbacks),
+      provisional(request.provisional),
       owner_(owner) {}
 
 Methods SubscriptionResource::methods() const noexcept {
@@ -50,9 +51,7 @@ Methods SubscriptionResource::methods() const noexcept {
 
 Outcome SubscriptionResource::remove(Context& context, Parts& parts) {
   if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
-  http::Response response = parts.responses.no_content(context);
-  owner_.end(*this, 1000, "the subscription was cancelled");  // this is gone now
-  return response;
+  return owner_.cancel(context, *this, parts.responses.no_content(context));  // this may be gone now
 }
 
 void SubscriptionResource::resource_changed() { owner_.changed(*this); }

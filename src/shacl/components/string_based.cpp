@@ -105,7 +105,7 @@ class Pattern final : public Constraint {
         const std::string words = is_derived ? expectation(run.plan(), scene.shape.id) : std::string();
         if (!words.empty()) return "expected " + words + ", found " + shown_value(term);
         return "expected a text that matches " + shown(rdf::literal(text_)) + ", found " + shown(term) +
-               (outcome == Regex::Outcome::undecided ? ", which the matcher could not decide within its limits" : "");
+               (outcome == Regex::Outcome::undecided ? "; the search was stopped at its limit of work, so it is not known whether it matches" : "");
       });
     }
   }

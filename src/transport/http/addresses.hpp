@@ -1,15 +1,17 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <utility>
+
+#include "src/base/client_key.hpp"
 
 namespace lrt::transport {
 
-/// How many connections each address has (Limits::max_connections_per_address). Those of this machine are not counted.
+/// How many connections each client (client_key) has (Limits::max_connections_per_address). Those of this machine are not counted.
 class Addresses {
  public:
   explicit Addresses(std::size_t limit) : limit_(limit) {}
@@ -36,20 +38,19 @@ class Addresses {
   };
 
   /// nullopt: the address has as many as it may.
-  /// @param address  numeric; an IPv4 client of an IPv6 socket as IPv4
+  /// @param address  numeric
   std::optional<Place> take(const std::string& address) {
-    if (is_this_machine(address)) return Place();
-    const auto [found, added] = counts_.try_emplace(address, 0);
+    const std::string client = client_key(address);
+    if (is_this_machine(client)) return Place();
+    const auto [found, added] = counts_.try_emplace(client, 0);
     if (found->second >= limit_) {
       if (added) counts_.erase(found);
       return std::nullopt;
     }
     ++found->second;
-    return Place(*this, address);
+    return Place(*this, client);
   }
   std::size_t size() const noexcept { return counts_.size(); }
-
-  static bool is_this_machine(std::string_view address) noexcept { return address == "::1" || address.substr(0, 4) == "127."; }
 
  private:
   void leave(const std::string& address) noexcept {
@@ -58,7 +59,7 @@ class Addresses {
   }
 
   const std::size_t limit_;
-  std::unordered_map<std::string, std::size_t> counts_;
+  std::map<std::string, std::size_t> counts_;  ///< not a hash table: clients choose their IPv6 addresses
 };
 
 }  // namespace lrt::transport

@@ -13,6 +13,7 @@
 
 #include <lrt/http/date.hpp>
 
+#include "src/base/client_key.hpp"
 #include "src/transport/libwebsockets/connection.hpp"
 #include "src/transport/libwebsockets/tls.hpp"
 
@@ -20,8 +21,6 @@ namespace lrt::libwebsockets {
 namespace {
 
 constexpr const char* name = "lrt";
-
-bool is_this_machine(std::string_view address) noexcept { return address == "::1" || address.substr(0, 4) == "127."; }
 
 /// Binds a socket for a moment: libwebsockets does not say why it cannot listen.
 Result<void> check_address(const std::string& address, std::uint16_t port, bool& is_v6) {
@@ -51,7 +50,7 @@ Vhost* owner_of(lws* wsi) noexcept {
 }  // namespace
 
 Vhost::Vhost(const transport::TransportOptions& options, std::shared_ptr<EventWaker> waker)
-    : options_(options), clock_(options.clock != nullptr ? *options.clock : system_clock()), waker_(std::move(waker)) {
+    : options_(options), clock_(options.clock != nullptr ? *options.clock : system_clock()), waker_(std::move(waker)), bodies_(options.limits.max_total_body_bytes) {
   const auto& limits = options_.limits;
   keep_alive_.secs_since_valid_ping = static_cast<std::uint16_t>(to_seconds(limits.ping_interval));
   keep_alive_.secs_since_valid_hangup = static_cast<std::uint16_t>(to_seconds(limits.ping_interval) + to_seconds(limits.pong_timeout));
@@ -278,7 +277,8 @@ Connection& Vhost::find_or_make(lws* wsi) {
   connections_.insert(made.get());
   lws_set_opaque_user_data(wsi, made.get());
   auto& connection = *made.release();
-  if (!is_this_machine(connection.peer())) ++addresses_[connection.peer()];
+  const std::string client = client_key(connection.peer());
+  if (!is_this_machine(client)) ++addresses_[client];
   return connection;
 }
 
@@ -289,7 +289,7 @@ void Vhost::remove(lws* wsi) noexcept {
   if (connection == nullptr) return;
   lws_set_opaque_user_data(wsi, nullptr);
   connections_.erase(connection);
-  if (const auto counted = addresses_.find(connection->peer()); counted != addresses_.end() && --counted->second == 0)
+  if (const auto counted = addresses_.find(client_key(connection->peer())); counted != addresses_.end() && --counted->second == 0)
     addresses_.erase(counted);
   delete connection;
 }
@@ -301,7 +301,7 @@ int Vhost::filter(int descriptor) {
   if (connections_.size() >= limits.max_connections && !make_room()) return -1;
   char peer[64] = "";
   lws_get_peer_simple_fd(descriptor, peer, sizeof peer);
-  const auto counted = addresses_.find(peer);
+  const auto counted = addresses_.find(client_key(peer));
   return counted != addresses_.end() && counted->second >= limits.max_connections_per_address ? -1 : 0;
 }
 

@@ -23,9 +23,7 @@ constexpr int pushes_per_turn = 8;
 
 http::Response problem(int status, std::string detail) {
   http::Response response;
-  response.status = status;
-  response.fields.add("Content-Type", "application/problem+json");
-  response.set_body(http::to_json({status, std::move(detail)}));
+  http::set_problem(response, {status, std::move(detail)});
   response.close = true;
   return response;
 }

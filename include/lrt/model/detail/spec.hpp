@@ -71,6 +71,7 @@ struct ResourceSpec {
   std::vector<std::string> predicates;   ///< domain predicates from the thing to it
   std::vector<Statement> statements;
   std::optional<Dispatch> dispatch;      ///< nullopt: as the thing
+  std::optional<std::size_t> max_body_bytes;  ///< nullopt: what the type needs
   std::atomic<bool> sealed{false};       ///< registered: set-up calls of the handle have no effect
   std::string label;                     ///< if sealed: the resource for messages, `property "arm/angle"`
   std::shared_ptr<HandleLog> log;        ///< if sealed: of the server
