@@ -21,15 +21,21 @@ struct Served;
 
 /// Serves Things. Owns them, the transport and, with Io::own_thread, a thread.
 ///
+/// It may have static storage, and exit() may be called at any time: what lrt's threads use is never destroyed. What the lambdas use must live as long as
+/// they may be called: until stop(), or until the process has ended.
+///
+/// A server belongs to the process that has created it. In a child of fork() its functions return at once and have no effect: add, remove and reload_tls
+/// return closed, serve and judge_header respond with 503. The destructor does nothing there; the descriptors are closed by exec and at the end.
+///
 /// @par Threads  add, remove, stop, wake: any thread. poll, run: one thread at a time, the host's.
 class Server {
  public:
   /// Starts to listen.
-  /// @par Errors  address_in_use, insecure_address, invalid_option, io_error
+  /// @par Errors  address_in_use, insecure_address, invalid_option (also of Threads::own), io_error
   static Result<Server> create(Options options = {});
   Server(Server&&) noexcept;
   Server& operator=(Server&&) noexcept;
-  /// Calls stop().
+  /// Calls stop(). Below a lambda of this server, as exit() in a lambda does with a static server, nothing is freed.
   ~Server();
 
   /// Registers a thing. From now on it is served.
@@ -55,7 +61,7 @@ class Server {
   int descriptor() noexcept;
   /// Calls poll() and waits, until stop().
   void run() noexcept;
-  /// Calls run() on a thread of its own.
+  /// Calls run() on a thread of its own. Throws if the system has no further thread.
   void start();
   /// Interrupts a blocking run().
   /// @par Threads  Any.

@@ -200,6 +200,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     return with_engine([&] { return engine_.judge_header(request, body_bytes, access, now); });
   }
   engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes) {
+    if (!process_.is_current()) return {refused(), 0};
     return judge_header(request, body_bytes, clock_.now());
   }
   engine::Outcome handle(const http::Request& request, TimePoint now) override {

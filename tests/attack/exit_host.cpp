@@ -18,7 +18,9 @@ namespace {
 lrt::Server make_server(int count, char** given, lrt::test::SampleRobot& robot) {
   lrt::Options options;
   options.listen.port = 0;
-  options.listen.transport = [name = std::string(given[1])](lrt::transport::TransportOptions t) { return lrt::transport::make_named(name, std::move(t)); };
+  options.listen.transport = [name = std::string(given[1])](lrt::transport::TransportOptions t) {
+    return lrt::transport::make_named(name, std::move(t));
+  };
   options.threads.io = std::string_view(given[2]) == "in_poll" ? lrt::Io::in_poll : lrt::Io::own_thread;
   options.threads.dispatch = lrt::Dispatch::io_thread;
   options.callbacks.allow = {"127.0.0.1"};
@@ -48,7 +50,7 @@ int main(int count, char** given) {
   if (count < 4) return 2;
   const std::string_view end = given[3];
   auto& robot = *new lrt::test::SampleRobot;  // outlives every thread of lrt: the lambdas use it
-  if (end == "static") {  // returns from main
+  if (end == "static") {                      // returns from main
     static lrt::Server server = make_server(count, given, robot);
     return std::getchar() == EOF;
   }
@@ -69,13 +71,15 @@ int main(int count, char** given) {
   if (end == "fork_use") {  // whatever a child calls, it does not hang, and the parent's clients do not notice
     const int status = child([&] {
       const bool refuses = !server.add(lrt::Thing("other")) && !server.remove("arm") && !server.reload_tls();
+      const lrt::http::Request request;
+      const bool responds = server.serve(request).response.status == 503 && server.judge_header(request, 1).response->status == 503;
       server.poll();
       server.run();
       server.start();
       server.wake();
       server.stop();
       { const lrt::Server moved = std::move(server); }
-      std::_Exit(refuses ? 0 : 1);
+      std::_Exit(refuses && responds ? 0 : 1);
     });
     if (status != 0 || std::getchar() == EOF) return 1;
     std::exit(0);

@@ -1,9 +1,10 @@
 """Processes that end while clients are served: none crashes, none hangs.
 
-  exit_test.py EXIT_HOST TRANSPORT...     LRT_EXIT_RUNS: runs of each way to end (2); LRT_EXIT_ENDS: which ways
+  exit_test.py EXIT_HOST TRANSPORT...     LRT_EXIT_RUNS: runs of each way to end (2, to say something 30); LRT_EXIT_ENDS: which ways
 """
 import os
 import shutil
+import signal
 import socket
 import ssl
 import subprocess
@@ -90,7 +91,8 @@ class Clients:
 
 def run_once(program, transport, io, end, tls):
     """What went wrong, or nothing."""
-    host = subprocess.Popen([program, transport, io, end, *(tls or ())], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    host = subprocess.Popen([program, transport, io, end, *(tls or ())], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+                            start_new_session=True)
     clients = None
     try:
         port = int(host.stdout.readline())
@@ -123,7 +125,10 @@ def run_once(program, transport, io, end, tls):
     except (BrokenPipeError, ValueError):
         return f"ended with {host.wait()}"
     finally:
-        host.kill()
+        try:
+            os.killpg(host.pid, signal.SIGKILL)  # also a child that hangs
+        except ProcessLookupError:
+            pass
         host.wait()
         if clients:
             clients.end()

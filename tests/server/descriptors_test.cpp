@@ -2,19 +2,15 @@
 
 #include <lrt/server.hpp>
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
-#include <map>
 #include <string>
 
 #include <lrt/transport/named.hpp>
 
 #include "tests/support/callback.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/descriptors.hpp"
 #include "tests/support/folder.hpp"
 #include "tests/support/sample_robot.hpp"
 #include "tests/support/socket.hpp"
@@ -22,23 +18,6 @@
 using namespace lrt;
 using namespace lrt::test;
 namespace fs = std::filesystem;
-
-namespace {
-
-/// The open descriptors and what each is, "socket:[4711]"; without those that a child would not inherit, if so requested.
-std::map<int, std::string> descriptors(bool inherited) {
-  std::map<int, std::string> result;
-  for (const auto& entry : fs::directory_iterator("/proc/self/fd")) {
-    const int number = std::atoi(entry.path().filename().c_str());
-    const int flags = ::fcntl(number, F_GETFD);
-    std::error_code gone;  // the directory's own
-    const std::string what = fs::read_symlink(entry.path(), gone).string();
-    if (flags >= 0 && !gone && (!inherited || (flags & FD_CLOEXEC) == 0)) result.emplace(number, what);
-  }
-  return result;
-}
-
-}  // namespace
 
 TEST_CASE("every descriptor of a server is close-on-exec while clients, callbacks and files are in use", "[server]") {
   for (const std::string_view name : transport::names())
@@ -66,7 +45,8 @@ TEST_CASE("every descriptor of a server is close-on-exec while clients, callback
       CHECK(client.ask(receiver.subscription("angle")).status == 201);
       CHECK(client.ask("GET /arm/angle").status == 200);
       stream.send("GET /arm/angle\nAccept: text/event-stream");
-      while (!fs::exists(folder / "subscriptions") && std::chrono::steady_clock::now() < at_most) REQUIRE(client.ask("GET /arm/angle").status == 200);
+      while (!fs::exists(folder / "subscriptions") && std::chrono::steady_clock::now() < at_most)
+        REQUIRE(client.ask("GET /arm/angle").status == 200);
 
       const auto now = descriptors(true);
       for (const auto& [number, what] : now) {

@@ -17,6 +17,7 @@
 #include <lrt/server.hpp>
 
 #include "tests/support/catch.hpp"
+#include "tests/support/descriptors.hpp"
 #include "tests/support/socket.hpp"
 #include "tests/support/websocket.hpp"
 
@@ -488,6 +489,13 @@ TEST_CASE("stop ends the host's run, from wherever it is called", "[server]") {
     CHECK(run_out(io));
   }
   CHECK(run_out(io));
+}
+
+TEST_CASE("every descriptor of a server on a host's io_context is close-on-exec", "[server]") {
+  boost::asio::io_context io;
+  const auto before = descriptors(true);
+  Server server = Server::create(on(io)).value();
+  CHECK(descriptors(true) == before);
 }
 
 TEST_CASE("the io_context does not run out of work while a server lives on it", "[server]") {

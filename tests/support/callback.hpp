@@ -30,8 +30,9 @@ class SilentReceiver {
 
   /// A request that subscribes this receiver to a resource below /arm, for Socket::ask().
   std::string subscription(const std::string& resource) const {
-    return "POST /arm/subscriptions\nContent-Type: text/turtle\n\n<> <https://hybr-it-projekt.de/ns/hybr-it#onResource> <../arm/" + resource +
-           "> ; <https://hybr-it-projekt.de/ns/hybr-it#callbackURL> \"http://127.0.0.1:" + std::to_string(port_) +
+    return "POST /arm/subscriptions\nContent-Type: text/turtle\n\n<> <https://hybr-it-projekt.de/ns/hybr-it#onResource> "
+           "<../arm/" +
+           resource + "> ; <https://hybr-it-projekt.de/ns/hybr-it#callbackURL> \"http://127.0.0.1:" + std::to_string(port_) +
            "/\"^^<http://www.w3.org/2001/XMLSchema#anyURI> .";
   }
 

@@ -69,16 +69,19 @@ Result<void> Wire::secure(const ClientTls& tls, const std::string& host, WaitLim
   tls_ = tls.session(descriptor_, host);
   if (!tls_) return unexpected(Errc::io_error, "no session");
   while (true) {
-    const ThirdPartyCall call;
-    if (!call) return process_ends();
-    ERR_clear_error();
-    const int done = SSL_do_handshake(tls_.get());
-    if (done == 1) return {};
-    const int error = errno;
-    const int why = SSL_get_error(tls_.get(), done);
-    if (why != SSL_ERROR_WANT_READ && why != SSL_ERROR_WANT_WRITE) {
-      return unexpected(Errc::io_error,
-                        tls_reason(tls_.get(), done != 0 && error != 0 ? system_message(error) : "the receiver closed the connection"));
+    int why = SSL_ERROR_NONE;
+    {
+      const ThirdPartyCall call;  // not while it waits
+      if (!call) return process_ends();
+      ERR_clear_error();
+      const int done = SSL_do_handshake(tls_.get());
+      if (done == 1) return {};
+      const int error = errno;
+      why = SSL_get_error(tls_.get(), done);
+      if (why != SSL_ERROR_WANT_READ && why != SSL_ERROR_WANT_WRITE) {
+        return unexpected(Errc::io_error,
+                          tls_reason(tls_.get(), done != 0 && error != 0 ? system_message(error) : "the receiver closed the connection"));
+      }
     }
     if (Result<void> ready = wait(why == SSL_ERROR_WANT_READ ? POLLIN : POLLOUT, limit); !ready) return ready;
   }

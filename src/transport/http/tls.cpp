@@ -91,7 +91,10 @@ void TlsStream::End::operator()(ssl_st* ssl) const noexcept {
 }
 
 TlsStream::TlsStream(ssl_ctx_st* context, int descriptor, std::string& scratch)
-    : ssl_(ThirdPartyCall() ? SSL_new(context) : nullptr), descriptor_(descriptor), scratch_(scratch) {
+    : descriptor_(descriptor), scratch_(scratch) {
+  const ThirdPartyCall call;
+  if (!call) throw std::bad_alloc();  // the process ends
+  ssl_.reset(SSL_new(context));
   const BIO_METHOD* const method = TlsBio::method();
   BIO* const bio = method != nullptr ? BIO_new(method) : nullptr;
   if (!ssl_ || bio == nullptr) {
