@@ -63,6 +63,10 @@ struct Security {
   /// than browsers are not concerned. "*" makes the robot readable by each page that somebody visits whose browser can connect to the robot,
   /// also where the robot itself cannot be reached from the Internet. Commands, WebSockets and event streams depend on allowed_origins.
   std::vector<std::string> read_origins;
+  /// Servers whose notifications this server carries out as commands, by their base IRI ("http://arm.example:8080"); "*": all but its own.
+  /// By default none: a PUT, POST or DELETE with the field Lrt-Notification-Of is refused with 403. Otherwise a client of a robot that may
+  /// call this one could subscribe an action or a writable Property of this robot to it, and so move this robot.
+  std::vector<std::string> notification_senders;
 };
 
 /// Bounds of what clients can use: memory, connections and time.

@@ -360,6 +360,7 @@ TEST_CASE("a deliverer may call the server when it is notified", "[server][user 
   std::atomic<int> posted{0};
   Options options;
   options.callbacks.allow = {"receiver.example"};
+  options.callbacks.confirmation = subscription::Confirmation::none;
   options.callbacks.deliverer = [&](delivery::Source& source, const subscription::CallbackOptions&,
                           LogCallback) -> Result<std::unique_ptr<delivery::Deliverer>> {
     return std::unique_ptr<delivery::Deliverer>(std::make_unique<Calling>(source, call, posted));

@@ -369,7 +369,7 @@ DeliveryResult Work::deliver(Worker& worker, Channel channel, const Notification
     } else if (result.status != 0) {
       wire->end();
     }
-    if (result.status != 0) return {result.status};
+    if (result.status != 0) return {result.status, {}, false, result.confirmed};
     return {0, "\"" + url->host + "\": " + result.error};
   }
 }
