@@ -20,8 +20,6 @@ namespace {
 
 constexpr int backlog = 4096;  // the system has a limit of its own
 constexpr int accepts_per_turn = 16;
-/// Clients over the limit that get a full 503 and linger, at one time; those beyond get `overloaded` and are closed.
-constexpr std::size_t max_refused = 64;
 /// Idle connections that are tried for one without pending input, which is closed.
 constexpr int max_tried = 16;
 constexpr int discards_at_once = 16;
@@ -164,19 +162,35 @@ void Listener::admit(int descriptor, std::string peer) {
   const bool secure = loop_.options.tls.has_value();
   auto place = loop_.addresses.take(peer);
   const bool full = !place || (!is_below_limit() && !close_idle());
-  if (full && loop_.refused >= max_refused) return refuse_at_once(descriptor, secure);
+  const bool reserves = full && make_reserve();
+  if (full && !reserves && loop_.refused >= max_refused) return refuse_at_once(descriptor, secure);
   Socket socket(descriptor);
   std::unique_ptr<TlsStream> tls;
   if (secure && !(tls = loop_.tls.make(descriptor))) return loop_.log(LogLevel::warning, "a connection is dropped: no memory for TLS");
   if (full) place.reset();
   const auto connection =
       std::make_shared<Connection>(loop_, std::move(socket), std::move(peer), std::move(place).value_or(Addresses::Place()), std::move(tls));
-  if (full) connection->open_refused(now);
+  if (reserves) connection->open_reserved(now);
+  else if (full) connection->open_refused(now);
   else connection->open(now);
 }
 
+/// Whether a reserved connection is free. If none is, the one that has waited for its request for longest is refused.
+bool Listener::make_reserve() {
+  const std::size_t max = loop_.options.limits.reserved_connections;
+  while (loop_.reserved_count >= max) {
+    if (loop_.reserved.empty()) return false;
+    auto& longest = loop_.reserved.front();
+    longest.read_pending();
+    if (loop_.reserved_count < max) break;
+    if (!loop_.reserved.empty() && &loop_.reserved.front() == &longest) longest.leave_reserve(loop_.clock.now());
+    if (!loop_.reserved.empty() && &loop_.reserved.front() == &longest) return false;
+  }
+  return true;
+}
+
 bool Listener::is_below_limit() const noexcept {
-  return loop_.clients.size() - loop_.refused < loop_.options.limits.max_connections;
+  return loop_.clients.size() - loop_.refused - loop_.reserved_count < loop_.options.limits.max_connections;
 }
 
 /// Closes the connection that has been idle for longest. A connection with a request that on_ready() has not seen is not idle: the request is

@@ -31,6 +31,7 @@ class Listener final : public Watched {
  private:
   void admit(int descriptor, std::string peer);
   bool is_below_limit() const noexcept;
+  bool make_reserve();
   bool close_idle();
   bool refuse_with_reserve();
   void pause(const char* reason);
