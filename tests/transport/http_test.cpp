@@ -646,6 +646,34 @@ TEST_CASE("the last descriptor serves to refuse clients with 503", "[transport]"
   REQUIRE(host.run_to_answers(later, 1));
 }
 
+TEST_CASE("a stop is served when descriptors have run out", "[transport][R0.1]") {
+  Host host;
+  std::vector<RawClient> slow;
+  for (int i = 0; i < 40; ++i) {
+    slow.push_back(host.client());
+    slow.back().send("POST /stop HTTP/1.1\r\nHo");
+    slow.back().step();
+  }
+  std::vector<RawClient> stops;
+  for (int i = 0; i < 3; ++i) stops.push_back(host.client());
+  rlimit before{};
+  ::getrlimit(RLIMIT_NOFILE, &before);
+  const int next = ::dup(0);
+  ::close(next);
+  rlimit full = before;
+  full.rlim_cur = static_cast<rlim_t>(next);
+  ::setrlimit(RLIMIT_NOFILE, &full);
+  host.settle();
+  bool served = true;
+  for (auto& stop : stops) {
+    stop.send("POST /stop HTTP/1.1\r\nHost: a\r\nContent-Length: 0\r\n\r\n");
+    served = host.run_to_end(stop) && statuses(parse_answers(stop.received)) == std::vector{200} && served;
+  }
+  ::setrlimit(RLIMIT_NOFILE, &before);
+  CHECK(served);
+  CHECK(host.handler.requests == 3);
+}
+
 TEST_CASE("when descriptors run out, the connection that is idle for longest is closed", "[transport]") {
   Host host;
   auto idle = host.client(), busy = host.client();

@@ -44,8 +44,9 @@ void Connection::open_refused(TimePoint now) {
   write_and_update(now);
 }
 
-void Connection::open_reserved(TimePoint now) {
+void Connection::open_reserved(TimePoint now, bool scarce) {
   reserved_ = true;
+  scarce_ = scarce;
   ++loop_.reserved_count;
   session_.serve_only_stops();
   join();
@@ -259,7 +260,7 @@ void Connection::update_reserve() {
   if (phase != Session::Phase::lingering) return;
   reserved_ = false;
   --loop_.reserved_count;
-  if (loop_.refused >= max_refused) return close();
+  if (scarce_ || loop_.refused >= max_refused) return close();
   refused_ = true;
   ++loop_.refused;
 }

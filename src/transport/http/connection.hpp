@@ -27,7 +27,8 @@ class Connection final : public Client, public Deadlines::Entry, public Linked<I
   /// Responds with 503 to whatever the client sends.
   void open_refused(TimePoint now);
   /// Beyond the limit: serves one request that stops the robot, and refuses others.
-  void open_reserved(TimePoint now);
+  /// @param scarce  its descriptor is needed again: it does not linger
+  void open_reserved(TimePoint now, bool scarce);
   /// Refuses the client of a reserved connection whose request is not complete.
   void leave_reserve(TimePoint now);
   /// The reply to the ticket that loop.tickets had for this connection.
@@ -78,6 +79,7 @@ class Connection final : public Client, public Deadlines::Entry, public Linked<I
   bool reads_later_ = false;
   bool half_closed_ = false;
   bool reserved_ = false;
+  bool scarce_ = false;
   bool refused_ = false;
   bool closed_ = false;
 };
