@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
     if (!base.driveTo(to.x, to.y, progress, finished)) return done.fail(refused());
     done.on_cancel([&] { base.cancelDrive(); });
   }).policy(lrt::ActionPolicy::preempt());
-  thing.action("emergencyStop", [&] { base.emergencyStop(); }).policy(lrt::ActionPolicy::parallel(16));
+  thing.action("emergencyStop", [&] { base.emergencyStop(); }).stop();
   thing.action("release", [&] { base.release(); });
 
   lrt::Options options;

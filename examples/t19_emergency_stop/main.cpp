@@ -1,5 +1,6 @@
 // An emergency stop that works while everything else is busy: a long action runs, and the host computes and does not poll. The lambda of the
-// stop runs on the thread of lrt (Dispatch::io_thread) and only sets an atomic flag, which the control loop obeys in its next period.
+// stop runs on the thread of lrt (Action::stop) and only sets an atomic flag, which the control loop obeys in its next period. It is also served when
+// connections and waiting requests are at their limits, and the page for people has a button for it.
 #include <atomic>
 #include <chrono>
 #include <optional>
@@ -34,7 +35,7 @@ int main() {
     target = 0;
     stopped = false;
   });
-  base.action("stop", [&] { stopped = true; }).dispatch(lrt::Dispatch::io_thread);
+  base.action("stop", [&] { stopped = true; }).stop();
   base.property(
           "speed", [&] { return speed.load(); }, lrt::unit::metre_per_second)
       .dispatch(lrt::Dispatch::io_thread);

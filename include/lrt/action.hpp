@@ -43,6 +43,28 @@ class Action : public model::ResourceHandle<Action, model::ActionSpec> {
     return edit("policy", [&](auto& s) { s.policy = p; });
   }
 
+  /// Marks the action as a stop: it brings the robot to a standstill, and is served even when every limit is reached.
+  ///
+  /// - The lambda runs on the I/O thread (Dispatch::io_thread), before all other lambdas that wait there. It should set an atomic flag that the
+  ///   control loop obeys, and return. With Io::in_poll that thread is the one that polls.
+  /// - Connections: transport::Limits::reserved_connections. Requests: limits of waiting requests and of open calls do not apply.
+  /// - Invocations run in parallel and are neither queued nor refused. If `policy().limit` of them (default: 16) are under way, the oldest is
+  ///   cancelled.
+  /// - A body and its header fields are ignored. TLS, the authorizer and the check of foreign origins apply.
+  /// - Clients find it by lrt:stop at the root and at its Thing, and by the class lrt:StopAction; in JSON by `stops` of the root and `stop` of the
+  ///   action. The page for people pins a button to each view.
+  ///
+  /// A later call of dispatch() or policy() may name Dispatch::executor, or another limit by ActionPolicy::parallel(n).
+  ///
+  /// @par Errors  invalid_option, by Server::add(): an input, a dispatch that waits for Server::poll, another policy
+  Action& stop() {
+    return edit("stop", [](auto& s) {
+      s.stop = true;
+      s.dispatch = Dispatch::io_thread;
+      s.policy = ActionPolicy::parallel(16);
+    });
+  }
+
   /// States the effect: what a successful invocation changes. A client finds the action that leads to its goal by it. hybrit:produces links to
   /// a shape that refers to the property by ssn:forProperty, and that the property's representation conforms to afterwards. Each call adds an
   /// effect.

@@ -33,6 +33,7 @@ class Engine::Impl {
   }
 
   HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Access>& access, TimePoint now);
+  bool is_stop(const http::Request& request) const;
   Outcome handle(const http::Request& request, const Result<Access>& access, TimePoint now);
   Result<void> add(std::vector<Thing> things);
   Result<void> remove(std::string_view path);
@@ -75,9 +76,18 @@ HeaderVerdict Engine::Impl::judge_header(const http::Request& request, std::opti
     if (auto response = find(context, access)) return response;
     if (!context.resource) return std::nullopt;  // of the target *
     verdict.max_body_bytes = max_body_bytes(context);
+    verdict.ignores_body = context.resource->is_stop();
     return refused_body(context, body_bytes);
   });
   return verdict;
+}
+
+bool Engine::Impl::is_stop(const http::Request& request) const {
+  if (request.method != "POST") return false;
+  const auto target = http::split_target(request.target);
+  if (!target) return false;
+  Context context(request, {});
+  return !find_resource(context, *target) && context.resource->is_stop();
 }
 
 Outcome Engine::Impl::handle(const http::Request& request, const Result<Access>& access, TimePoint now) {
@@ -176,7 +186,7 @@ std::optional<http::Response> Engine::Impl::refused_body(Context& context, std::
   if (method == "GET" || method == "HEAD") {
     if (!parts.subscriptions.requested_protocol(context))
       if (auto response = parts.representations.unacceptable(context)) return response;
-  } else if (method == "PUT" || method == "POST") {
+  } else if ((method == "PUT" || method == "POST") && !context.resource->is_stop()) {
     // A chunked body may be empty.
     const Input input = context.resource->input(parts.options);
     if (body_bytes || (!input.may_be_empty && context.request().find("Content-Type"))) {
@@ -389,6 +399,10 @@ Result<Access> Engine::authorize(const http::Request& request) const {
 
 HeaderVerdict Engine::judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Access>& access, TimePoint now) {
   return impl_->judge_header(request, body_bytes, access, now);
+}
+
+bool Engine::is_stop(const http::Request& request) noexcept {
+  return guarded<bool>([&]() -> Result<bool> { return impl_->is_stop(request); }).value_or(false);
 }
 
 Outcome Engine::handle(const http::Request& request, const Result<Access>& access, TimePoint now) { return impl_->handle(request, access, now); }

@@ -114,14 +114,14 @@ class HostCalls {
     return {call, &call->token};
   }
   /// Runs a job that never throws and leaves its own messages.
-  void run(Dispatch where, UniqueFunction<void()> job) {
+  void run(Dispatch where, UniqueFunction<void()> job, bool is_stop = false) {
     std::shared_ptr<void> counted;
     if (waits_for_host(where)) {
       ++*open_;
       counted = std::shared_ptr<void>(nullptr, [open = open_](void*) { --*open; });  // calls that also if it throws
     }
     jobs_.push_back({where == Dispatch::as_server ? dispatch_ : where,
-                     [job = std::move(job), counted = std::move(counted)]() mutable { job(); }});
+                     [job = std::move(job), counted = std::move(counted)]() mutable { job(); }, is_stop});
   }
 
   /// False: the I/O thread runs the call, however busy the host is.

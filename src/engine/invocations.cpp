@@ -27,8 +27,10 @@ std::optional<Error> unavailable(const model::ActionSpec& action) {
 
 Outcome Invocations::invoke(ActionResource& action, Context& context) {
   if (const auto error = unavailable(*action.spec)) return responses_.problem(context, 409, "action \"" + action.path + "\" is " + error->message);
+  const bool is_stop = action.spec->stop;
   rdf::Value input;
-  if (action.spec->input) {
+  if (is_stop) {  // its body is ignored
+  } else if (action.spec->input) {
     auto read = bodies_.read_value(context, *action.spec->input, action.spec->facets, action.spec);
     if (auto outcome = outcome_of(read)) return *std::move(outcome);
     input = std::move(std::get<Body>(read).value);
@@ -38,8 +40,9 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   }
   if (auto response = representations_.failed_precondition(context)) return *std::move(response);
   const Dispatch where = action.thing->where(*action.spec);
-  if (calls_.overloaded(where)) return responses_.overloaded(context);
-  if (auto response = refused_by_policy(action, context)) return *std::move(response);
+  if (is_stop) cancel_oldest(action, context.now);
+  else if (calls_.overloaded(where)) return responses_.overloaded(context);
+  else if (auto response = refused_by_policy(action, context)) return *std::move(response);
 
   const http::Preferences& preferences = context.preferences();
   const bool must_queue = action.spec->policy.kind == ActionPolicy::Kind::queue && (action.active > 0 || !action.queue.empty());
@@ -59,9 +62,10 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   std::optional<Ticket> ticket;
   if (waits) {
     const auto max_time = preferences.wait ? std::chrono::milliseconds(std::min(*preferences.wait, options_.max_wait)) : options_.host_timeout;
-    ticket = pending_.defer(context, max_time, [this, id = invocation.id, may_take_long = preferences.wait.has_value()](Ticket late, Context& c, bool) {
+    const auto on_timeout = [this, id = invocation.id, may_take_long = preferences.wait.has_value()](Ticket late, Context& c, bool) {
       wait_is_over(late, c, id, may_take_long);
-    }, where);
+    };
+    ticket = is_stop ? pending_.defer_stop(context, max_time, on_timeout) : pending_.defer(context, max_time, on_timeout, where);
     if (!ticket) return responses_.overloaded(context);
     invocation.waiting.push_back({*ticket, until_end});
   }
@@ -88,6 +92,15 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
 
   if (ticket) return Deferred{*ticket};
   return accepted(context, invocation);
+}
+
+/// Leaves one place of those that the policy of a stop has.
+void Invocations::cancel_oldest(ActionResource& action, TimePoint now) {
+  while (action.active >= action.spec->policy.limit) {
+    const auto oldest = std::find_if(action.invocations.begin(), action.invocations.end(), [](const auto& i) { return !i->finished(); });
+    if (oldest == action.invocations.end()) return;
+    cancel(**oldest, now);
+  }
 }
 
 std::optional<http::Response> Invocations::refused_by_policy(const ActionResource& action, const Context& context) const {
@@ -135,7 +148,7 @@ void Invocations::launch(InvocationResource& invocation, TimePoint now) {
     inbox->put([this, ref](TimePoint at) {
       if (InvocationResource* i = registry_.find(ref)) start_returned(*i, at);
     });
-  });
+  }, action.spec->stop);
 }
 
 void Invocations::started(InvocationResource& invocation, TimePoint now) {

@@ -47,6 +47,7 @@ class Invocations {
 
  private:
   /// The response if the policy excludes another invocation now.
+  void cancel_oldest(ActionResource& action, TimePoint now);
   std::optional<http::Response> refused_by_policy(const ActionResource& action, const Context& context) const;
   void launch(InvocationResource& invocation, TimePoint now);
   void started(InvocationResource& invocation, TimePoint now);

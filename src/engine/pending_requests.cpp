@@ -13,9 +13,13 @@ std::optional<Ticket> PendingRequests::defer_for_disk(const Context& context, st
   return keep(context, max_time, std::move(on_timeout), WaitsFor::disk);
 }
 
+Ticket PendingRequests::defer_stop(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout) {
+  return *keep(context, max_time, std::move(on_timeout), WaitsFor::stop);
+}
+
 std::optional<Ticket> PendingRequests::keep(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout, WaitsFor what) {
   std::size_t& waiting = waiting_[static_cast<std::size_t>(what)];
-  if (waiting >= max_pending_) return std::nullopt;
+  if (waiting >= max_pending_ && what != WaitsFor::stop) return std::nullopt;
   const auto known = context.ticket ? pending_.find(static_cast<std::uint64_t>(*context.ticket)) : pending_.end();
   const Ticket ticket = known != pending_.end() ? *context.ticket : Ticket{next_ticket_++};
   Pending kept{context.kept(), std::move(on_timeout), nullptr, deadlines_.emplace(context.now.steady + max_time, ticket), what};

@@ -39,6 +39,8 @@ class PendingRequests {
   /// @return nullopt: too many requests or calls into the host wait already (503)
   std::optional<Ticket> defer(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout,
                               Dispatch where = Dispatch::in_poll);
+  /// Keeps a request that stops the robot. There is no limit but the transport's: each has its connection.
+  Ticket defer_stop(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout);
   /// Keeps a request that waits for the disk. These have a limit of their own, too.
   std::optional<Ticket> defer_for_disk(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout);
   /// A request that is pending waits for the disk from now on, with a time and a timeout of its own.
@@ -64,7 +66,7 @@ class PendingRequests {
   void end_all(const std::function<http::Response(Context&)>& respond_with, TimePoint now);
 
  private:
-  enum class WaitsFor : std::uint8_t { host, io_thread, disk };
+  enum class WaitsFor : std::uint8_t { host, io_thread, disk, stop };
   struct Pending {
     Context context;
     Timeout on_timeout;
@@ -83,7 +85,7 @@ class PendingRequests {
   const std::size_t max_pending_;
   std::uint64_t next_ticket_ = 1;
   Requests pending_;
-  std::array<std::size_t, 3> waiting_{};  ///< by WaitsFor
+  std::array<std::size_t, 4> waiting_{};  ///< by WaitsFor
   std::multimap<Instant, Ticket> deadlines_;
   std::deque<Reply> replies_;
 };

@@ -86,6 +86,13 @@ std::string read_only_field(const rdf::Type& type) {
 /// What only an action has.
 Result<void> check_action(const model::ActionSpec& action, const std::string& name) {
   if (action.first_error) return unexpected(action.first_error->code, name + ": " + action.first_error->message);
+  if (action.stop) {
+    if (action.input) return unexpected(Errc::invalid_option, name + ": a stop takes no input, so that one tap invokes it");
+    if (action.dispatch != Dispatch::io_thread && action.dispatch != Dispatch::executor)
+      return unexpected(Errc::invalid_option, name + ": a stop must not wait for Server::poll: expected Dispatch::io_thread or Dispatch::executor");
+    if (action.policy.kind != ActionPolicy::Kind::parallel || action.policy.limit == 0)
+      return unexpected(Errc::invalid_option, name + ": a stop is neither queued nor refused: expected ActionPolicy::parallel(n), n at least 1");
+  }
   for (const model::EffectSpec& effect : action.effects)
     if (effect.from_input && !action.input)
       return unexpected(Errc::invalid_option, name + ": there is no input that its effect could have");

@@ -139,6 +139,8 @@ class Resource {
   /// Its representations are known without user code, and nothing that would change them is under way.
   virtual bool is_up_to_date() const noexcept { return reads() == Reads::nothing; }
   /// Bodies may be plain values, not only RDF.
+  /// POST stops the robot (Action::stop()).
+  virtual bool is_stop() const noexcept { return false; }
   virtual bool takes_plain_values() const noexcept { return false; }
   /// The fragment of the shape that judges its bodies, "rotation" or "actions/rotate/input".
   virtual std::string input_shape() const { return {}; }

@@ -49,7 +49,7 @@ set(page_own iri element field subject kind watch model shown socket here addres
              content controls cross dcterms depth fields found humanised hybrit inSight inner isList items known leaves listed local
              isNumber JSON_TYPE mayOpen moved N_TRIPLES named names notice objects observer places points poseOf posedIn predicate product
              project redraw report response resting rotated rows said socketAfter steps subjects update things vector view watches words
-             written UNTURNED AXIS_COLORS pointers buttons)
+             written UNTURNED AXIS_COLORS pointers buttons enableMotion motionLine motionEnds scrolled sliders about numbers member properties interval)
 
 # What only the reader of the source needs stays there: comments, indentation, spaces beside signs that no text of the page has spaces beside,
 # and long names: of `page_own`, and of what stands at the outermost level of the script, if it is no member's name too.

@@ -178,14 +178,15 @@ class Problem extends Error {
   constructor(status, title, detail, report) { super(detail || title); Object.assign(this, { status, title, report }); }
 }
 
+let others = new AbortController();  // of the requests under way
 /// An answer; throws a Problem for what is refused and Lost when nobody answers.
-async function ask(method, iri, { accept = `${N_TRIPLES}, ${PROBLEM}`, body, etag } = {}) {
+async function ask(method, iri, { accept = `${N_TRIPLES}, ${PROBLEM}`, body, etag, signal = others.signal } = {}) {
   const headers = { Accept: accept };
   if (body !== undefined) headers["Content-Type"] = N_TRIPLES;
   if (etag) headers["If-None-Match"] = etag;
   let response, text;
   try {  // not stored: this address is the page's in the browser's cache
-    response = await fetch(local(withoutHash(iri)), { method, headers, body, cache: "no-store" });
+    response = await fetch(local(withoutHash(iri)), { method, headers, body, signal, cache: "no-store" });
     text = await response.text();
   } catch { throw new Lost("the robot does not answer"); }
   const off = Date.parse(response.headers.get("Date")) - Date.now();
@@ -221,6 +222,17 @@ function known(iri, method = "GET", ms = 5000) {
 async function optionsOf(iri) {
   const answer = await known(iri, "OPTIONS", 60000), methods = answer.field("Allow").split(/[\s,]+/);
   return { allows: (m) => methods.includes(m), up: links(answer, "up")[0], constrainedBy: links(answer, ldp("constrainedBy"))[0] };
+}
+
+/// What is above a resource, the root first.
+async function wayTo(iri) {
+  const chain = [];
+  for (let at = iri; chain.length < 20;) {
+    const { up } = await optionsOf(at);
+    if (!up || chain.includes(up)) break;
+    chain.unshift(at = up);
+  }
+  return chain;
 }
 
 /// Keeps somebody up to date with a resource: by WebSocket, else by asking every two seconds. After a loss it comes back by itself.
@@ -1149,12 +1161,7 @@ async function show(focus) {
     // The resource itself: by its address, or at the same path under the robot's public name.
     const self = g.about.has(plain) ? plain : [...g.about.keys()].find((s) => isWeb(s) && plain.endsWith(new URL(s).pathname)) ?? plain;
     if (g.about.has(self)) robotOrigin = new URL(self).origin;
-    const subject = g.subjects(lrt("state"), self)[0] ?? g.subjects(rdf("type"), "http://www.w3.org/2002/07/owl#Ontology")[0] ?? self, chain = [];  // what is above, the root first
-    for (let at = self; chain.length < 20;) {
-      const { up } = await optionsOf(at);
-      if (!up || chain.includes(up)) break;
-      chain.unshift(at = up);
-    }
+    const subject = g.subjects(lrt("state"), self)[0] ?? g.subjects(rdf("type"), "http://www.w3.org/2002/07/owl#Ontology")[0] ?? self, chain = await wayTo(self);
     const up = chain.at(-1), is = (t) => g.is(subject, t), upper = is(ldp("Container")) && up ? (await known(up)).g : new Graph();
     if (here.gone) return;
     let content, title = is(hybrit("Property")) || is(hybrit("Action")) ? humanised(localName(subject)) : titleOf(g, subject), about = [];
@@ -1254,6 +1261,34 @@ function menu(shown) {
   $("menu").setAttribute("aria-expanded", String(shown));
 }
 $("menu").addEventListener("click", () => menu(!document.body.classList.contains("menu")));
+
+// ---- stops: the buttons in the header section of every page, and the Escape key
+
+let stops = [];
+async function invokeStops(iris) {
+  enableMotion?.(false);
+  others.abort();  // a browser sends few requests at a time, and what moves the robot must not go on
+  others = new AbortController();
+  say($("stopped"), "Stopping …");
+  const ends = await Promise.allSettled(iris.map((iri) => ask("POST", iri, { signal: null }))), failed = ends.find((e) => e.reason);
+  say($("stopped"), failed ? `Not stopped: ${problemText(failed.reason)}` : `Stopped at ${new Date().toLocaleTimeString()}`);
+  $("stopped").className = failed ? "bad" : "succeeded";
+}
+async function findStops() {
+  const at = withoutHash(location.href);
+  try {
+    const above = await known((await wayTo(at))[0] ?? at), { g } = above.g.subjects(rdf("type"), ldp("Container"))[0] ? above : await known("/"), make = (words, iris) => h("button", { type: "button", onclick: () => invokeStops(iris) }, words);
+    const named = (iri) => humanised(localName(iri));
+    stops = [...g.about.keys()].flatMap((s) => isBlank(s) ? [] : g.ids(s, lrt("stop")));
+    if (stops[0]) $("stops").append(make(`${stops[1] ? "stop all" : named(stops[0])} (Esc)`, stops), ...(stops[1] ? stops.map((iri) => make(`${named(iri)} ${pathText(iri).split("/actions/")[0]}`, [iri])) : []), h("span", { id: "stopped", role: "alert" }));
+  } catch { setTimeout(findStops, 2000); }
+}
+findStops();
+addEventListener("keydown", (event) => {
+  if (event.key !== "Escape" || event.repeat || !stops.length) return;
+  event.preventDefault();
+  invokeStops(stops);
+});
 
 // ---- navigation, on the resources' own addresses
 

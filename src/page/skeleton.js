@@ -43,10 +43,10 @@ function skeleton(iri, robot) {
       else orbit((e.clientX - from.clientX) / 150, (e.clientY - from.clientY) / 150);
     },
     onlostpointercapture: (e) => pointers.delete(e.pointerId),
-    onwheel: (e) => { e.preventDefault(); orbit(0, 0, 0.999 ** e.deltaY); },
+    onwheel: (e) => { if (e.ctrlKey) { e.preventDefault(); orbit(0, 0, 0.999 ** e.deltaY); } },
     onkeydown: (e) => { if (KEYS[e.key]) { e.preventDefault(); orbit(...KEYS[e.key]); } } });
-  const [frames, names] = [true, false].map((checked) => h("input", { type: "checkbox", checked, onchange: redraw })), note = h("span.hint"), sliders = h("div.joints");
-  const element = h("div.card.skeleton", canvas, h("div.line", h("label.line", frames, "Frames"), h("label.line", names, "Names"), note), sliders);
+  const [frames, names] = [true, false].map((checked) => h("input", { type: "checkbox", checked, onchange: redraw })), note = h("span.hint"), sliders = h("fieldset.joints", { disabled: true }), motion = h("input", { type: "checkbox", onchange: () => enableMotion(motion.checked) }), motionLine = h("label.line.motion", { hidden: true }, motion, h("b", "Enable motion"), h("span.hint", "for one minute – a slider moves its joint when it is released"));
+  const element = h("div.card.skeleton", canvas, h("div.line", h("label.line", frames, "Frames"), h("label.line", names, "Names"), note), motionLine, sliders);
 
   function draw() {
     asked = 0;
@@ -95,17 +95,30 @@ function skeleton(iri, robot) {
       const at = project(place);
       if (at && names.checked) pen.fillText(localName(link), at[0] + 6, at[1] - 6);
     }
-    say(note, `grid of ${Number(cell.toPrecision(1))} m – drag to turn`);
+    say(note, `grid of ${Number(cell.toPrecision(1))} m – drag to turn – Ctrl and wheel to zoom`);
   }
 
-  /// A joint's field, which writes as it moves: one request at a time, of the newest value.
+  /// Off again a minute after the last command.
+  let motionEnds;
+  enableMotion = (yes) => {
+    motion.checked = yes;
+    sliders.disabled = !yes;
+    clearTimeout(motionEnds);
+    if (yes) motionEnds = setTimeout(() => enableMotion(false), 60000);
+    else steps.forEach((s) => s.follow?.());
+  };
+
+  /// A joint's field, which writes when it is released: one request at a time, of the newest value. A touch that becomes a scroll writes nothing.
   async function addField(step) {
     if (!step.position || !(await optionsOf(step.position)).allows("PUT")) return;
     const model = await guardedBy(step.position), alert = h("p.error", { role: "alert" });
     model.fields.forEach((f) => { f.name = localName(step.iri); });
     const form = new Form(step.position, model);
-    let busy, newer;
+    let busy, newer, scrolled, held;
     const send = async () => {
+      held = false;
+      if (scrolled || sliders.disabled) return;
+      enableMotion(true);
       newer = true;
       if (busy) return;
       for (busy = true; newer;) {
@@ -118,10 +131,17 @@ function skeleton(iri, robot) {
       }
       busy = false;
     };
-    step.field = h("div", { oninput: (e) => { if (e.target.type === "range") send(); }, onchange: send }, form.element, alert);
+    step.field = h("div", { onchange: send, onkeydown: () => { scrolled = false; }, onfocusout: () => { held = false; },
+      onpointerdown: () => { held = true; scrolled = false; }, onpointerup: () => { held = false; },
+      onpointercancel: (e) => {
+        scrolled = true;
+        held = false;
+        e.target.blur();
+        step.follow();
+      } }, form.element, alert);
     step.follow = () => {  // but not while somebody is at it
       const value = String(Number(positions[step.index]?.toFixed(4)));
-      if (value !== "NaN" && !step.field.contains(document.activeElement)) form.read({ one: () => ({ value }), id: () => step.position }, step.position);
+      if (value !== "NaN" && !held && !step.field.contains(document.activeElement)) form.read({ one: () => ({ value }), id: () => step.position }, step.position);
     };
   }
   (async () => {
@@ -155,10 +175,11 @@ function skeleton(iri, robot) {
     } }, { accept: JSON_TYPE, interval: 0.04 });
     await inTurn(steps, addField);
     sliders.append(...joints.sort((a, b) => a.index - b.index).flatMap((j) => j.field ?? []));
+    motionLine.hidden = !sliders.firstChild;
     steps.forEach((s) => s.follow?.());
   })().catch((e) => element.append(notice(e)));
   redrawSkeleton = redraw;
   return element;
 }
-let redrawSkeleton;
+let redrawSkeleton, enableMotion;
 matchMedia("(prefers-color-scheme: dark)").onchange = () => redrawSkeleton?.();

@@ -47,6 +47,7 @@ constexpr Term terms[] = {
     plain("lastError", v::lrt_::lastError), plain("suspended", v::lrt_::suspended),
     link("frame", v::lrt_::frame), link("elementType", v::lrt_::elementType), link("shape", v::lrt_::shape),
     one_of("byteOrder", v::lrt_::byteOrder), plain("littleEndian", v::lrt_::littleEndian), plain("bigEndian", v::lrt_::bigEndian),
+    link("stop", v::lrt_::stop), plain("StopAction", v::lrt_::StopAction),
     plain("unavailable", v::lrt_::unavailable), link("valueFrom", v::lrt_::valueFrom), link("forProperty", v::ssn::forProperty),
 
     plain("numericalValue", v::vom::numericalValue), link("unit", v::vom::unit), link("hasUnit", v::qudt::hasUnit),

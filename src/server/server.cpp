@@ -203,6 +203,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (!process_.is_current()) return {refused(), 0};
     return judge_header(request, body_bytes, clock_.now());
   }
+  bool is_stop(const http::Request& request) noexcept override {
+    const std::lock_guard lock(mutex_);
+    return engine_.is_stop(request);
+  }
   engine::Outcome handle(const http::Request& request, TimePoint now) override {
     const Result<engine::Access> access = engine_.authorize(request);  // user code: without the lock
     return with_engine([&] { return engine_.handle(request, access, now); });
@@ -222,7 +226,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     });
   }
   std::optional<std::chrono::steady_clock::time_point> next_deadline() const override {
-    if (!io_jobs_.empty()) return std::chrono::steady_clock::time_point{};
+    if (!io_jobs_.empty() || !stop_jobs_.empty()) return std::chrono::steady_clock::time_point{};
     const std::lock_guard lock(mutex_);
     if (!replies_.empty()) return std::chrono::steady_clock::time_point{};
     return engine_.next_deadline();
@@ -562,7 +566,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     for (engine::Job& job : jobs) try {
       switch (job.where) {
         case Dispatch::io_thread:
-          io_jobs_.put(std::move(job.run));
+          (job.is_stop ? stop_jobs_ : io_jobs_).put(std::move(job.run));
           for_io = true;
           break;
         case Dispatch::executor:
@@ -588,8 +592,17 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   void run_io_jobs() {
     if (runs_io_jobs_) return;
     runs_io_jobs_ = true;
-    while (!io_jobs_.empty()) io_jobs_.take_all([](UniqueFunction<void()> job) { job(); });
+    do {
+      run_stop_jobs();
+      io_jobs_.take_all([this](UniqueFunction<void()> job) {
+        job();
+        run_stop_jobs();
+      });
+    } while (!io_jobs_.empty() || !stop_jobs_.empty());
     runs_io_jobs_ = false;
+  }
+  void run_stop_jobs() {
+    while (!stop_jobs_.empty()) stop_jobs_.take_all([](UniqueFunction<void()> job) { job(); });
   }
 
   const OwnProcess process_;
@@ -608,6 +621,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   std::shared_ptr<Waker> transport_waker_;
   Mailbox<UniqueFunction<void()>> arrived_;       // jobs for the host
   Mailbox<UniqueFunction<void()>> io_jobs_;       // jobs for the thread that does I/O
+  Mailbox<UniqueFunction<void()>> stop_jobs_;     // the same, of Action::stop(): before the others
   bool runs_io_jobs_ = false;                     // that thread's
   std::deque<UniqueFunction<void()>> due_;                // taken, not yet run: the host's thread only
   EventWaker rest_;                            // where run() waits when there is nothing to do

@@ -4,6 +4,7 @@
 //   page_robot --port N [PUBLIC BASE]
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -174,6 +175,16 @@ int main(int argc, char** argv) {
   whole.property("mode", [&] { return robot.mode; }).on_write([&](lrt::test::Mode v) { robot.mode = v; });
   whole.property("gains", [&] { return robot.gains; }).on_write([&](std::vector<double> v) { robot.gains = std::move(v); });
   whole.action("measure", [] { return 2.5; }).produces(lrt::rdf::Facets{}.unit(lrt::unit::metre));
+  std::atomic<int> stops{0};
+  whole.property("stops", [&] { return stops.load(); }).dispatch(lrt::Dispatch::io_thread);
+  whole.action("stop", [&] { ++stops; }).stop();
+  std::atomic<bool> hangs{false};
+  whole.property("hangs", [&] { return hangs.load(); }).dispatch(lrt::Dispatch::io_thread);
+  whole.action("hang", [&] {
+    hangs = true;
+    for (const int before = stops; stops == before && !interrupted;) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    hangs = false;
+  });
   server.add(std::move(whole)).value();
   server.add(robot.arm()).value();
   server.add(robot.tool()).value();

@@ -47,9 +47,10 @@ class HandClock final : public Clock {
 };
 
 /// GET / sends hello; POST / echoes; /head sends the request's header section; /defer responds after complete(); /big?n has n bytes;
-/// /none is 204, /same 304; anything else 404.
+/// /none is 204, /same 304; /stop is a stop; anything else 404.
 class TestHandler : public engine::Handler {
  public:
+  bool is_stop(const http::Request& request) noexcept override { return request.target == "/stop"; }
   engine::Outcome handle(const http::Request& request, TimePoint) override {
     ++requests;
     peer = std::string(request.peer);
@@ -69,6 +70,8 @@ class TestHandler : public engine::Handler {
       response.set_body(std::move(text));
     } else if (path == "/big") {
       response.set_body(std::string(std::strtoul(std::string(target->query).c_str(), nullptr, 10), 'b'));
+    } else if (path == "/stop") {
+      response.set_body("stopped");
     } else if (path == "/none" || path == "/same") {
       response.status = path == "/none" ? 204 : 304;
     } else if (path == "/" || path == "*") {

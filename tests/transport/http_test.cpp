@@ -370,6 +370,65 @@ TEST_CASE("connections above the limit get 503, until one disconnects", "[transp
   CHECK(statuses(parse_answers(fourth.received)) == std::vector{200});
 }
 
+TEST_CASE("a stop is served when all connections are taken, also those that are reserved for it", "[transport][R0.1]") {
+  auto options = on_any_port();
+  options.limits.max_connections = 3;
+  options.limits.reserved_connections = 4;
+  Host host(options);
+  std::vector<RawClient> slow;
+  for (int i = 0; i < 20; ++i) {
+    slow.push_back(host.client());
+    slow.back().send(i % 2 ? "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\n\r\nhe" : "POST /stop HTTP/1.1\r\nHo");
+    slow.back().step();
+    host.settle();
+  }
+  auto another = host.client();
+  another.send(get("/"));
+  REQUIRE(host.run_to_end(another));
+  CHECK(statuses(parse_answers(another.received)) == std::vector{503});
+  for (int i = 0; i < 10; ++i) {
+    auto stop = host.client();
+    stop.send("POST /stop HTTP/1.1\r\nHost: a\r\nContent-Length: 0\r\n\r\n" + get("/"));
+    REQUIRE(host.run_to_end(stop));
+    const auto answers = parse_answers(stop.received);
+    REQUIRE(statuses(answers) == std::vector{200});
+    CHECK(answers[0].body == "stopped");
+    CHECK(contains(answers[0].head, "\r\nConnection: close\r\n"));
+  }
+  int open = 0;
+  for (auto& client : slow) {
+    client.step();
+    open += !client.ended;
+    CHECK((client.received.empty() || statuses(parse_answers(client.received)) == std::vector{503}));
+  }
+  CHECK(open >= 3);
+  CHECK(open <= 7);
+  CHECK(host.handler.requests == 10);
+}
+
+TEST_CASE("a reserved connection waits for its request, and is given back", "[transport][R0.1]") {
+  auto options = on_any_port();
+  options.limits.max_connections = 1;
+  options.limits.reserved_connections = 1;
+  Host host(options);
+  auto busy = host.client();
+  busy.send(get("/defer"));
+  REQUIRE(host.run_until_handled(busy, 1));
+  for (int i = 0; i < 3; ++i) {
+    auto stop = host.client();
+    host.settle();
+    stop.send("POST /stop HTTP/1.1\r\nHost: a\r\n");
+    stop.step();
+    host.settle();
+    stop.send("Content-Length: 4\r\n\r\nab");
+    stop.step();
+    host.settle();
+    stop.send("cd");
+    REQUIRE(host.run_to_end(stop));
+    CHECK(statuses(parse_answers(stop.received)) == std::vector{200});
+  }
+}
+
 TEST_CASE("silent connections exclude no client: the one that is idle for longest is closed", "[transport][R0.1]") {
   auto options = on_any_port();
   options.limits.max_connections = 4;
@@ -585,6 +644,34 @@ TEST_CASE("the last descriptor serves to refuse clients with 503", "[transport]"
   auto later = host.client();
   later.send(get("/"));
   REQUIRE(host.run_to_answers(later, 1));
+}
+
+TEST_CASE("a stop is served when descriptors have run out", "[transport][R0.1]") {
+  Host host;
+  std::vector<RawClient> slow;
+  for (int i = 0; i < 40; ++i) {
+    slow.push_back(host.client());
+    slow.back().send("POST /stop HTTP/1.1\r\nHo");
+    slow.back().step();
+  }
+  std::vector<RawClient> stops;
+  for (int i = 0; i < 3; ++i) stops.push_back(host.client());
+  rlimit before{};
+  ::getrlimit(RLIMIT_NOFILE, &before);
+  const int next = ::dup(0);
+  ::close(next);
+  rlimit full = before;
+  full.rlim_cur = static_cast<rlim_t>(next);
+  ::setrlimit(RLIMIT_NOFILE, &full);
+  host.settle();
+  bool served = true;
+  for (auto& stop : stops) {
+    stop.send("POST /stop HTTP/1.1\r\nHost: a\r\nContent-Length: 0\r\n\r\n");
+    served = host.run_to_end(stop) && statuses(parse_answers(stop.received)) == std::vector{200} && served;
+  }
+  ::setrlimit(RLIMIT_NOFILE, &before);
+  CHECK(served);
+  CHECK(host.handler.requests == 3);
 }
 
 TEST_CASE("when descriptors run out, the connection that is idle for longest is closed", "[transport]") {

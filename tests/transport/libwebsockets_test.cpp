@@ -417,8 +417,30 @@ TEST_CASE("libwebsockets: an idle connection is closed for a new one", "[transpo
   auto refused = host.client();
   refused.send(get("/"));
   REQUIRE(host.run_to_end(refused));
-  CHECK(refused.received.empty());
+  CHECK(statuses(parse_answers(refused.received)) == std::vector{503});
   CHECK_FALSE(waiting.ended);
+}
+
+TEST_CASE("libwebsockets: a stop is served when all connections are taken, also those that are reserved for it", "[transport][libwebsockets]") {
+  TestHost host(make([](transport::TransportOptions& options) {
+    options.limits.max_connections = 3;
+    options.limits.reserved_connections = 4;
+  }));
+  std::vector<RawClient> slow;
+  for (int i = 0; i < 20; ++i) {
+    slow.push_back(host.client());
+    slow.back().send(i < 3 ? get("/defer") : "POST /stop HTTP/1.1\r\nHo");
+    slow.back().step();
+    host.settle();
+  }
+  CHECK(host.handler.open.size() == 3);
+  for (int i = 0; i < 10; ++i) {
+    auto stop = host.client();
+    stop.send("POST /stop HTTP/1.1\r\nHost: a\r\nContent-Length: 2\r\n\r\n{}");
+    REQUIRE(host.run_to_end(stop));
+    CHECK(statuses(parse_answers(stop.received)) == std::vector{200});
+  }
+  CHECK(host.handler.open.size() == 3);
 }
 
 TEST_CASE("libwebsockets: the number of requests of a connection has a limit", "[transport][libwebsockets]") {

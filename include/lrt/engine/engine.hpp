@@ -103,6 +103,7 @@ struct SavedText {
 struct Job {
   Dispatch where = Dispatch::in_poll;
   UniqueFunction<void()> run;
+  bool is_stop = false;  ///< of Action::stop(): runs before the others
 };
 
 /// A request body to be judged, on any thread and without the engine's lock. It calls no user code and never throws. If it
@@ -147,6 +148,7 @@ class Engine final : public Handler {
   HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) override {
     return judge_header(request, body_bytes, authorize(request), now);
   }
+  bool is_stop(const http::Request& request) noexcept override;
   Outcome handle(const http::Request& request, const Result<Access>& access, TimePoint now);
   Outcome handle(const http::Request& request, TimePoint now) override { return handle(request, authorize(request), now); }
   std::optional<Reply> next_reply(TimePoint now) override;

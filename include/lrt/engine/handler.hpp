@@ -52,6 +52,7 @@ struct Reply {
 struct HeaderVerdict {
   std::optional<http::Response> response{};  ///< final: the body is not received; nullopt: it may be
   std::size_t max_body_bytes = std::numeric_limits<std::size_t>::max();  ///< of the body; more: 413
+  bool ignores_body = false;  ///< the transport may discard the body, and handle() gets the request without it
 };
 
 /// What goes to a subscriber next: one message, or with `close` the end. An event stream just ends there.
@@ -81,6 +82,12 @@ class Handler {
   virtual HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) {
     (void)request, (void)body_bytes, (void)now;
     return {};
+  }
+  /// Whether a request, by its header section, invokes an action that stops the robot (Action::stop()). A transport serves it beyond its own
+  /// limits. Calls no user code.
+  virtual bool is_stop(const http::Request& request) noexcept {
+    (void)request;
+    return false;
   }
   /// Responds to a complete request or defers the response. Never throws, and does not call the transport. The views of `request` live for the call.
   virtual Outcome handle(const http::Request& request, TimePoint now) = 0;

@@ -471,6 +471,8 @@ LRT_TERM(lrt, byteOrder);
 LRT_TERM(lrt, littleEndian);
 LRT_TERM(lrt, bigEndian);
 LRT_TERM(lrt, unavailable);
+LRT_TERM(lrt, stop);
+LRT_TERM(lrt, StopAction);
 LRT_TERM(lrt, valueFrom);
 LRT_TERM(lrt, all);
 LRT_TERM(lrt, invocationOf);

@@ -108,6 +108,8 @@ class Session {
   /// Requests come over TLS.
   /// @param client_certificate  subject of the client's verified certificate; empty: it has none
   void set_secure(std::string client_certificate);
+  /// From now on only a request that Handler::is_stop() is served, and it is the last one; others get 503.
+  void serve_only_stops() noexcept { only_stops_ = true; }
   /// The time of the phase is over.
   void expire(TimePoint now);
 
@@ -163,6 +165,7 @@ class Session {
   Phase phase_ = Phase::idle;
   std::uint32_t epoch_ = 0;
   bool input_ended_ = false;
+  bool only_stops_ = false;
 
   // Input: bytes that were received and not consumed. `rest_` is a view of them while run() works, `in_` holds them in between.
   std::string_view rest_;
@@ -181,6 +184,7 @@ class Session {
   ChunkDecoder chunks_;
   std::size_t max_body_bytes_ = 0;          ///< of this request
   std::optional<http::Response> refusal_;   ///< when its body, which is discarded, is over
+  bool ignores_body_ = false;               ///< the body is discarded, and the request served
   std::size_t discarded_body_bytes_ = 0;
 
   // The response.

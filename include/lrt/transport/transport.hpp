@@ -26,12 +26,16 @@ struct Limits {
   /// does not count, so that small commands are served while large bodies use up the limit.
   std::size_t max_total_body_bytes = 64 * 1024 * 1024;
   /// A new connection beyond this number closes the one that has been idle for longest (between requests, or before the first byte of the
-  /// first, without pending input). If none is idle, the new one gets 503 with Retry-After and is closed: 64 of these at a time linger for
+  /// first, without pending input). If none is idle, the new one is one of reserved_connections: it gets 503 with Retry-After and is closed: 64 of these at a time linger for
   /// linger_timeout, the others are closed at once, so that a client whose request arrives later may see a reset. Event streams and
   /// WebSockets count and are never idle: subscription::SubscriptionOptions::max_subscriptions leaves some connections to requests.
   std::size_t max_connections = 2048;
   /// Of one IPv4 address, or of one /64 network of IPv6 addresses (one host can have all of them); more get 503. Clients on this machine are not counted: a proxy has one address for all its clients.
   std::size_t max_connections_per_address = 256;
+  /// Connections beyond max_connections and max_connections_per_address that may only carry a request to a stop (Action::stop()): one, then the
+  /// connection is closed. Other requests get 503 there. When all are taken, a new one replaces the one that has waited longest for its request.
+  /// 0: none.
+  std::size_t reserved_connections = 16;
   std::size_t max_requests_per_connection = 1'000'000;  ///< the response to the last has Connection: close
   /// From the first byte of a header section to its end; more: 408. For the first of a connection: from accept(2) on; a connection without
   /// a byte is closed without a response.

@@ -263,6 +263,7 @@ void ActionResource::describe_effects(About& about, const Description& d) const 
 void ActionResource::describe_types(About& about, const Description&) const {
   about.a(vocab::hybrit::Action);
   if (spec->asynchronous) about.a(vocab::hybrit::AsynchronousAction);
+  if (spec->stop) about.a(vocab::lrt_::StopAction);
   about.a(spec->classes);
 }
 
@@ -271,6 +272,7 @@ void ActionResource::summarize(Overview& o) const {
   o.schema("input", spec->input, spec->facets);
   o.schema("output", spec->output, spec->output_facets);
   o.json("asynchronous", spec->asynchronous ? "true" : "false");
+  if (spec->stop) o.json("stop", "true");
   o.text("unavailable", unavailable);
 }
 

@@ -82,6 +82,7 @@ class ActionResource final : public Resource {
   std::string input_shape() const override { return shape_name("input"); }
   std::string output_shape() const { return shape_name("output"); }
   bool takes_plain_values() const noexcept override { return true; }
+  bool is_stop() const noexcept override { return spec->stop; }
 
   void describe(const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;

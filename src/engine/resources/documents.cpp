@@ -6,6 +6,7 @@
 #include "src/engine/description.hpp"
 #include "src/engine/overview.hpp"
 #include "src/engine/registry.hpp"
+#include "src/engine/resources/action.hpp"
 #include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/thing.hpp"
 #include "src/engine/terms.hpp"
@@ -23,7 +24,19 @@ void RootResource::describe(const Description& d) const {
   about.add(vocab::dcterms::title, rdf::literal(title));
   about.link(vocab::rdfs::seeAlso, d.base + terms_).link(vocab::rdfs::seeAlso, d.base + VocabularyResource::location);
   if (!registry_.roots().empty()) about.link(vocab::lrt_::all, d.base + all_.path);
+  for (const ActionResource* stop : stops()) {
+    about.link(vocab::lrt_::stop, d.base + stop->path);
+    describe_types_of(*stop, d);
+  }
   describe_container(about, *this, d);
+}
+
+std::vector<const ActionResource*> RootResource::stops() const {
+  std::vector<const ActionResource*> all;
+  for (const auto& [path, thing] : registry_.things())
+    for (const auto& action : thing->actions)
+      if (action->spec->stop) all.push_back(action.get());
+  return all;
 }
 
 void RootResource::describe_types(About& about, const Description&) const { describe_container_types(about); }
@@ -31,6 +44,11 @@ void RootResource::describe_types(About& about, const Description&) const { desc
 void RootResource::overview(Overview& o) const {
   o.text("title", title);
   if (!registry_.roots().empty()) o.link("all", all_);
+  if (const auto all = stops(); !all.empty()) {
+    o.begin_array("stops");
+    for (const ActionResource* stop : all) o.link({}, *stop);
+    o.end_array();
+  }
   o.members("things", *this);
 }
 

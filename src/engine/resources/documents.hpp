@@ -2,10 +2,13 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+
+class ActionResource;
 
 /// "/": the list of Things (R0.4).
 class RootResource final : public Resource {
@@ -22,6 +25,8 @@ class RootResource final : public Resource {
   std::string described_by(const std::string& base) const override { return base + terms_; }
 
  private:
+  std::vector<const ActionResource*> stops() const;
+
   const Registry& registry_;
   const std::string terms_;
   const Resource& all_;  ///< all Things as one document

@@ -32,6 +32,8 @@ void ThingResource::describe(const Description& d) const {
   if (!node.children.empty()) about.link(vocab::lrt_::all, d.base + node.tree.path);
   if (node.parent) about.link(vocab::dcterms::isPartOf, d.base + node.parent->self.path);
   for (const ActionResource* a : actions) about.link(vocab::hybrit::action, d.base + a->path);        // R1.10
+  for (const ActionResource* a : actions)
+    if (a->spec->stop) about.link(vocab::lrt_::stop, d.base + a->path);
   for (const auto& p : node.properties) about.link(vocab::hybrit::property, d.base + p->path);  // R1.9
   for (const auto& c : node.collections) about.link(vocab::lrt_::collection, d.base + c->path);
   for (const ThingNode* child : node.children) about.link(vocab::dcterms::hasPart, d.base + child->self.path);

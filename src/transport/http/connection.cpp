@@ -44,6 +44,21 @@ void Connection::open_refused(TimePoint now) {
   write_and_update(now);
 }
 
+void Connection::open_reserved(TimePoint now, bool scarce) {
+  reserved_ = true;
+  scarce_ = scarce;
+  ++loop_.reserved_count;
+  session_.serve_only_stops();
+  join();
+  update(now);
+}
+
+void Connection::leave_reserve(TimePoint now) {
+  if (tls_ && !tls_->is_open()) return close();
+  session_.refuse(503, "too many connections", now);
+  write_and_update(now);
+}
+
 void Connection::reply(engine::Reply reply, TimePoint now) {
   ticket_ = 0;  // the caller took it out of the loop's table
   session_.reply(std::move(reply), now);
@@ -72,6 +87,8 @@ void Connection::close() {
   if (session_.ticket()) loop_.tickets.erase(ticket_);
   close_channel();
   session_.abandon();
+  Linked<ReservedTag>::unlink();
+  if (reserved_) --loop_.reserved_count;
   if (refused_) --loop_.refused;
   if (tls_) tls_->end();
   place_ = {};
@@ -232,8 +249,26 @@ void Connection::write_later() {
 
 // --------------------------------------------------------------------------------------------------------------- waiting
 
+/// A reserved connection is given back when its response has left.
+void Connection::update_reserve() {
+  const auto phase = session_.phase();
+  if (phase == Session::Phase::idle || phase == Session::Phase::header || phase == Session::Phase::body) {
+    if (!Linked<ReservedTag>::is_linked()) loop_.reserved.push_back(*this);
+    return;
+  }
+  Linked<ReservedTag>::unlink();
+  if (phase != Session::Phase::lingering) return;
+  reserved_ = false;
+  --loop_.reserved_count;
+  if (scarce_ || loop_.refused >= max_refused) return close();
+  refused_ = true;
+  ++loop_.refused;
+}
+
 /// Follows the phase of the session.
 void Connection::update(TimePoint now) {
+  if (closed_) return;
+  if (reserved_) update_reserve();
   if (closed_) return;
   const auto phase = session_.phase();
   if (phase == Session::Phase::closed) return close();
@@ -247,7 +282,7 @@ void Connection::update(TimePoint now) {
   }
   const bool anew = epoch_ != session_.epoch();
   if (phase != Session::Phase::idle) Linked<IdleTag>::unlink();
-  else if (anew || !Linked<IdleTag>::is_linked()) loop_.idle.push_back(*this);
+  else if (!reserved_ && (anew || !Linked<IdleTag>::is_linked())) loop_.idle.push_back(*this);
   if (anew) {
     epoch_ = session_.epoch();
     if (const auto time = session_.time()) {

@@ -18,7 +18,7 @@ namespace lrt::transport {
 /// its event stream.
 ///
 /// A request costs one recv and one send, and a share of the waits of the Readiness; a buffer is needed only during a read.
-class Connection final : public Client, public Deadlines::Entry, public Linked<IdleTag> {
+class Connection final : public Client, public Deadlines::Entry, public Linked<IdleTag>, public Linked<ReservedTag> {
  public:
   Connection(Loop& loop, Socket socket, std::string peer, Addresses::Place place, std::unique_ptr<TlsStream> tls);
 
@@ -26,6 +26,11 @@ class Connection final : public Client, public Deadlines::Entry, public Linked<I
   void open(TimePoint now);
   /// Responds with 503 to whatever the client sends.
   void open_refused(TimePoint now);
+  /// Beyond the limit: serves one request that stops the robot, and refuses others.
+  /// @param scarce  its descriptor is needed again: it does not linger
+  void open_reserved(TimePoint now, bool scarce);
+  /// Refuses the client of a reserved connection whose request is not complete.
+  void leave_reserve(TimePoint now);
   /// The reply to the ticket that loop.tickets had for this connection.
   void reply(engine::Reply reply, TimePoint now);
 
@@ -42,7 +47,7 @@ class Connection final : public Client, public Deadlines::Entry, public Linked<I
   void read_pending() { read(false); }
   /// True between requests and before the first, unless there is input that on_ready() has not seen.
   bool is_idle() const noexcept {
-    return !closed_ && session_.phase() == Session::Phase::idle && !(tls_ && tls_->is_under_way());
+    return !closed_ && !reserved_ && session_.phase() == Session::Phase::idle && !(tls_ && tls_->is_under_way());
   }
 
  private:
@@ -58,6 +63,7 @@ class Connection final : public Client, public Deadlines::Entry, public Linked<I
   void watch();
   void write_later();
   void read_later();
+  void update_reserve();
   void keep_ticket();
   void keep_channel();
   void upgrade(TimePoint now);
@@ -72,6 +78,8 @@ class Connection final : public Client, public Deadlines::Entry, public Linked<I
   bool writes_later_ = false;
   bool reads_later_ = false;
   bool half_closed_ = false;
+  bool reserved_ = false;
+  bool scarce_ = false;
   bool refused_ = false;
   bool closed_ = false;
 };

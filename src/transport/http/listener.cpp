@@ -8,6 +8,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <string>
@@ -20,8 +21,6 @@ namespace {
 
 constexpr int backlog = 4096;  // the system has a limit of its own
 constexpr int accepts_per_turn = 16;
-/// Clients over the limit that get a full 503 and linger, at one time; those beyond get `overloaded` and are closed.
-constexpr std::size_t max_refused = 64;
 /// Idle connections that are tried for one without pending input, which is closed.
 constexpr int max_tried = 16;
 constexpr int discards_at_once = 16;
@@ -104,7 +103,7 @@ Result<void> Listener::open() {
   if (::getsockname(socket_.descriptor(), generic, &size) != 0) return failed("getsockname");
   if (!loop_.readiness.watch(socket_, *this, EPOLLIN)) return failed("epoll_ctl");
   port_ = port_of(address);
-  reserve_ = open_reserve();
+  fill_reserve();
   resumes_at_.reset();
   return {};
 }
@@ -112,8 +111,8 @@ Result<void> Listener::open() {
 void Listener::close() {
   Watched::unlink();
   loop_.readiness.close(socket_);
-  if (reserve_ >= 0) ::close(reserve_);
-  reserve_ = -1;
+  for (const int descriptor : reserve_) ::close(descriptor);
+  reserve_.clear();
   port_ = 0;
   resumes_at_.reset();
 }
@@ -139,7 +138,7 @@ void Listener::on_ready(std::uint32_t) {
     const int descriptor = ::accept4(socket_.descriptor(), reinterpret_cast<sockaddr*>(&address), &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (descriptor >= 0) {
       closed_one = false;
-      admit(descriptor, numeric_address(address));
+      admit(descriptor, numeric_address(address), false);
       if (loop_.readiness.is_over()) break;
       continue;
     }
@@ -147,7 +146,7 @@ void Listener::on_ready(std::uint32_t) {
       case EAGAIN: return;
       case EMFILE:
       case ENFILE:
-        if ((!std::exchange(closed_one, true) && close_idle()) || refuse_with_reserve()) continue;
+        if ((!std::exchange(closed_one, true) && close_idle()) || accept_with_reserve()) continue;
         return pause(std::strerror(EMFILE));
       case ENOBUFS:
       case ENOMEM: return pause(std::strerror(errno));
@@ -157,26 +156,43 @@ void Listener::on_ready(std::uint32_t) {
   loop_.readiness.later(*this);
 }
 
-void Listener::admit(int descriptor, std::string peer) {
+/// @param scarce  the descriptor is one of the reserve
+void Listener::admit(int descriptor, std::string peer, bool scarce) {
   const auto now = loop_.clock.now();
   const int on = 1;
   ::setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   const bool secure = loop_.options.tls.has_value();
   auto place = loop_.addresses.take(peer);
-  const bool full = !place || (!is_below_limit() && !close_idle());
-  if (full && loop_.refused >= max_refused) return refuse_at_once(descriptor, secure);
+  const bool full = scarce || !place || (!is_below_limit() && !close_idle());
+  const bool reserves = full && make_reserve();
+  if (full && !reserves && (scarce || loop_.refused >= max_refused)) return refuse_at_once(descriptor, secure);
   Socket socket(descriptor);
   std::unique_ptr<TlsStream> tls;
   if (secure && !(tls = loop_.tls.make(descriptor))) return loop_.log(LogLevel::warning, "a connection is dropped: no memory for TLS");
   if (full) place.reset();
   const auto connection =
       std::make_shared<Connection>(loop_, std::move(socket), std::move(peer), std::move(place).value_or(Addresses::Place()), std::move(tls));
-  if (full) connection->open_refused(now);
+  if (reserves) connection->open_reserved(now, scarce);
+  else if (full) connection->open_refused(now);
   else connection->open(now);
 }
 
+/// Whether a reserved connection is free. If none is, the one that has waited for its request for longest is refused.
+bool Listener::make_reserve() {
+  const std::size_t max = loop_.options.limits.reserved_connections;
+  while (loop_.reserved_count >= max) {
+    if (loop_.reserved.empty()) return false;
+    auto& longest = loop_.reserved.front();
+    longest.read_pending();
+    if (loop_.reserved_count < max) break;
+    if (!loop_.reserved.empty() && &loop_.reserved.front() == &longest) longest.leave_reserve(loop_.clock.now());
+    if (!loop_.reserved.empty() && &loop_.reserved.front() == &longest) return false;
+  }
+  return true;
+}
+
 bool Listener::is_below_limit() const noexcept {
-  return loop_.clients.size() - loop_.refused < loop_.options.limits.max_connections;
+  return loop_.clients.size() - loop_.refused - loop_.reserved_count < loop_.options.limits.max_connections;
 }
 
 /// Closes the connection that has been idle for longest. A connection with a request that on_ready() has not seen is not idle: the request is
@@ -199,18 +215,34 @@ bool Listener::close_idle() {
   return served != nullptr;
 }
 
-/// Accepts one client with the reserve descriptor, to send it a 503.
-bool Listener::refuse_with_reserve() {
-  if (reserve_ < 0) {
-    reserve_ = open_reserve();
+void Listener::fill_reserve() {
+  const std::size_t wanted = std::max<std::size_t>(1, loop_.options.limits.reserved_connections);
+  while (reserve_.size() < wanted) {
+    const int descriptor = open_reserve();
+    if (descriptor < 0) return;
+    reserve_.push_back(descriptor);
+  }
+}
+
+/// Accepts one client with a reserve descriptor, or with that of the reserved connection that has waited longest.
+bool Listener::accept_with_reserve() {
+  fill_reserve();
+  if (!reserve_.empty()) {
+    ::close(reserve_.back());
+    reserve_.pop_back();
+  } else if (!loop_.reserved.empty()) {
+    auto& longest = loop_.reserved.front();
+    longest.read_pending();
+    if (!loop_.reserved.empty() && &loop_.reserved.front() == &longest) longest.close();
+  } else {
     return false;
   }
-  ::close(reserve_);
-  const int descriptor = ::accept4(socket_.descriptor(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
-  const bool refused = descriptor >= 0;
-  if (refused) refuse_at_once(descriptor, loop_.options.tls.has_value());
-  reserve_ = open_reserve();
-  return refused;
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  const int descriptor = ::accept4(socket_.descriptor(), reinterpret_cast<sockaddr*>(&address), &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
+  if (descriptor >= 0) admit(descriptor, numeric_address(address), true);
+  fill_reserve();
+  return descriptor >= 0;
 }
 
 }  // namespace lrt::transport

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <lrt/base/result.hpp>
 
@@ -10,8 +11,8 @@
 
 namespace lrt::transport {
 
-/// Accepts connections. At the limit it closes an idle one for each. When descriptors run out it accepts and refuses clients with a reserve
-/// descriptor, and without that it pauses; it never spins.
+/// Accepts connections. At the limit it closes an idle one for each. When descriptors run out it accepts clients with reserve
+/// descriptors, as reserved connections, and without those it pauses; it never spins.
 class Listener final : public Watched {
  public:
   explicit Listener(Loop& loop) : loop_(loop) {}
@@ -29,16 +30,18 @@ class Listener final : public Watched {
   void go_on() override { on_ready(0); }
 
  private:
-  void admit(int descriptor, std::string peer);
+  void admit(int descriptor, std::string peer, bool scarce);
   bool is_below_limit() const noexcept;
+  bool make_reserve();
   bool close_idle();
-  bool refuse_with_reserve();
+  void fill_reserve();
+  bool accept_with_reserve();
   void pause(const char* reason);
 
   Loop& loop_;
   Socket socket_;
   std::uint16_t port_ = 0;
-  int reserve_ = -1;
+  std::vector<int> reserve_;  ///< descriptors for reserved connections when there are no others
   std::optional<Deadlines::Instant> resumes_at_;
 };
 

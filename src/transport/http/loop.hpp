@@ -28,9 +28,15 @@ class Connection;
 /// Connections whose session is in Phase::idle, the one that has been idle for longest first.
 struct IdleTag;
 using IdleOrder = List<Connection, IdleTag>;
+/// Connections beyond the limit whose request is not complete, the one that has waited for longest first.
+struct ReservedTag;
+using ReservedOrder = List<Connection, ReservedTag>;
 /// Clients for whose channel the handler may have more, after the others have had their turn.
 struct TurnTag;
 using TurnOrder = List<Client, TurnTag>;
+
+/// Clients over the limit that get a full 503 and linger, at one time; those beyond are closed at once.
+constexpr std::size_t max_refused = 64;
 
 /// What the connections of one transport share. One thread.
 struct Loop {
@@ -59,6 +65,8 @@ struct Loop {
   std::unordered_map<std::uint64_t, Connection*> tickets;    ///< that wait for a deferred response
   std::unordered_map<std::uint64_t, Client*> channels;
   TurnOrder turns;
+  ReservedOrder reserved;
+  std::size_t reserved_count = 0;                            ///< connections that serve only stops, in `reserved` or not
   std::size_t refused = 0;                                   ///< connections over the limit that are being sent a 503
   std::vector<char> scratch = std::vector<char>(64 * 1024);  ///< for received bytes during a read
 };

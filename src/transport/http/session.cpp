@@ -243,6 +243,7 @@ void Session::begin_body(std::string_view header, TimePoint now) {
   max_body_bytes_ = context_.limits().max_body_bytes;
   if (!framing_.chunked && framing_.length > max_body_bytes_) return refuse_size(std::to_string(framing_.length), now);
   remove_framing_fields();
+  if (only_stops_ && !context_.handler->is_stop(request_)) return refuse(503, "too many connections", now);
   if (!has_body) return dispatch(now);
   if (!framing_.chunked && rest_.size() >= framing_.length) {
     request_.body = rest_.substr(0, static_cast<std::size_t>(framing_.length));
@@ -263,6 +264,7 @@ bool Session::judge_header(TimePoint now) {
   const auto length = framing_.chunked ? std::nullopt : std::optional(framing_.length);
   auto verdict = context_.handler->judge_header(request_, length, now);
   max_body_bytes_ = std::min(max_body_bytes_, verdict.max_body_bytes);
+  ignores_body_ = verdict.ignores_body;
   if (!verdict.response) {
     request_.header_judged = true;
     if (!length || *length <= max_body_bytes_) return true;
@@ -311,7 +313,7 @@ bool Session::take_body(TimePoint now) {
 bool Session::take_sized_body(TimePoint now) {
   const auto missing = static_cast<std::size_t>(framing_.length) - body_.size() - discarded_body_bytes_;
   const auto part = rest_.substr(0, missing);
-  if (refusal_) discarded_body_bytes_ += part.size();
+  if (refusal_ || ignores_body_) discarded_body_bytes_ += part.size();
   else if (!body_.append(part)) return refuse_for_memory(now), false;
   rest_.remove_prefix(part.size());
   return part.size() == missing;
@@ -335,7 +337,7 @@ void Session::refuse_for_memory(TimePoint now) { refuse(503, "the bodies of othe
 
 void Session::dispatch(TimePoint now) {
   ++requests_;
-  keep_alive_ = framing_.keep_alive && requests_ < context_.limits().max_requests_per_connection;
+  keep_alive_ = framing_.keep_alive && requests_ < context_.limits().max_requests_per_connection && !only_stops_;
   if (refusal_) return respond(*std::exchange(refusal_, std::nullopt), now);
   request_.can_upgrade = request_.can_upgrade && !context_.stopping;
   request_.can_stream = request_.can_stream && !context_.stopping;

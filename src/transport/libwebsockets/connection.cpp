@@ -74,12 +74,13 @@ int Connection::on_request() {
   // libwebsockets takes what follows POST, PUT and PATCH without Content-Length for a body that has no end.
   const bool delimited = request.find("Content-Length").has_value() ||
                          (request.method != "POST" && request.method != "PUT" && request.method != "PATCH");
-  reusable_ = delimited && framing_.keep_alive && requests_ < limits.max_requests_per_connection;
+  reusable_ = !only_stops_ && delimited && framing_.keep_alive && requests_ < limits.max_requests_per_connection;
   incoming_.strip_framing_fields();
   request.header_judged = false;
   request.body = {};
   request.can_upgrade = false;
   request.can_stream = !vhost_.is_stopping();
+  if (only_stops_ && !vhost_.handler().is_stop(request)) return refuse({503, "too many connections"}, "1");
   return framing_.length == 0 ? dispatch() : receive_body();
 }
 
@@ -93,6 +94,7 @@ int Connection::receive_body() {
   if (!verdict.response && framing_.length > verdict.max_body_bytes) return refuse_size(verdict.max_body_bytes);
   incoming_.request.header_judged = !verdict.response;
   refusal_ = std::move(verdict.response);
+  ignores_body_ = verdict.ignores_body;
   discarded_body_bytes_ = 0;
   phase_ = Phase::reading;
   lws_set_timer_usecs(wsi_, to_microseconds(vhost_.options().limits.body_timeout));
@@ -112,7 +114,7 @@ bool Connection::is_pipelined() const { return requests_ > 1 && lws_service_adju
 int Connection::on_body(std::string_view part) {
   if (phase_ != Phase::reading) return 0;  // of a request that has its response already, and whose connection ends
   if (part.size() > framing_.length - body_.size() - discarded_body_bytes_) return -1;
-  if (refusal_) discarded_body_bytes_ += part.size();
+  if (refusal_ || ignores_body_) discarded_body_bytes_ += part.size();
   else if (!body_.append(part)) return refuse({503, "the bodies of other requests need the memory; try again later"}, "1");
   return 0;
 }
@@ -157,6 +159,7 @@ int Connection::on_upgrade() {
   if (!refusal && (framing_.chunked || framing_.length > 0)) refusal = http::Refusal{400, "WebSocket: expected no body"};
   if (!refusal) refusal = http::check_websocket(request);
   if (!refusal && is_pipelined()) refusal = pipelined();
+  if (!refusal && only_stops_) refusal = http::Refusal{503, "too many connections"};
   if (!refusal && request.find("Sec-WebSocket-Protocol"))
     refusal = http::Refusal{400, "Sec-WebSocket-Protocol: expected none, this server has no subprotocols"};
   if (refusal) return refuse(*std::move(refusal));
@@ -352,6 +355,9 @@ bool Connection::is_busy() const noexcept {
   return phase_ == Phase::waiting || phase_ == Phase::writing || phase_ == Phase::upgraded;
 }
 
-void Connection::kill() noexcept { lws_set_timeout(wsi_, PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC); }
+void Connection::kill() noexcept {
+  dying_ = true;
+  lws_set_timeout(wsi_, PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC);
+}
 
 }  // namespace lrt::libwebsockets

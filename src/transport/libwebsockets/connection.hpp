@@ -52,9 +52,14 @@ class Connection {
   void begin_stop();
   bool is_busy() const noexcept;
   bool is_idle() const noexcept { return phase_ == Phase::idle; }
+  bool is_incomplete() const noexcept { return phase_ == Phase::idle || phase_ == Phase::reading; }
   std::chrono::steady_clock::time_point idle_since() const noexcept { return idle_since_; }
+  /// Beyond the limit: serves one request that stops the robot, and refuses others.
+  void serve_only_stops() noexcept { only_stops_ = true; }
+  bool serves_only_stops() const noexcept { return only_stops_; }
   /// Ends it soon, without a word.
   void kill() noexcept;
+  bool is_dying() const noexcept { return dying_; }
   const std::string& peer() const noexcept { return peer_; }
 
  private:
@@ -91,6 +96,9 @@ class Connection {
   std::optional<http::Response> refusal_;  ///< when the body, which is discarded, is over
   std::size_t discarded_body_bytes_ = 0;
 
+  bool only_stops_ = false;
+  bool dying_ = false;
+  bool ignores_body_ = false;  ///< the body is discarded, and the request served
   bool reusable_ = false;  ///< another request may follow
   std::optional<engine::Ticket> ticket_;
   std::optional<engine::Channel> stream_;

@@ -277,6 +277,10 @@ Connection& Vhost::find_or_make(lws* wsi) {
   connections_.insert(made.get());
   lws_set_opaque_user_data(wsi, made.get());
   auto& connection = *made.release();
+  if (std::exchange(next_is_reserved_, false)) {
+    connection.serve_only_stops();
+    return connection;
+  }
   const std::string client = client_key(connection.peer());
   if (!is_this_machine(client)) ++addresses_[client];
   return connection;
@@ -289,7 +293,8 @@ void Vhost::remove(lws* wsi) noexcept {
   if (connection == nullptr) return;
   lws_set_opaque_user_data(wsi, nullptr);
   connections_.erase(connection);
-  if (const auto counted = addresses_.find(client_key(connection->peer())); counted != addresses_.end() && --counted->second == 0)
+  const auto counted = connection->serves_only_stops() ? addresses_.end() : addresses_.find(client_key(connection->peer()));
+  if (counted != addresses_.end() && --counted->second == 0)
     addresses_.erase(counted);
   delete connection;
 }
@@ -298,18 +303,35 @@ void Vhost::remove(lws* wsi) noexcept {
 int Vhost::filter(int descriptor) {
   const auto& limits = options_.limits;
   if (stopping_) return -1;
-  if (connections_.size() >= limits.max_connections && !make_room()) return -1;
+  const auto reserved = std::count_if(connections_.begin(), connections_.end(), [](const Connection* c) { return c->serves_only_stops(); });
   char peer[64] = "";
   lws_get_peer_simple_fd(descriptor, peer, sizeof peer);
   const auto counted = addresses_.find(client_key(peer));
-  return counted != addresses_.end() && counted->second >= limits.max_connections_per_address ? -1 : 0;
+  const bool full = (counted != addresses_.end() && counted->second >= limits.max_connections_per_address) ||
+                    (connections_.size() - static_cast<std::size_t>(reserved) >= limits.max_connections && !make_room());
+  next_is_reserved_ = full && make_reserve();
+  return full && !next_is_reserved_ ? -1 : 0;
+}
+
+/// Whether one more connection may serve a stop. If as many do as may, the one that has waited for its request for longest ends.
+bool Vhost::make_reserve() {
+  std::size_t reserved = 0;
+  Connection* oldest = nullptr;
+  for (auto* const connection : connections_) {
+    if (!connection->serves_only_stops() || connection->is_dying()) continue;
+    ++reserved;
+    if (connection->is_incomplete() && (oldest == nullptr || connection->idle_since() < oldest->idle_since())) oldest = connection;
+  }
+  if (reserved < options_.limits.reserved_connections) return true;
+  if (oldest != nullptr) oldest->kill();
+  return oldest != nullptr;
 }
 
 /// Ends the connection that has been idle longest. False: none is.
 bool Vhost::make_room() {
   Connection* oldest = nullptr;
   for (auto* const connection : connections_) {
-    if (connection->is_idle() && (oldest == nullptr || connection->idle_since() < oldest->idle_since())) oldest = connection;
+    if (connection->is_idle() && !connection->serves_only_stops() && (oldest == nullptr || connection->idle_since() < oldest->idle_since())) oldest = connection;
   }
   if (oldest != nullptr) oldest->kill();
   return oldest != nullptr;

@@ -94,6 +94,7 @@ class Vhost {
   Connection& find_or_make(lws* wsi);
   int filter(int descriptor);
   bool make_room();
+  bool make_reserve();
   void remove(lws* wsi) noexcept;
 
   transport::TransportOptions options_;
@@ -113,6 +114,7 @@ class Vhost {
   transport::BodyBudget bodies_;
   std::chrono::seconds date_second_{-1};
   std::string date_;
+  bool next_is_reserved_ = false;  ///< what filter() has decided of the client that is being accepted
   std::size_t events_ = 0;
   bool woken_ = false;
   bool stopping_ = false;

@@ -120,6 +120,7 @@ struct ActionSpec : ResourceSpec {
   rdf::Facets facets, output_facets;     ///< of the input and of the output
   ActionPolicy policy;
   bool asynchronous = false;
+  bool stop = false;                     ///< Action::stop()
   Availability availability;
   std::vector<EffectSpec> effects;
   std::vector<std::string> effect_turtle;                       ///< documents; their base is the action
