@@ -31,6 +31,12 @@ struct CallbackOptions {
   std::chrono::milliseconds suspended_pause{60'000};
   unsigned suspended_attempts = 10;
   ThreadOptions threads;  ///< of the threads that deliver; a server sets them to its Threads::own
+  /// For resolving the name of a receiver, with the wait for a thread; more than 0. Then the notification failed. It is not part of
+  /// response_time, and a notification that waits for a name takes none of max_threads.
+  std::chrono::milliseconds resolve_time{2'000};
+  /// Threads that resolve names, besides max_threads; at least 1. They exist while they resolve: one for each name, half of them for names with
+  /// the same two last labels. The system's resolver cannot be interrupted, so a name whose server hangs keeps its thread after resolve_time.
+  std::size_t max_resolver_threads = 8;
 };
 
 /// Subscriptions: limits, and how changes get from the control loop to the engine.
