@@ -121,19 +121,28 @@ async def the_first_message_is_what_get_answers(robot, demo):
 async def messages_come_while_it_moves_and_end_with_what_get_answers(robot, demo):
     async with connect(robot.ws(f"{S1}/rotation?queueLength=1000")) as ws:
         await receive(ws)
-        invocation = (await off_loop(robot.rotate, "right_s1", 6)).expect(204).field("Location")
         during = []
         got = []
-        async with connect("ws" + invocation[4:]) as command:
-            watching = asyncio.ensure_future(until_message(command, lambda m: "lrt:succeeded" in m, "succeeded"))
-            while not watching.done():
-                during.append(await off_loop(robot.get, f"{S1}/rotation"))
-                while len(ws.messages) > 0:
-                    got.append(await receive(ws))
-            await watching
-        last = await off_loop(robot.get, f"{S1}/rotation")
-        if not got or got[-1] != last.body:
-            got += await until_message(ws, lambda m: m == last.body, "the last rotation")
+
+        async def move(degrees):
+            invocation = (await off_loop(robot.rotate, "right_s1", degrees)).expect(204).field("Location")
+            async with connect("ws" + invocation[4:]) as command:
+                watching = asyncio.ensure_future(until_message(command, lambda m: "lrt:succeeded" in m, "succeeded"))
+                while not watching.done():
+                    during.append(await off_loop(robot.get, f"{S1}/rotation"))
+                    while len(ws.messages) > 0:
+                        got.append(await receive(ws))
+                await watching
+            last = await off_loop(robot.get, f"{S1}/rotation")
+            if not got or got[-1] != last.body:
+                got.extend(await until_message(ws, lambda m: m == last.body, "the last rotation"))
+            return last
+        last, degrees = await move(6), 6
+        # A machine under load takes few steps for a movement: it moves to and fro until there was something to compare.
+        end = time.monotonic() + 2 * PATIENCE
+        while (len(got) <= 20 or not any(a.body in got for a in during)) and time.monotonic() < end:
+            degrees = 6 - degrees
+            last = await move(degrees)
         assert len(got) > 20, len(got)
         stamps = [modified(m) for m in got]
         assert stamps == sorted(stamps), "no message is older than the one before"  # a loop that catches up steps twice in a microsecond
@@ -860,17 +869,21 @@ async def thousands_of_sockets_end_in_503(robot, demo):
             seen, kept = {}, []
 
             async def one():
-                try:
-                    reader, writer = await asyncio.wait_for(Way.streams(own.port), PATIENCE)
+                try:  # without a time limit of its own: that of the case is enough
+                    reader, writer = await Way.streams(own.port)
                     kept.append(writer)
                     writer.write(handshake(own, f"{S1}/actions/rotate"))
-                    status = int((await asyncio.wait_for(reader.readline(), PATIENCE)).split()[1])
+                    status = int((await reader.readline()).split()[1])
                 except (OSError, IndexError, asyncio.IncompleteReadError):
                     status = 0  # reset after the 503, or closed without a word
                 seen[status] = seen.get(status, 0) + 1
-            for _ in range(20):
+            # These clients do not respond to pings, so a slow machine may close the first before the last are open. The limit is reached once
+            # there is a 503, and not before 1,500 subscriptions exist.
+            while 503 not in seen and len(kept) < 6000:
                 await asyncio.gather(*(one() for _ in range(100)))
-            assert set(seen) <= {0, 101, 503} and 1400 <= seen[101] <= 1500 and seen.get(503, 0) > 0, seen
+            assert set(seen) <= {0, 101, 503} and seen.get(503, 0) > 0 and seen[101] + seen.get(0, 0) >= 1400, seen
+            members = len(await off_loop(own.members, S1))  # a request is served
+            assert 0 < members <= 1500, (members, seen)
             while early.messages:
                 await receive(early)
             for _ in range(20):  # who is in is served as before
