@@ -7,6 +7,7 @@ usage: subscriptions_test.py [--transport NAME] [--tls] PATH_OF_BAXTER [WORD]...
 import asyncio
 import hashlib
 import hmac
+import itertools
 import os
 import random
 import re
@@ -242,18 +243,26 @@ async def bad_handshakes_are_refused(robot, demo):
 
 @case
 async def an_invocation_is_watched_to_its_end(robot, demo):
+    async def check(ws, invocation, got):
+        progress = [float(re.search(r'lrt:progress "?([0-9.eE+-]+)', m).group(1)) for m in got if "lrt:progress" in m]
+        assert len(got) > 3 and progress == sorted(progress) and progress[-1] == 1, progress[:5] + progress[-5:]
+        assert got[-1] == robot.get(invocation).body
+        http_request("DELETE", invocation).expect(204)
+        closed = await closed_with(ws)
+        assert closed and closed.code == 1001, closed
+
     async with connect(robot.ws("baxter/right_e1/actions/rotate")) as action:
         await receive(action)
-        invocation = (await off_loop(robot.rotate, "right_e1", 8)).expect(204).field("Location")
-        await until_message(action, lambda m: invocation.rsplit("/", 1)[1] in m, "the action names its invocation")
-        async with connect("ws" + invocation[4:]) as ws:
-            got = await until_message(ws, lambda m: "lrt:succeeded" in m, "succeeded")
-            progress = [float(re.search(r'lrt:progress "?([0-9.eE+-]+)', m).group(1)) for m in got if "lrt:progress" in m]
-            assert len(got) > 3 and progress == sorted(progress) and progress[-1] == 1, progress[:5] + progress[-5:]
-            assert got[-1] == robot.get(invocation).body
-            http_request("DELETE", invocation).expect(204)
-            closed = await closed_with(ws)
-            assert closed and closed.code == 1001, closed
+        end = time.monotonic() + 2 * PATIENCE
+        for degrees in itertools.cycle((8, 0)):  # a machine under load reports few steps of a movement: until there are some to compare
+            invocation = (await off_loop(robot.rotate, "right_e1", degrees)).expect(204).field("Location")
+            await until_message(action, lambda m: invocation.rsplit("/", 1)[1] in m, "the action names its invocation")
+            async with connect("ws" + invocation[4:]) as ws:
+                got = await until_message(ws, lambda m: "lrt:succeeded" in m, "succeeded")
+                if len(got) <= 3 and time.monotonic() < end:
+                    continue
+                await check(ws, invocation, got)
+                break
 
 
 @case
@@ -472,10 +481,14 @@ def every_change_is_posted_in_order_up_to_the_newest(robot, demo):
     with Receiver() as receiver:
         location = robot.call_back(f"{S1}/rotation", receiver.url).expect(201).field("Location")
         receiver.wait()
-        command = robot.rotate("right_s1", 12).expect(204).field("Location")
-        until(lambda: "lrt:succeeded" in robot.get(command).body, "the arm has moved")
-        get = robot.get(f"{S1}/rotation")
-        requests = receiver.wait(lambda rs: rs[-1].text == get.body, "the last rotation")
+        end = time.monotonic() + 2 * PATIENCE
+        for degrees in itertools.cycle((12, 0)):  # a machine under load posts few of a movement: until there are some to compare
+            command = robot.rotate("right_s1", degrees).expect(204).field("Location")
+            until(lambda: "lrt:succeeded" in robot.get(command).body, "the arm has moved")
+            get = robot.get(f"{S1}/rotation")
+            requests = receiver.wait(lambda rs: rs[-1].text == get.body, "the last rotation")
+            if len(requests) > 5 or time.monotonic() > end:
+                break
         stamps = [modified(r.text) for r in requests]
         assert len(stamps) > 5 and stamps == sorted(set(stamps)), (len(stamps), "each is newer than the one before")
         assert requests[-1].headers["ETag"] == get.field("ETag")
