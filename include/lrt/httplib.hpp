@@ -72,17 +72,17 @@ class Mount {
     if (auto refusal = check(request, framing)) return respond(from, to, problem(refusal->status, std::move(refusal->reason)));
     const bool has_content = framing.chunked || framing.length > 0;
     const bool unread = has_content && !may_have_content(from.method);  // some releases leave it on the connection
-    std::string body;
-    if (has_content && !unread) {
-      if (auto refusal = read(from, to, request, framing, reader, body)) return respond(from, to, *std::move(refusal));
-      request.body = reader ? std::string_view(body) : std::string_view(from.body);
-    }
     request.fields.erase(std::remove_if(request.fields.begin(), request.fields.end(),
                                         [](const http::Field& field) {
                                           return http::iequals(field.name, "Content-Length") ||
                                                  http::iequals(field.name, "Transfer-Encoding");
                                         }),
                          request.fields.end());
+    std::string body;
+    if (has_content && !unread) {
+      if (auto refusal = read(from, to, request, framing, reader, body)) return respond(from, to, *std::move(refusal));
+      request.body = reader ? std::string_view(body) : std::string_view(from.body);
+    }
 
     Served served = server_.serve(request);
     served.response.close = served.response.close || unread;
@@ -94,6 +94,8 @@ class Mount {
   using SteadyClock = std::chrono::steady_clock;
   /// So long can an open event stream delay the end of the host's server.
   static constexpr std::chrono::milliseconds longest_wait{200};
+  /// Of the body of a refused request, so that its connection can be kept.
+  static constexpr std::size_t max_discarded_body_bytes = 16 * 1024;
 
   /// An open event stream.
   struct Stream {
@@ -154,7 +156,7 @@ class Mount {
     return http::check_request(request, framing);
   }
 
-  std::optional<http::Response> read(const httplib::Request& from, const httplib::Response& to, const http::Request& request,
+  std::optional<http::Response> read(const httplib::Request& from, const httplib::Response& to, http::Request& request,
                                      const http::Framing& framing, const httplib::ContentReader* reader,
                                      std::string& body) const {
     // cpp-httplib would decode these, the one into its own files, the other into what the fields do not describe.
@@ -164,16 +166,24 @@ class Mount {
       response.fields.add("Accept-Encoding", "identity");
       return response;
     }
-    const auto too_large = [this] {
-      return problem(413, "the body has more than " + std::to_string(options_.max_body_bytes) + " bytes");
-    };
-    if (framing.length > options_.max_body_bytes || from.body.size() > options_.max_body_bytes) return too_large();
+    std::size_t max_bytes = options_.max_body_bytes;
+    const auto too_large = [&max_bytes] { return problem(413, "the body has more than " + std::to_string(max_bytes) + " bytes"); };
+    if (framing.length > max_bytes || from.body.size() > max_bytes) return too_large();
     // Some releases do not read the body of such a request.
     if (framing.chunked && from.method == "DELETE") return problem(411, "Content-Length: expected one");
     if (!reader) return std::nullopt;
+    engine::HeaderVerdict verdict = server_.judge_header(request, framing.chunked ? std::nullopt : std::optional(framing.length));
+    if (verdict.response) {
+      const bool is_short = !framing.chunked && !framing.expects_continue && framing.length <= max_discarded_body_bytes;
+      const bool discarded = is_short && (*reader)([](const char*, std::size_t) { return true; });
+      verdict.response->close = verdict.response->close || !discarded;
+      return std::move(verdict.response);
+    }
+    request.header_judged = true;
+    max_bytes = std::min(max_bytes, verdict.max_body_bytes);
     bool is_too_large = false;
     const bool complete = (*reader)([&](const char* data, std::size_t size) {
-      is_too_large = size > options_.max_body_bytes - body.size();
+      is_too_large = size > max_bytes - body.size();
       if (!is_too_large) body.append(data, size);
       return !is_too_large;
     });
@@ -269,6 +279,10 @@ class Mount {
 ///
 /// Below a prefix every request is the server's. Without one the host's routes stay if they were added before; then a POST, PUT or PATCH without
 /// Content-Length waits for the host's read timeout with some releases (0.11).
+///
+/// Below a prefix a request is judged by its header section before its body is read (engine::Handler::judge_header()). Without one cpp-httplib
+/// reads the body first, up to its own limit. `100 Continue` is the host's: cpp-httplib sends it before any of this, unless
+/// set_expect_100_continue_handler() says otherwise. Each body occupies a thread of the host, so that their number limits the memory.
 ///
 /// A client may name the host server's port on this machine, or with that port one of Security::allowed_hosts; or set
 /// Listen::public_base. There are no WebSockets here; web callbacks are ordered by POST or GET with `Upgrade: callback` as elsewhere.

@@ -63,6 +63,10 @@ struct Security {
   /// than browsers are not concerned. "*" makes the robot readable by each page that somebody visits whose browser can connect to the robot,
   /// also where the robot itself cannot be reached from the Internet. Commands, WebSockets and event streams depend on allowed_origins.
   std::vector<std::string> read_origins;
+  /// Servers whose notifications this server carries out as commands, by their base IRI ("http://arm.example:8080"); "*": all but its own.
+  /// By default none: a PUT, POST or DELETE with the field Lrt-Notification-Of is refused with 403. Otherwise a client of a robot that may
+  /// call this one could subscribe an action or a writable Property of this robot to it, and so move this robot.
+  std::vector<std::string> notification_senders;
 };
 
 /// Bounds of what clients can use: memory, connections and time.
@@ -94,8 +98,9 @@ struct Threads {
   /// Threads of lrt that parse and judge request bodies above Limits::small_body_bytes, so that neither the control loop nor other clients wait
   /// for them. They start with the first such body, and run no lambda. 0: the thread that serves judges every body, 1 MiB in up to 0.2 s.
   unsigned body_threads = 1;
-  /// Policy, CPUs and stack of all threads that the server starts: lrt-io (Io::own_thread), lrt-run (Server::start), lrt-callback, lrt-resolve, lrt-save, lrt-body.
-  /// They do not inherit those of the thread that creates the server, and block all signals; a process that a lambda starts there inherits the mask.
+  /// Policy, CPUs and stack of all threads that the server starts: lrt-io (Io::own_thread), lrt-run (Server::start), lrt-callback, lrt-resolve, lrt-save,
+  /// lrt-body. They do not inherit those of the thread that creates the server, and block all signals; a process that a lambda starts there
+  /// inherits the mask.
   ThreadOptions own;
 };
 

@@ -221,8 +221,8 @@ std::optional<http::Response> Engine::Impl::denied(const Context& context, const
   const http::Request& request = context.request();
   if (is_from_foreign_page(context))
     return parts.responses.problem(context, 403, "web pages of " + std::string(*request.find("Origin")) + " may not send this: the origin is not in allowed_origins of this server");
-  if (!is_safe(request.method) && parts.subscriptions.is_own_notification(request))
-    return parts.responses.problem(context, 403, "this is a notification of this server itself, which it does not carry out");
+  if (!is_safe(request.method) && parts.subscriptions.is_refused_notification(request))
+    return parts.responses.problem(context, 403, "this is a notification of another resource, which this server does not carry out: its sender is not in notification_senders");
   if (!access) {
     parts.responses.log(LogLevel::error, "the authorizer: " + access.error().message);
     return parts.responses.problem(context, 500, "the authorizer failed");

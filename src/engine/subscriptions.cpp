@@ -1,3 +1,4 @@
+#include "src/base/ascii.hpp"
 #include "src/engine/subscriptions.hpp"
 
 #include <algorithm>
@@ -83,6 +84,18 @@ Result<void> Subscriptions::check_options() const {
 
 bool Subscriptions::may_call(const subscription::CallbackUrl& url) const {
   return allowed_ && allowed_->names(url.host, url.port) && !bases_.is_this_server(url);
+}
+
+bool Subscriptions::is_refused_notification(const http::Request& request) const {
+  const auto field = request.find(notification_field);
+  if (!field) return false;
+  constexpr std::string_view parameter = "; base=\"";
+  const std::size_t at = field->find(parameter);
+  if (request.count(notification_field) != 1 || at == std::string_view::npos || field->back() != '"' || field->substr(0, at) == instance_) return true;
+  std::string_view sender = field->substr(at + parameter.size());
+  sender.remove_suffix(1);
+  const auto& senders = options_.notification_senders;
+  return std::none_of(senders.begin(), senders.end(), [&](const std::string& allowed) { return allowed == "*" || allowed == sender; });
 }
 
 SubscriptionResource* Subscriptions::find(Channel channel) const {
@@ -356,6 +369,7 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
   if (s.queues()) s.observed.for_each_property([this](PropertyResource& p) { values_.keep(p, true); });
   s.observed.add_observer(s, scanner_);
   if (s.protocol == Protocol::callback) {
+    s.confirmed = !must_confirm(s.url);
     ++callbacks_;
     saves_.changed();
   }
@@ -621,8 +635,9 @@ std::optional<Subscriptions::Instant> Subscriptions::next_deadline() const {
 
 std::optional<subscription::Notification> Subscriptions::next_notification(Channel channel, TimePoint now) {
   SubscriptionResource* s = find(channel);
-  if (!s || s->protocol != Protocol::callback || s->under_way) return std::nullopt;
+  if (!s || s->protocol != Protocol::callback || s->under_way || s->confirming) return std::nullopt;
   try {
+    if (!s->confirmed) return confirmation_of(*s);
     auto item = next_item(*s, now);
     if (!item) return std::nullopt;
     subscription::Notification notification;
@@ -631,7 +646,7 @@ std::optional<subscription::Notification> Subscriptions::next_notification(Chann
     notification.secret = s->secret.empty() ? options_.callbacks.secret : s->secret;
     notification.failed_before = s->retry.tried();
     notification.fields.add("Content-Type", content_type(s->its_variant, s->observed.variants().type_of(s->its_variant)));
-    notification.fields.add(notification_field, instance_);
+    notification.fields.add(notification_field, instance_ + "; base=\"" + bases_[s->base] + '"');
     notification.fields.add("ETag", item->tag);
     http::LinkWriter links;
     links.add(bases_[s->base] + s->observed.path, "about");
@@ -645,12 +660,49 @@ std::optional<subscription::Notification> Subscriptions::next_notification(Chann
   }
 }
 
+bool Subscriptions::must_confirm(const std::string& url) const {
+  using subscription::Confirmation;
+  const Confirmation which = options_.callbacks.confirmation;
+  if (which != Confirmation::not_loopback) return which == Confirmation::all;
+  const Result<subscription::CallbackUrl> parsed = subscription::parse_callback_url(url);
+  return !parsed || !loopback_->names(parsed->host, parsed->port);
+}
+
+/// Asks the receiver whether it wants the subscription (WebSub 5.3).
+subscription::Notification Subscriptions::confirmation_of(SubscriptionResource& s) const {
+  constexpr char digits[] = "0123456789ABCDEF";
+  subscription::Notification question;
+  question.url = s.url;
+  question.failed_before = s.retry.tried();
+  question.challenge = RandomIds().next();
+  question.query = "hub.mode=subscribe&hub.challenge=" + question.challenge + "&hub.topic=";
+  for (const char c : bases_[s.base] + s.observed.path) {
+    if (lrt::detail::is(c, lrt::detail::unreserved)) {
+      question.query += c;
+    } else {
+      const auto byte = static_cast<unsigned char>(c);
+      ((question.query += '%') += digits[byte >> 4]) += digits[byte & 15];
+    }
+  }
+  s.confirming = true;
+  return question;
+}
+
 void Subscriptions::delivered(Channel channel, const subscription::DeliveryResult& result, TimePoint now) {
   SubscriptionResource* s = find(channel);
-  if (!s || !s->under_way) return;  // cancelled meanwhile
-  subscription::Item item = *std::exchange(s->under_way, std::nullopt);
+  if (!s || !(s->under_way || s->confirming)) return;  // cancelled meanwhile
+  const bool confirming = std::exchange(s->confirming, false);
+  std::optional<subscription::Item> item = std::exchange(s->under_way, std::nullopt);
   s->ready_announced = false;
-  if (result.status >= 200 && result.status < 300) {
+  if (confirming && result.confirmed) {
+    s->confirmed = true;
+    s->retry.succeeded();
+    s->last_error.clear();
+    s->logged_error.clear();
+    return announce(*s);
+  }
+  const bool may_confirm_later = result.status == 0 || result.status == 408 || result.status == 429 || result.status >= 500;
+  if (!confirming && result.status >= 200 && result.status < 300) {
     ++s->delivered;
     s->retry.succeeded();
     s->last_error.clear();
@@ -661,8 +713,8 @@ void Subscriptions::delivered(Channel channel, const subscription::DeliveryResul
   const std::string& detail = result.error.empty() ? s->last_error : result.error;
   if (std::exchange(s->logged_error, detail) != detail) responses_.log(LogLevel::warning, s->path + ": " + detail);
   ++s->revision;
-  if (result.status == 410 || result.refused) {
-    responses_.log(LogLevel::info, s->path + " ends: " + detail);
+  if (result.status == 410 || result.refused || (confirming && !may_confirm_later)) {
+    responses_.log(LogLevel::info, s->path + " ends: " + (confirming ? "the receiver did not confirm it: " : "") + detail);
     return end(*s, 0, {});
   }
   // Jitter from what differs between subscriptions: the engine has no source of chance.
@@ -673,7 +725,7 @@ void Subscriptions::delivered(Channel channel, const subscription::DeliveryResul
     return end(*s, 0, {});
   }
   if (s->queues() && !s->retry.suspended()) {
-    s->backlog.put_back(std::move(item));
+    if (item) s->backlog.put_back(*std::move(item));
   } else {
     s->backlog.drop_items();
     s->backlog.mark_pending();

@@ -27,8 +27,8 @@
 
 namespace lrt::engine {
 
-/// The name of this server in its notifications. A server refuses its own as commands: a robot that obeyed what it says of itself would
-/// be moved by any subscriber, without end.
+/// The name of a server in its notifications: `<id of the process>; base="<base IRI>"`. A server refuses notifications as commands: a robot
+/// that obeyed them could be moved by any subscriber of another one, and by its own notifications without end.
 inline constexpr std::string_view notification_field = "Lrt-Notification-Of";
 
 /// Subscriptions: made by Upgrade, event stream, or POST; notified of changes; ended. Messages are pulled: a channel is named once, and
@@ -53,8 +53,8 @@ class Subscriptions {
   Outcome subscribe(Context& context, Protocol protocol);
   /// POST of a description to the container of subscriptions.
   Outcome create(Context& context);
-  /// A request is a notification of this server.
-  bool is_own_notification(const http::Request& request) const { return request.find(notification_field) == instance_; }
+  /// A request is a notification, and its sender is not one of those that may send commands in this way.
+  bool is_refused_notification(const http::Request& request) const;
 
   /// Makes one that was judged already.
   SubscriptionResource& make(SubscriptionRequest request, std::size_t base, std::string id, Utc created);
@@ -107,6 +107,8 @@ class Subscriptions {
   void announce(SubscriptionResource& s);
   std::optional<subscription::Item> next_item(SubscriptionResource& s, TimePoint now);
   void notify_of_structure();
+  bool must_confirm(const std::string& url) const;
+  subscription::Notification confirmation_of(SubscriptionResource& s) const;
 
   const EngineOptions& options_;
   Registry& registry_;
@@ -118,6 +120,7 @@ class Subscriptions {
   ChangeScanner& scanner_;
   PendingSaves& saves_;
   const Result<subscription::AllowedHosts> allowed_;
+  const Result<subscription::AllowedHosts> loopback_ = subscription::AllowedHosts::parse({"127.0.0.0/8", "::1"});
   const std::string instance_;
 
   std::uint64_t next_channel_ = 1;

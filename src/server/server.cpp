@@ -382,6 +382,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     options.public_base = options_.listen.public_base;
     options.allowed_hosts = options_.security.allowed_hosts;
     options.allowed_origins = options_.security.allowed_origins;
+    options.notification_senders = options_.security.notification_senders;
     options.read_origins = options_.security.read_origins;
     options.authorize = options_.security.authorize;
     options.challenge = options_.security.challenge;

@@ -21,6 +21,7 @@ struct Step {
   std::vector<std::string> texts;    ///< that the body contains
   std::string triples, absent;       ///< Turtle
   long size = -1;                    ///< of the body
+  std::size_t declared = 0;          ///< bytes of a body that the request declares and does not send
 };
 
 struct Case {
@@ -86,6 +87,7 @@ inline std::vector<Case> read_cases(const std::string& path) {
       case '=': steps.back().triples += rest + "\n"; break;
       case '!': steps.back().absent += rest + "\n"; break;
       case '^': steps.back().size = std::stol(rest); break;
+      case '?': steps.back().declared = std::stoul(rest); break;
       default: throw wrong("unknown kind of line");
     }
     before = kind;

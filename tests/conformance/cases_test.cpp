@@ -36,6 +36,8 @@ class Target {
  public:
   virtual ~Target() = default;
   virtual Answer ask(const std::string& request) = 0;
+  /// The same for a request whose body is declared and not sent.
+  virtual Answer ask_without_body(const std::string& request, std::size_t declared) = 0;
   virtual std::string host() const = 0;
   virtual bool secure() const { return false; }
   /// Of all paths of the robot.
@@ -54,6 +56,12 @@ class EngineTarget final : public Target {
     bench_.add(robot.tool());
   }
   Answer ask(const std::string& request) override { return bench_.ask(request); }
+  Answer ask_without_body(const std::string& text, std::size_t declared) override {
+    RequestText request(text);
+    const auto verdict = bench_.engine.judge_header(request.get(), declared, clock.now());
+    if (!verdict.response) throw std::runtime_error("the body was admitted by " + text);
+    return Answer(*verdict.response);
+  }
   std::string host() const override { return "localhost"; }
   void settle() override { bench_.run(); }
 
@@ -103,6 +111,8 @@ class LoopbackTarget final : public Target {
     if (!answer) throw std::runtime_error("no answer to " + text);
     return *answer;
   }
+  /// There is no network that a body could be late on.
+  Answer ask_without_body(const std::string& text, std::size_t declared) override { return ask(text + "\n\n" + std::string(declared, ' ')); }
   std::string host() const override { return "localhost:0"; }
   void settle() override {
     for (int i = 0; i < 3; ++i) server_->poll();
@@ -165,6 +175,18 @@ class SocketTarget final : public Target {
     settle();
     return answer;
   }
+  Answer ask_without_body(const std::string& text, std::size_t declared) override {
+    Answer last;
+    for (const bool expects : {true, false}) {
+      Socket client(server_->port(), tls_ ? std::make_unique<TlsLayer>(TlsSide::get().client.get()) : nullptr);
+      client.send_header(text, declared, expects);
+      const Answer answer = client.await([this] { server_->poll(); });
+      if (!expects && answer.status != last.status) throw std::runtime_error("with Expect: " + std::to_string(last.status));
+      last = answer;
+    }
+    settle();
+    return last;
+  }
   std::string host() const override { return "127.0.0.1:" + std::to_string(server_->port()); }
   bool secure() const override { return tls_; }
   void settle() override {
@@ -191,18 +213,22 @@ class HttplibTarget final : public Target {
   }
   Answer ask(const std::string& text) override {
     if (!client_) client_ = std::make_unique<Socket>(host_->port());
-    std::string request = text;
-    std::size_t path = request.find(' ') + 1;
-    if (request.compare(path, 7, "http://") == 0) path = request.find('/', path + 7);
-    if (request[path] == '/' && request.compare(path, prefix().size(), prefix()) != 0) request.insert(path, prefix());
     Answer answer;
     try {
-      answer = client_->ask(request, [this] { server_->poll(); });
+      answer = client_->ask(with_prefix(text), [this] { server_->poll(); });
     } catch (...) {
       client_.reset();  // the host's thread waits for it
       throw;
     }
     if (answer.field("Connection") == "close") client_.reset();
+    settle();
+    return answer;
+  }
+  /// Without `Expect: 100-continue`, to which cpp-httplib responds itself.
+  Answer ask_without_body(const std::string& text, std::size_t declared) override {
+    Socket client(host_->port());
+    client.send_header(with_prefix(text), declared, false);
+    const Answer answer = client.await([this] { server_->poll(); });
     settle();
     return answer;
   }
@@ -213,6 +239,13 @@ class HttplibTarget final : public Target {
   }
 
  private:
+  std::string with_prefix(std::string request) const {
+    std::size_t path = request.find(' ') + 1;
+    if (request.compare(path, 7, "http://") == 0) path = request.find('/', path + 7);
+    if (request[path] == '/' && request.compare(path, prefix().size(), prefix()) != 0) request.insert(path, prefix());
+    return request;
+  }
+
   std::unique_ptr<Server> server_;
   std::unique_ptr<HttplibHost> host_;
   std::unique_ptr<Socket> client_;
@@ -274,7 +307,7 @@ class Run {
   void exchange(const Step& step) {
     std::string request = filled(step.request);
     if (request.find("\nHost: ") == std::string::npos) request.insert(std::min(request.find('\n'), request.size()), "\nHost: " + target_.host());
-    const Answer answer = target_.ask(request);
+    const Answer answer = step.declared == 0 ? target_.ask(request) : target_.ask_without_body(request, step.declared);
     const std::size_t before = failures_.size();
     const auto expect = [&](bool holds, const std::string& what) {
       if (!holds) failures_ += "expected " + what + "\n";

@@ -232,6 +232,50 @@ TEST_CASE("a notification is posted as it was given", "[delivery][R0.13]") {
   }
 }
 
+TEST_CASE("a receiver is asked with a GET, and confirms with the challenge", "[delivery][R0.13][security]") {
+  std::mutex mutex;
+  std::string request, response;
+  Receiver receiver([&](Peer& peer) {
+    while (true) {
+      const std::string one = peer.read_request();
+      if (one.empty()) return;
+      const std::lock_guard lock(mutex);
+      request = one;
+      peer.send(response);
+    }
+  });
+  Rig rig;
+  const auto confirmed = [&](const std::string& path, std::string_view text) {
+    Notification question;
+    question.url = receiver.url("127.0.0.1", path);
+    question.secret = "key";
+    question.challenge = "0f3b-77aa";
+    question.query = "hub.mode=subscribe&hub.challenge=0f3b-77aa";
+    {
+      const std::lock_guard lock(mutex);
+      response = text;
+    }
+    return rig.deliver(std::move(question));
+  };
+  CHECK(confirmed("/r", answer(200, "0f3b-77aa")).confirmed);
+  CHECK(request.rfind("GET /r?hub.mode=subscribe&hub.challenge=0f3b-77aa HTTP/1.1\r\n", 0) == 0);
+  CHECK(request.find("X-Hub-Signature") == std::string::npos);
+  CHECK(confirmed("/r?a=b", answer(201, "0f3b-77aa\r\n")).confirmed);
+  CHECK(request.rfind("GET /r?a=b&hub.mode=subscribe&", 0) == 0);
+  for (const std::string& text : {answer(200), answer(204), answer(200, "0f3b-77ab"), answer(200, "0f3b-77aa0"), answer(200, " 0f3b-77aa"),
+                                  answer(200, "0f3b-77aa\n0f3b-77aa"), answer(200, "0f3b-77aa" + std::string(9, ' ') + "x"), answer(404, "0f3b-77aa"), answer(302, "0f3b-77aa")}) {
+    CAPTURE(text);
+    CHECK_FALSE(confirmed("/r", text).confirmed);
+  }
+  Notification posted = notification(receiver.url(), "0f3b-77aa");
+  {
+    const std::lock_guard lock(mutex);
+    response = answer(200, "0f3b-77aa");
+  }
+  CHECK_FALSE(rig.deliver(std::move(posted)).confirmed);
+  CHECK(request.rfind("POST /hook HTTP/1.1", 0) == 0);
+}
+
 TEST_CASE("a secret signs the body and is not sent", "[delivery][R0.13]") {
   Recorder recorder;
   const Receiver receiver(std::ref(recorder));

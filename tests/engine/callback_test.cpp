@@ -148,16 +148,130 @@ TEST_CASE("a notification is the representation with its ETag, the resource and 
   CHECK(missing(arm.bench.get("/arm/subscriptions/i1"), "<http://localhost/arm/subscriptions/i1> lrt:delivered 2 .") == "");
 }
 
-TEST_CASE("a server does not take its own notification for a command", "[engine][R0.16][security]") {
+TEST_CASE("a server does not take a notification for a command, unless its sender is allowed", "[engine][R0.16][security]") {
+  const auto status = [](Arm& arm, const std::string& field) {
+    return arm.bench.ask("POST /arm/actions/home\nLrt-Notification-Of: " + field).status;
+  };
   Arm arm;
   REQUIRE(arm.bench.ask("GET /arm/angle" + callback).status == 201);
   const auto notice = arm.notice(arm.due().at(0));
   REQUIRE(notice);
   const std::string mark = notice->fields.joined("Lrt-Notification-Of");
   CHECK_FALSE(mark.empty());
-  CHECK(arm.bench.ask("POST /arm/actions/home\nLrt-Notification-Of: " + mark).status == 403);
-  CHECK(arm.bench.ask("POST /arm/actions/home\nLrt-Notification-Of: another").status == 204);
-  CHECK(arm.robot.homed == 1);
+  CHECK(mark.find("; base=\"http://localhost\"") != std::string::npos);
+  const std::string other = "4d1c; base=\"http://arm.example:8080\"";
+  for (const std::string& field : {mark, other, std::string("another"), std::string("; base=\""), std::string("*")}) CHECK(status(arm, field) == 403);
+  CHECK(arm.bench.ask("PUT /arm/angle\nContent-Type: application/json\nLrt-Notification-Of: " + other + "\n\n41").status == 403);
+  CHECK(arm.bench.ask("DELETE /arm/waypoints\nLrt-Notification-Of: " + other).status == 403);
+  CHECK(arm.bench.ask("GET /arm/angle\nLrt-Notification-Of: " + other).status == 200);
+  CHECK(arm.robot.homed == 0);
+
+  engine::EngineOptions options = allowing();
+  options.notification_senders = {"http://arm.example:8080"};
+  Arm named(std::move(options));
+  CHECK(status(named, other) == 204);
+  CHECK(status(named, mark) == 403);
+  CHECK(status(named, other + "\nLrt-Notification-Of: " + other) == 403);
+  CHECK(status(named, "4d1c; base=\"http://arm.example:80800\"") == 403);
+  CHECK(named.robot.homed == 1);
+
+  options = allowing();
+  options.notification_senders = {"*"};
+  Arm any(std::move(options));
+  CHECK(status(any, other) == 204);
+  CHECK(status(any, mark) == 204);
+  REQUIRE(any.bench.ask("GET /arm/angle" + callback).status == 201);
+  CHECK(status(any, any.notice(any.due().at(0))->fields.joined("Lrt-Notification-Of")) == 403);  // its own
+}
+
+TEST_CASE("a receiver confirms a subscription before its first notification, but for those of this machine", "[engine][R0.13][security]") {
+  engine::EngineOptions options = allowing();
+  options.callbacks.confirmation = subscription::Confirmation::all;
+  Arm arm(std::move(options));
+  const auto subscribed = [&] {
+    REQUIRE(arm.bench.ask("GET /arm/angle?queueLength=10" + callback).status == 201);
+    const auto due = arm.due();
+    REQUIRE(due.size() == 1);
+    return due[0];
+  };
+  const auto count = [&] { return arm.bench.get("/arm/subscriptions").linked("related").size(); };
+  const Channel channel = subscribed();
+  const auto question = arm.notice(channel);
+  REQUIRE(question);
+  CHECK(question->url == "http://127.0.0.1:9/receiver");
+  CHECK_FALSE(question->body);
+  CHECK(question->challenge.size() >= 32);
+  CHECK(question->query == "hub.mode=subscribe&hub.challenge=" + question->challenge + "&hub.topic=http%3A%2F%2Flocalhost%2Farm%2Fangle");
+  arm.publish(3);
+  CHECK(arm.due().empty());
+  CHECK_FALSE(arm.notice(channel));  // it has been asked
+  SECTION("it confirms") {
+    arm.receipt(channel, {200, {}, false, true});
+    CHECK(arm.callbacks() == std::vector<Channel>{channel});
+    const auto first = arm.notice(channel);
+    REQUIRE(first);
+    CHECK(first->challenge.empty());
+    CHECK(first->body);
+    arm.receipt(channel, {204});
+    CHECK(arm.callbacks() == std::vector<Channel>{channel});
+    CHECK(arm.notice(channel)->body);  // what was published meanwhile
+    CHECK(count() == 1);
+  }
+  SECTION("it does not") {
+    const int status = GENERATE(200, 204, 302, 400, 404, 405, 410);
+    CAPTURE(status);
+    arm.receipt(channel, {status});
+    CHECK(count() == 0);
+    CHECK(arm.callbacks().empty());
+    CHECK_FALSE(arm.notice(channel));
+  }
+  SECTION("it cannot be asked now") {
+    arm.receipt(channel, GENERATE(values<DeliveryResult>({{0, "connection refused"}, {500}, {503}, {429}})));
+    CHECK(count() == 1);
+    CHECK(arm.due().empty());
+    arm.bench.clock.advance(milliseconds(750));  // first_pause, with the largest factor
+    REQUIRE(arm.due() == std::vector<Channel>{channel});
+    const auto again = arm.notice(channel);
+    REQUIRE(again);
+    CHECK_FALSE(again->challenge.empty());
+    CHECK(again->challenge != question->challenge);
+    CHECK(again->failed_before);
+    arm.receipt(channel, {200, {}, false, true});
+    REQUIRE(arm.callbacks() == std::vector<Channel>{channel});
+    CHECK(arm.notice(channel)->body);
+  }
+  SECTION("it is cancelled meanwhile") {
+    REQUIRE(arm.bench.ask("DELETE /arm/subscriptions/i1").status == 204);
+    arm.receipt(channel, {200, {}, false, true});
+    CHECK(arm.callbacks().empty());
+  }
+}
+
+TEST_CASE("by default receivers elsewhere confirm, and those on a loopback address need not", "[engine][R0.13][security]") {
+  using subscription::Confirmation;
+  const auto asks = [](const std::string& url, Confirmation which) {
+    engine::EngineOptions options = allowing({"127.0.0.0/8", "::1", "receiver.example", "localhost.example"});
+    options.callbacks.confirmation = which;
+    Bench bench(std::move(options));
+    SampleRobot robot;
+    bench.add(robot.arm());
+    CHECK(bench.ask("GET /arm/angle\nUpgrade: callback\nCallback: " + url).status == 201);
+    (void)bench.pushes();
+    const auto due = bench.engine.take_callbacks();
+    REQUIRE(due.size() == 1);
+    return !bench.engine.next_notification(due[0].channel, bench.clock.now())->challenge.empty();
+  };
+  CHECK(engine::EngineOptions().callbacks.confirmation == Confirmation::not_loopback);
+  for (const char* here : {"http://127.0.0.1:9/", "http://127.1.2.3:9/", "http://[::1]:9/", "http://localhost:9/"}) {
+    CAPTURE(here);
+    CHECK_FALSE(asks(here, Confirmation::not_loopback));
+    CHECK(asks(here, Confirmation::all));
+  }
+  for (const char* elsewhere : {"http://receiver.example/", "http://localhost.example/"}) {
+    CAPTURE(elsewhere);
+    CHECK(asks(elsewhere, Confirmation::not_loopback));
+    CHECK_FALSE(asks(elsewhere, Confirmation::none));
+  }
 }
 
 TEST_CASE("a failed notification is tried again after longer and longer pauses, in order", "[engine][R0.16][delivery]") {

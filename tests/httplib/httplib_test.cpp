@@ -277,6 +277,30 @@ TEST_CASE("bodies are bounded", "[httplib]") {
   CHECK(robot.name == "abcde");
 }
 
+TEST_CASE("a request below a prefix is judged by its header section before its body is read", "[httplib][R0.5]") {
+  Robot robot("/robot");
+  std::atomic<bool> ended{false};
+  std::thread polling([&] {
+    while (!ended) robot.server->poll(), std::this_thread::yield();
+  });
+  const auto status = [&](const std::string& line, const std::string& fields) {
+    Raw client(robot.host->port());
+    return client.send(robot.raw(line, fields + "Content-Length: 17000\r\n")).until("\r\n\r\n").substr(9, 3);
+  };
+  CHECK(status("PUT /robot/arm/nothing HTTP/1.1", "Content-Type: text/plain\r\n") == "404");
+  CHECK(status("PUT /robot/arm/name HTTP/1.1", "Content-Type: image/png\r\n") == "415");
+  // A short body is discarded, and the connection is kept.
+  Raw client(robot.host->port());
+  const std::string refused =
+      client.send(robot.raw("PUT /robot/arm/nothing HTTP/1.1", "Content-Type: text/plain\r\nContent-Length: 2\r\n") + "ab").until("\"status\":404");
+  CHECK(refused.substr(9, 3) == "404");
+  CHECK(refused.find("\r\nConnection: close") == std::string::npos);
+  client.send(robot.raw("PUT /robot/arm/name HTTP/1.1", "Content-Type: text/plain\r\nContent-Length: 2\r\n") + "cd").until("HTTP/1.1 204");
+  ended = true;
+  polling.join();
+  CHECK(robot.name == "cd");
+}
+
 TEST_CASE("what cpp-httplib would decode is refused, and what is framed badly", "[httplib]") {
   const std::string prefix = GENERATE("/robot", "");
   Robot robot(prefix);

@@ -46,10 +46,10 @@ TEST_CASE("a client that comes later begins with what the others have now", "[se
   BodyQueue queue;
   for (int i = 0; i < 10; ++i) queue.put(job("a", 100));
   CHECK(order(queue, 5) == "a100 a100 a100 a100 a100 ");
-  queue.put(job("b", 90));  // has no credit for the time before
+  queue.put(job("b", 90));  // has no credit for the time before the last body of a
   queue.put(job("b", 90));
   queue.put(job("b", 90));
-  CHECK(order(queue, 5) == "b90 a100 b90 a100 b90 ");
+  CHECK(order(queue, 5) == "b90 b90 a100 b90 a100 ");
 }
 
 TEST_CASE("a client with one small body after the other does not keep a large one waiting", "[server][body]") {

@@ -222,6 +222,41 @@ TEST_CASE("the authorizer may add and remove Things, and is asked once for each 
   CHECK(host.added == 1);
 }
 
+TEST_CASE("the authorizer is called once, before the body is received, wherever the body is", "[server][user code][R0.2]") {
+  const Io io = GENERATE(Io::own_thread, Io::in_poll);
+  std::atomic<int> calls{0}, bodies{0};
+  Options options;
+  options.security.authorize = [&](const http::Request& request) {
+    ++calls;
+    if (!request.body.empty()) ++bodies;
+    return request.find("Authorization") ? engine::Access::granted : engine::Access::unauthenticated;
+  };
+  Host host(io, std::move(options), "the authorizer");
+  std::atomic<int> written{0};
+  Thing thing{"arm"};
+  thing.property("speed", [] { return 1; }).on_write([&](int v) { written = v; });
+  host.server->add(std::move(thing)).value();
+  const std::string put = "PUT /arm/speed\nContent-Type: application/json" + host.fields();
+  const auto poll = [&] { host.server->poll(); };
+
+  Socket stranger(host.server->port());
+  stranger.send_header(put, 10, true);
+  CHECK(stranger.await(poll).status == 401);
+  CHECK(calls == 1);
+  Socket client(host.server->port());
+  client.send_header(put + "Authorization: me", 2, true);
+  CHECK(client.await(poll).status == 100);
+  CHECK(calls == 2);
+  client.write("42");
+  CHECK(client.await(poll).status == 204);
+  CHECK(written == 42);
+  CHECK(calls == 2);
+  CHECK(client.ask(put + "Authorization: me\n\n43", poll).status == 204);  // with its body
+  CHECK(written == 43);
+  CHECK(calls == 3);
+  CHECK(bodies == 0);
+}
+
 TEST_CASE("a lambda may call poll", "[server][user code][R0.5]") {
   const Io io = GENERATE(Io::own_thread, Io::in_poll);
   const Dispatch where = GENERATE(Dispatch::io_thread, Dispatch::in_poll);
@@ -325,6 +360,7 @@ TEST_CASE("a deliverer may call the server when it is notified", "[server][user 
   std::atomic<int> posted{0};
   Options options;
   options.callbacks.allow = {"receiver.example"};
+  options.callbacks.confirmation = subscription::Confirmation::none;
   options.callbacks.deliverer = [&](delivery::Source& source, const subscription::CallbackOptions&,
                           LogCallback) -> Result<std::unique_ptr<delivery::Deliverer>> {
     return std::unique_ptr<delivery::Deliverer>(std::make_unique<Calling>(source, call, posted));

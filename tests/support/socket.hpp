@@ -49,12 +49,17 @@ class Socket {
   void send(const std::string& text) {
     RequestText request(text);
     const http::Request& r = request.get();
-    std::string bytes(r.method);
-    bytes.append(" ").append(r.target).append(" HTTP/1.1\r\n");
-    for (const http::Field& f : r.fields) bytes.append(f.name).append(": ").append(f.value).append("\r\n");
+    std::string bytes = header_of(r);
     if (!r.body.empty() || r.find("Content-Type")) bytes += "Content-Length: " + std::to_string(r.body.size()) + "\r\n";
-    bytes.append("\r\n").append(r.body);
-    head_ = r.method == "HEAD";
+    write(bytes.append("\r\n").append(r.body));
+  }
+  /// Sends the header section of a request with a body, which is to follow.
+  void send_header(const std::string& text, std::size_t body_bytes, bool expects_continue) {
+    RequestText request(text);
+    write(header_of(request.get()) + "Content-Length: " + std::to_string(body_bytes) + (expects_continue ? "\r\nExpect: 100-continue" : "") +
+          "\r\n\r\n");
+  }
+  void write(std::string_view bytes) {
     if (!layer_) return put(bytes);
     layer_->write(bytes);
     pass({});
@@ -105,6 +110,13 @@ class Socket {
     answer.body = received_.substr(end + 4, length);
     received_.erase(0, end + 4 + length);
     return answer;
+  }
+  std::string header_of(const http::Request& r) {
+    std::string bytes(r.method);
+    bytes.append(" ").append(r.target).append(" HTTP/1.1\r\n");
+    for (const http::Field& f : r.fields) bytes.append(f.name).append(": ").append(f.value).append("\r\n");
+    head_ = r.method == "HEAD";
+    return bytes;
   }
   void put(std::string_view bytes) {
     for (std::size_t sent = 0; sent < bytes.size();) {

@@ -107,6 +107,35 @@ class TestHandler : public engine::Handler {
   std::deque<engine::Reply> ready_;
 };
 
+/// Refuses every request by its header section, or admits bodies up to a limit.
+class HeaderJudge final : public TestHandler {
+ public:
+  engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint) override {
+    ++judged;
+    declared = body_bytes;
+    CHECK(request.body.empty());
+    CHECK_FALSE(request.find("Content-Length"));
+    if (!status) return {std::nullopt, max_body_bytes};
+    http::Response response;
+    response.status = *status;
+    response.set_body("refused");
+    return {std::move(response)};
+  }
+  engine::Outcome handle(const http::Request& request, TimePoint now) override {
+    was_judged = request.header_judged;
+    return TestHandler::handle(request, now);
+  }
+  std::optional<int> status;
+  std::size_t max_body_bytes = 1'000'000;
+  std::size_t judged = 0;
+  std::optional<std::uint64_t> declared;
+  bool was_judged = false;
+};
+
+inline std::string post_of(std::size_t bytes, const std::string& fields = {}) {
+  return "POST / HTTP/1.1\r\nHost: a\r\n" + fields + "Content-Length: " + std::to_string(bytes) + "\r\n\r\n";
+}
+
 struct Answer {
   int status = 0;
   std::string head;
@@ -236,8 +265,10 @@ inline std::string get(std::string_view path, std::string_view more = {}) {
 
 /// A transport that is driven by the test's own thread, in between the steps of its clients.
 struct TestHost {
-  explicit TestHost(std::unique_ptr<transport::Transport> made) : server(std::move(made)) {
-    if (const auto started = server->start(handler); !started) throw std::runtime_error(started.error().message);
+  explicit TestHost(std::unique_ptr<transport::Transport> made) : TestHost(std::move(made), nullptr) {}
+  /// @param other  serves instead of `handler`
+  TestHost(std::unique_ptr<transport::Transport> made, engine::Handler* other) : server(std::move(made)) {
+    if (const auto started = server->start(other ? *other : handler); !started) throw std::runtime_error(started.error().message);
   }
   RawClient client(int receive_buffer = 0) { return RawClient(server->port(), "127.0.0.1", receive_buffer); }
 

@@ -244,6 +244,52 @@ TEST_CASE("libwebsockets: bodies arrive in pieces, and after 100 Continue", "[tr
   CHECK(answers[1].body == "hello");
 }
 
+TEST_CASE("libwebsockets: a request is judged by its header section before its body is received", "[transport][libwebsockets][R0.1]") {
+  HeaderJudge judge;
+  TestHost host(make([](transport::TransportOptions& options) { options.limits.max_total_body_bytes = 150'000; }), &judge);
+  judge.status = 403;
+  for (const std::string& header : {post_of(5, "Expect: 100-continue\r\n"), post_of(500'000)}) {
+    auto client = host.client();
+    client.send(header);
+    REQUIRE(host.run_to_end(client));
+    CHECK_FALSE(contains(client.received, "100 Continue"));
+    CHECK(statuses(parse_answers(client.received)) == std::vector{403});
+  }
+  auto client = host.client();
+  client.send(post_of(5) + "hello");  // discarded
+  REQUIRE(host.run_to_answers(client, 1));
+  CHECK(statuses(parse_answers(client.received)) == std::vector{403});
+  CHECK(judge.judged == 3);
+  CHECK(judge.requests == 0);
+
+  judge.status.reset();
+  client.send(post_of(5, "Expect: 100-continue\r\n"));
+  REQUIRE(host.run({&client}, [&] { return contains(client.received, "HTTP/1.1 100 Continue\r\n\r\n"); }));
+  client.send("robot");
+  REQUIRE(host.run_to_answers(client, 2));
+  CHECK(judge.was_judged);
+  CHECK(judge.declared == 5);
+
+  auto first = host.client(), second = host.client();
+  first.send(post_of(100'001) + std::string(100'000, 'a'));
+  REQUIRE(host.run({&first}, [&] { return first.all_sent(); }));
+  host.settle();
+  second.send(post_of(100'001) + std::string(100'000, 'b'));
+  REQUIRE(host.run_to_answers(second, 1));
+  CHECK(statuses(parse_answers(second.received)) == std::vector{503});
+  CHECK(contains(second.received, "Retry-After: "));
+  first.send("a");
+  REQUIRE(host.run_to_answers(first, 1));
+  CHECK(statuses(parse_answers(first.received)) == std::vector{200});
+
+  judge.max_body_bytes = 100;
+  auto large = host.client();
+  large.send(post_of(101, "Expect: 100-continue\r\n"));
+  REQUIRE(host.run_to_end(large));
+  CHECK(statuses(parse_answers(large.received)) == std::vector{413});
+  CHECK(contains(large.received, "the body has 101 bytes; 100 are allowed"));
+}
+
 TEST_CASE("libwebsockets: what frames a body in two ways, or in none, ends the connection", "[transport][libwebsockets]") {
   struct Item {
     std::string bytes;

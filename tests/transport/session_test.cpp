@@ -353,3 +353,110 @@ TEST_CASE("a line of the header section above the limit is refused at once, with
     }
   }
 }
+
+namespace {
+
+struct JudgedRun : Run {
+  explicit JudgedRun(std::optional<int> status = std::nullopt, transport::Limits given = {}) : Run(given) {
+    judge.status = status;
+    context.handler = &judge;
+  }
+  HeaderJudge judge;
+};
+
+}  // namespace
+
+TEST_CASE("a request that is refused by its header section gets its response before 100 Continue and before its body", "[transport][R0.1]") {
+  const std::string chunked = "POST / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n";
+  for (const std::string& header : {post_of(5, "Expect: 100-continue\r\n"), post_of(500'000), chunked + "\r\n", chunked + "Expect: 100-continue\r\n\r\n"}) {
+    INFO(header);
+    JudgedRun run(403);
+    run.receive(header);
+    CHECK_FALSE(contains(run.written, "100 Continue"));
+    const auto answers = parse_answers(run.written);
+    CHECK(statuses(answers) == std::vector{403});
+    CHECK(contains(run.written, "Connection: close\r\n"));  // nothing but its end tells whether the body still comes
+    CHECK(run.session.phase() == Session::Phase::lingering);
+    run.receive("5\r\nhello\r\n0\r\n\r\n");
+    CHECK(run.context.bodies().used() == 0);
+    CHECK(run.judge.judged == 1);
+    CHECK(run.judge.requests == 0);
+  }
+}
+
+TEST_CASE("the short body of a refused request is discarded, and the connection is kept", "[transport][R0.1]") {
+  JudgedRun run(404);
+  run.receive(post_of(5));
+  CHECK(run.written.empty());
+  run.receive("he");
+  CHECK(run.context.bodies().used() == 0);
+  run.receive("llo" + get("/"));
+  const auto answers = parse_answers(run.written);
+  CHECK(statuses(answers) == std::vector{404, 200});
+  CHECK_FALSE(contains(answers[0].head, "Connection: close"));
+  CHECK(run.judge.requests == 1);  // the GET
+
+  JudgedRun late(404);
+  late.receive(post_of(5) + "he");
+  late.clock.advance(late.limits.body_timeout);
+  late.session.expire(late.clock.now());
+  late.drain();
+  CHECK(statuses(parse_answers(late.written)) == std::vector{404});
+  CHECK(late.session.phase() == Session::Phase::lingering);
+}
+
+TEST_CASE("an admitted request is marked, and its body is limited by the verdict", "[transport][R0.1]") {
+  JudgedRun run;
+  run.receive(post_of(5, "Expect: 100-continue\r\n"));
+  CHECK(run.written == "HTTP/1.1 100 Continue\r\n\r\n");
+  CHECK(run.judge.declared == 5);
+  run.receive("hello");
+  CHECK(run.judge.was_judged);
+  run.receive(post_of(5) + "robot");  // came as a whole: the handler judges all at once
+  CHECK(run.judge.judged == 1);
+  CHECK_FALSE(run.judge.was_judged);
+  CHECK(statuses(parse_answers(run.written)) == std::vector{200, 200});
+
+  JudgedRun sized;
+  sized.judge.max_body_bytes = 100;
+  sized.receive(post_of(101, "Expect: 100-continue\r\n"));
+  CHECK_FALSE(contains(sized.written, "100 Continue"));
+  CHECK(statuses(parse_answers(sized.written)) == std::vector{413});
+  CHECK(contains(sized.written, "the body has 101 bytes; 100 are allowed"));
+
+  JudgedRun chunked;
+  chunked.judge.max_body_bytes = 100;
+  chunked.receive("POST / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\n");
+  CHECK_FALSE(chunked.judge.declared);
+  chunked.receive("64\r\n" + std::string(100, 'a') + "\r\n1\r\n");
+  CHECK(statuses(parse_answers(chunked.written)) == std::vector{413});
+  CHECK(contains(chunked.written, "more than 100 bytes"));
+  CHECK(chunked.context.bodies().used() == 0);
+}
+
+TEST_CASE("the bodies of all sessions together are limited, and their memory is given back", "[transport][R0.1]") {
+  transport::Limits limits;
+  limits.max_total_body_bytes = 250'000;
+  JudgedRun shared(std::nullopt, limits);
+  const auto more = [&](Session& session, const std::string& bytes) {
+    std::string written;
+    session.receive(bytes, shared.clock.now());
+    for (auto output = session.output(); !output.empty(); output = session.output()) {
+      written.append(output.first).append(output.second);
+      session.sent(output.first.size() + output.second.size(), shared.clock.now());
+    }
+    return statuses(parse_answers(written));
+  };
+  const std::string part(100'000, 'a');
+  {
+    Session first(shared.context, "192.0.2.1"), second(shared.context, "192.0.2.2"), third(shared.context, "192.0.2.3");
+    CHECK(more(first, post_of(100'001) + part).empty());
+    CHECK(more(second, post_of(100'001) + part).empty());
+    CHECK(shared.context.bodies().used() == 200'000);
+    CHECK(more(third, "POST / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\n186a0\r\n" + part) == std::vector{503});
+    CHECK(more(shared.session, post_of(5) + "hello") == std::vector{200});  // whole: it does not count
+    CHECK(more(first, "a") == std::vector{200});
+    CHECK(shared.context.bodies().used() == 100'000);
+  }
+  CHECK(shared.context.bodies().used() == 0);
+}

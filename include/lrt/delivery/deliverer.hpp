@@ -46,6 +46,7 @@ class Deliverer {
 ///   that waits for a name counts in none of the limits below. Subscriptions that wait for the same name share one resolution. A name without an
 ///   address fails at once for 2 s. Addresses in URLs are not resolved.
 /// - Every address is checked against `options.allow`; only a checked address is connected to. Host and SNI are those of the URL.
+/// - A confirmation is a GET without body and signature. White space after the challenge in the response is ignored.
 /// - Redirects are not followed. For https the certificate and its name are checked.
 /// - If there is a secret, the request has the field `X-Hub-Signature: sha256=<hex of HMAC-SHA256>` (WebSub 7.1).
 /// - A connection is reused for one subscription only. If it is closed before the first byte of a response, the notification is sent once

@@ -81,6 +81,7 @@ struct EngineOptions : Limits {
   LogCallback log;
   std::shared_ptr<const PageSource> page;              ///< HTML for people; nullptr: none
   std::vector<std::string> read_origins;               ///< Security::read_origins
+  std::vector<std::string> notification_senders;       ///< Security::notification_senders
   bool body_jobs = false;                              ///< bodies above small_body_bytes become BodyJobs; else every body is judged at once
   /// A request that makes or cancels a web callback waits so long for saved(); then 503, and nothing has changed. nullopt: it does not wait.
   std::optional<std::chrono::milliseconds> save_timeout;

@@ -10,6 +10,13 @@
 
 namespace lrt::subscription {
 
+/// Which receivers of web callbacks must confirm that they want a subscription, before its first notification.
+enum class Confirmation : unsigned char {
+  none,
+  not_loopback,  ///< all but the receivers at 127.0.0.0/8, ::1 and localhost
+  all
+};
+
 /// Web callbacks: allowed receivers, limits, times and retries.
 struct CallbackOptions {
   /// Receivers that may be called, see AllowedHosts. Empty: requests for callbacks are answered 403, and no thread is started.
@@ -31,6 +38,13 @@ struct CallbackOptions {
   std::chrono::milliseconds suspended_pause{60'000};
   unsigned suspended_attempts = 10;
   ThreadOptions threads;  ///< of the threads that deliver; a server sets them to its Threads::own
+
+  /// A receiver confirms a subscription as in WebSub (5.3): it gets a GET of the callback URL with the parameters hub.mode=subscribe,
+  /// hub.topic (the resource) and hub.challenge (a random text), and responds with a status 2xx and the challenge as body. Otherwise the
+  /// subscription ends; a receiver that cannot be reached or fails (5xx, 408, 429) is asked again, by the pauses above. So nobody can
+  /// make a robot post to a server that has not agreed, such as another robot. It is asked again after a restart.
+  Confirmation confirmation = Confirmation::not_loopback;
+
   /// For resolving the name of a receiver, with the wait for a thread; more than 0. Then the notification failed. It is not part of
   /// response_time, and a notification that waits for a name takes none of max_threads.
   std::chrono::milliseconds resolve_time{2'000};

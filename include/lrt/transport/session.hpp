@@ -11,6 +11,7 @@
 #include <lrt/engine/handler.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/http/request_parser.hpp>
+#include <lrt/transport/detail/body_buffer.hpp>
 #include <lrt/transport/detail/chunks.hpp>
 #include <lrt/transport/transport.hpp>
 
@@ -27,11 +28,13 @@ struct Output {
 /// What the sessions of one transport share.
 class SessionContext {
  public:
-  explicit SessionContext(const Limits& limits) : limits_(limits) {}
+  explicit SessionContext(const Limits& limits) : limits_(limits), bodies_(limits.max_total_body_bytes) {}
   SessionContext(const SessionContext&) = delete;
   SessionContext& operator=(const SessionContext&) = delete;
 
   const Limits& limits() const noexcept { return limits_; }
+  /// Of the bodies that the sessions receive.
+  BodyBudget& bodies() noexcept { return bodies_; }
   engine::Handler* handler = nullptr;
   bool websockets = false;  ///< the owner carries WebSockets
   bool streams = false;     ///< the owner carries event streams: it calls push() for channel()
@@ -42,6 +45,7 @@ class SessionContext {
 
  private:
   const Limits limits_;
+  BodyBudget bodies_;
   std::chrono::seconds date_second_{-1};
   std::string date_;
 };
@@ -97,7 +101,7 @@ class Session {
   void abandon() noexcept;
   /// Responds with this status to whatever the client sent, and closes.
   void refuse(int status, std::string reason, TimePoint now);
-  /// Responds with this, and closes.
+  /// The same with this response.
   void refuse(http::Response response, TimePoint now);
   /// Lingers without a response: there was no request and cannot be one.
   void hang_up() noexcept { enter(input_ended_ ? Phase::closed : Phase::lingering); }
@@ -131,6 +135,11 @@ class Session {
   bool take_header(TimePoint now);
   bool take_body(TimePoint now);
   void begin_body(std::string_view header, TimePoint now);
+  bool judge_header(TimePoint now);
+  void refuse_size(const std::string& found, TimePoint now);
+  void refuse_for_memory(TimePoint now);
+  bool take_sized_body(TimePoint now);
+  bool take_chunked_body(TimePoint now);
   std::optional<std::size_t> find_header_end(TimePoint now);
   bool is_line_too_long(std::string_view line, TimePoint now);
   void keep_header(std::string_view header);
@@ -168,8 +177,11 @@ class Session {
   std::size_t line_begin_ = 0;  ///< of the header section's last, incomplete line
   int empty_lines_ = 0;
   std::string header_;  ///< the header section's bytes when the body did not come with them
-  std::string body_;
+  BodyBuffer body_;
   ChunkDecoder chunks_;
+  std::size_t max_body_bytes_ = 0;          ///< of this request
+  std::optional<http::Response> refusal_;   ///< when its body, which is discarded, is over
+  std::size_t discarded_body_bytes_ = 0;
 
   // The response.
   bool keep_alive_ = true;

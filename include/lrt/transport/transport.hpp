@@ -20,7 +20,11 @@ namespace lrt::transport {
 struct Limits {
   std::size_t max_header_bytes = 16 * 1024;         ///< of a header section: request line and fields; more: 431
   std::size_t max_line_bytes = 8000;                ///< of a line of it, as RFC 9112 3 recommends at least; more: 431, of the request line: 414
-  std::size_t max_body_bytes = 1024 * 1024;         ///< without the chunked coding; more: 413
+  std::size_t max_body_bytes = 1024 * 1024;         ///< without the chunked coding; more: 413. Most resources take less:
+                                                    ///< engine::Limits::max_scalar_body_bytes
+  /// Of the bodies of all requests together while they are received; more: 503 with Retry-After. A body that arrives with its header section
+  /// does not count, so that small commands are served while large bodies use up the limit.
+  std::size_t max_total_body_bytes = 64 * 1024 * 1024;
   /// A new connection beyond this number closes the one that has been idle for longest (between requests, or before the first byte of the
   /// first, without pending input). If none is idle, the new one gets 503 with Retry-After and is closed: 64 of these at a time linger for
   /// linger_timeout, the others are closed at once, so that a client whose request arrives later may see a reset. Event streams and

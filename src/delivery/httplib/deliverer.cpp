@@ -62,7 +62,8 @@ class IdleWires {
 /// The names that the system's resolver is asked for at present, and those that had no address a short time ago. Not synchronised.
 class Names {
  public:
-  Names(std::size_t max_threads, std::chrono::milliseconds failed_time) : max_threads_(max_threads), failed_time_(failed_time) {}
+  Names(std::size_t max_threads, std::chrono::milliseconds failed_time)
+      : max_threads_(max_threads), failed_time_(failed_time) {}
 
   bool is_full() const noexcept { return running_.size() >= max_threads_; }
   /// Whether a thread may resolve it now: each name takes one thread, all names of a domain half of them. So neither a name with many
@@ -70,7 +71,8 @@ class Names {
   bool may_begin(const std::string& name) const {
     if (is_full() || std::find(running_.begin(), running_.end(), name) != running_.end()) return false;
     const std::string_view domain = domain_of(name);
-    const auto same = std::count_if(running_.begin(), running_.end(), [&](const std::string& n) { return domain_of(n) == domain; });
+    const auto same =
+        std::count_if(running_.begin(), running_.end(), [&](const std::string& n) { return domain_of(n) == domain; });
     return static_cast<std::size_t>(same) < std::max<std::size_t>(1, max_threads_ / 2);
   }
   void begin(const std::string& name) { running_.push_back(name); }
@@ -135,7 +137,8 @@ class Work : public std::enable_shared_from_this<Work> {
   struct Task {
     Channel channel{};
     std::string receiver{};
-    std::optional<Notification> notification{};  ///< fetched already, then deferred by the limits for slow receivers or for a name
+    std::optional<Notification>
+        notification{};  ///< fetched already, then deferred by the limits for slow receivers or for a name
     std::optional<Result<std::vector<Address>>> addresses{};  ///< of the name, once it is resolved or failed
   };
   /// A task that waits until the name of its receiver is resolved.
@@ -187,7 +190,8 @@ class Work : public std::enable_shared_from_this<Work> {
   void serve(Lock& lock, Task task, bool& slow);
   std::optional<Notification> fetch(Channel channel) noexcept;
   Outcome deliver(const Task& task);
-  Result<std::unique_ptr<Wire>> connect(const CallbackUrl& url, const std::vector<Address>& found, Instant connect_until, bool& refused);
+  Result<std::unique_ptr<Wire>> connect(const CallbackUrl& url, const std::vector<Address>& found, Instant connect_until,
+                                        bool& refused);
   void resolve_name(const std::string& name) noexcept;
   Result<std::shared_ptr<const ClientTls>> tls();
   void log(LogLevel level, const std::string& text) noexcept;
@@ -206,7 +210,7 @@ class Work : public std::enable_shared_from_this<Work> {
   std::unordered_map<std::string, Load> loads_;     ///< of receivers with a running exchange
   std::unordered_map<Channel, Progress> channels_;  ///< that are queued or running
   std::unordered_set<Channel> failed_;              ///< channels whose last delivery failed; may be incomplete
-  std::list<Waiting> waiting_;  ///< in the order of `until`
+  std::list<Waiting> waiting_;                      ///< in the order of `until`
   Names names_;
   std::list<Worker> workers_;
   std::size_t idle_ = 0;
@@ -271,7 +275,8 @@ void Work::start_resolvers() {
     if (!names_.may_begin(item->name)) continue;
     names_.begin(item->name);
     try {
-      start_thread("lrt-resolve", options_.threads, [self = shared_from_this(), name = item->name] { self->resolve_name(name); })
+      start_thread("lrt-resolve", options_.threads,
+                   [self = shared_from_this(), name = item->name] { self->resolve_name(name); })
           .value()
           .detach();
     } catch (...) {  // no thread is available: tasks wait until another name is resolved, or until their time limit
@@ -353,7 +358,8 @@ void Work::start_worker() {
   workers_.emplace_back();
   Worker& worker = workers_.back();
   try {
-    worker.thread = start_thread("lrt-callback", options_.threads, [this, self = shared_from_this(), &worker] { work(worker); }).value();
+    worker.thread =
+        start_thread("lrt-callback", options_.threads, [this, self = shared_from_this(), &worker] { work(worker); }).value();
     ++running_;
   } catch (...) {  // no thread is available: the running ones continue
     workers_.pop_back();
@@ -521,12 +527,13 @@ Work::Outcome Work::deliver(const Task& task) {
     } else if (result.status != 0) {
       wire->end();
     }
-    if (result.status != 0) return {{result.status}};
+    if (result.status != 0) return {{result.status, {}, false, result.confirmed}};
     return {{0, "\"" + url->host + "\": " + result.error}};
   }
 }
 
-Result<std::unique_ptr<Wire>> Work::connect(const CallbackUrl& url, const std::vector<Address>& found, Instant connect_until, bool& refused) {
+Result<std::unique_ptr<Wire>> Work::connect(const CallbackUrl& url, const std::vector<Address>& found, Instant connect_until,
+                                            bool& refused) {
   std::vector<const Address*> addresses;
   for (const Address& address : found) {
     if (allowed_.allows(url.host, url.port, address.text)) addresses.push_back(&address);
@@ -589,9 +596,8 @@ void Work::stop() noexcept {
     const std::uint64_t one = 1;
     [[maybe_unused]] const auto written = ::write(stop_descriptor_, &one, sizeof one);
     changed_.notify_all();
-    changed_.wait(lock, [&] {
-      return std::all_of(workers_.begin(), workers_.end(), [](const Worker& w) { return w.finished; });
-    });
+    changed_.wait(lock,
+                  [&] { return std::all_of(workers_.begin(), workers_.end(), [](const Worker& w) { return w.finished; }); });
     rest.splice(rest.end(), workers_);
     log_ = nullptr;
     fresh_.clear();

@@ -146,8 +146,10 @@ bool has_stray_body(const httplib::Response& response) {
 PostResult post(Wire& wire, const subscription::CallbackUrl& url, const subscription::Notification& notification,
                 std::size_t max_response_bytes, WaitLimit limit) {
   httplib::Request request;
-  request.method = "POST";
+  const bool confirms = !notification.challenge.empty();
+  request.method = confirms ? "GET" : "POST";
   request.path = url.target;
+  if (confirms) request.path += (url.target.find('?') == std::string::npos ? "?" : "&") + notification.query;
   for (const http::Field& field : notification.fields.list())
     request.headers.emplace(std::string(field.name), std::string(field.value));
   for (const char* ours : {"Host", "Connection", "Content-Length", "Transfer-Encoding", "Accept-Encoding"})
@@ -155,16 +157,20 @@ PostResult post(Wire& wire, const subscription::CallbackUrl& url, const subscrip
   request.headers.emplace("Host", url.authority);
   if (request.headers.count("User-Agent") == 0) request.headers.emplace("User-Agent", "lrt/" LRT_VERSION);
   if (notification.body) request.body = *notification.body;
-  if (!notification.secret.empty()) request.headers.emplace("X-Hub-Signature", sign(notification.secret, request.body));
+  if (!notification.secret.empty() && !confirms)
+    request.headers.emplace("X-Hub-Signature", sign(notification.secret, request.body));
 
   Bounded stream(wire, max_response_bytes, limit);
   std::uint64_t body = 0;
+  std::string begin;  // of the body
+  const std::size_t max_begin = notification.challenge.size() + 8;
   request.response_handler = [&](const httplib::Response& /*head*/) {
     stream.end_header_section();
     return true;
   };
-  request.content_receiver = [&](const char* /*bytes*/, std::size_t size, std::uint64_t, std::uint64_t) {
+  request.content_receiver = [&](const char* bytes, std::size_t size, std::uint64_t, std::uint64_t) {
     body += size;
+    if (confirms) begin.append(bytes, std::min(size, max_begin - begin.size()));
     return body <= max_response_bytes;
   };
 
@@ -178,6 +184,8 @@ PostResult post(Wire& wire, const subscription::CallbackUrl& url, const subscrip
   }
   if (complete && !stream.error() && response.status >= 200) {
     result.status = response.status;
+    begin.resize(begin.find_last_not_of(" \t\r\n") + 1);
+    result.confirmed = confirms && response.status < 300 && body <= max_begin && begin == notification.challenge;
     result.keep =
         stream.is_clean() && !has_stray_body(response) && response.version == "HTTP/1.1" && !has_connection_close(response);
     return result;

@@ -16,9 +16,10 @@ struct PostResult {
   std::string error{};  ///< the reason, if status is 0
   bool silent = false;  ///< the receiver closed the connection before the first byte of a response
   bool keep = false;    ///< the connection can be used again
+  bool confirmed = false;  ///< the body of the response is the notification's challenge
 };
 
-/// Sends a notification and reads the response with cpp-httplib. Does not retry, follow redirects, decompress or read the environment.
+/// Sends a notification or a request for confirmation, and reads the response with cpp-httplib. Does not retry, follow redirects, decompress or read the environment.
 /// @param max_response_bytes  limit of the response's body; a longer one is an error
 PostResult post(Wire& wire, const subscription::CallbackUrl& url, const subscription::Notification& notification,
                 std::size_t max_response_bytes, WaitLimit limit);

@@ -259,8 +259,8 @@ void KindResource::describe(const Description& d) const {
     // What the Property says of its values, where their shape does not.
     const Quantity quantity = quantity_of(*p.type, p.facets);
     const bool has_unit_in_shape = has_shape && (p.type->is_number() || p.type->kind == rdf::Type::Kind::record);
-    const auto require = [&](Iri predicate, Iri object) {
-      more.path(predicate, 0).add(vocab::sh::hasValue, rdf::TermView(object));
+    const auto require = [&](Iri what, Iri object) {
+      more.path(what, 0).add(vocab::sh::hasValue, rdf::TermView(object));
     };
     if (!quantity.unit.empty() && !has_unit_in_shape) {
       if (quantity.unit.vom.empty()) require(vocab::qudt::hasUnit, quantity.unit.qudt);

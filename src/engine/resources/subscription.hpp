@@ -81,6 +81,8 @@ class SubscriptionResource final : public Resource, public Observer {
   // Of a callback.
   subscription::RetryPolicy retry;
   std::optional<subscription::Item> under_way;
+  bool confirmed = false;                    ///< the receiver wants it, or need not say so
+  bool confirming = false;                   ///< the receiver has been asked, and has not responded yet
   std::string last_error;      ///< what the subscriber learns
   std::string logged_error;    ///< in detail, for the operator
   bool provisional;            ///< not saved yet: nothing is delivered, and it goes if it cannot be saved

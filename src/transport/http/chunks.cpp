@@ -87,7 +87,7 @@ void ChunkDecoder::reset(std::size_t body_limit, std::size_t overhead_limit) noe
   problem_ = {};
 }
 
-ChunkDecoder::Status ChunkDecoder::feed(std::string_view& input, std::string& body) {
+ChunkDecoder::Status ChunkDecoder::feed(std::string_view& input, BodyBuffer& body) {
   for (;;) {
     Status status = Status::more;
     switch (part_) {
@@ -100,7 +100,7 @@ ChunkDecoder::Status ChunkDecoder::feed(std::string_view& input, std::string& bo
       case Part::data: {
         if (input.empty()) return Status::more;
         const auto n = static_cast<std::size_t>(std::min<std::uint64_t>(left_, input.size()));
-        body.append(input.data(), n);
+        if (!body.append(input.substr(0, n))) return Status::no_memory;
         input.remove_prefix(n);
         left_ -= n;
         if (left_ == 0) part_ = Part::data_end;

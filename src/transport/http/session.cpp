@@ -17,6 +17,8 @@ namespace {
 constexpr int max_empty_lines = 4;
 /// Bodies up to this size are copied behind their header section: one buffer costs the system less than two.
 constexpr std::size_t copied_body_bytes = 2048;
+/// Of the body of a refused request, so that its connection can be kept.
+constexpr std::size_t max_discarded_body_bytes = 16 * 1024;
 /// Capacity that an idle connection may keep.
 constexpr std::size_t kept_capacity = 8 * 1024;
 
@@ -48,7 +50,7 @@ std::string_view SessionContext::date(std::chrono::system_clock::time_point utc)
   return date_;
 }
 
-Session::Session(SessionContext& context, std::string peer) : context_(context), peer_(std::move(peer)) {
+Session::Session(SessionContext& context, std::string peer) : context_(context), peer_(std::move(peer)), body_(context.bodies()) {
   request_.peer = peer_;
 }
 
@@ -234,28 +236,48 @@ bool Session::take_header(TimePoint now) {
 
 void Session::begin_body(std::string_view header, TimePoint now) {
   request_.body = {};
-  if (!framing_.chunked && framing_.length == 0) {
-    remove_framing_fields();
-    dispatch(now);
-    return;
-  }
-  const auto limit = context_.limits().max_body_bytes;
-  if (!framing_.chunked && framing_.length > limit) {
-    refuse(413, "the body has " + std::to_string(framing_.length) + " bytes; " + std::to_string(limit) + " are allowed", now);
-    return;
-  }
+  request_.header_judged = false;
+  request_.can_upgrade = context_.websockets && version_ == 11 && !context_.stopping;
+  request_.can_stream = context_.streams && !context_.stopping;
+  const bool has_body = framing_.chunked || framing_.length > 0;
+  max_body_bytes_ = context_.limits().max_body_bytes;
+  if (!framing_.chunked && framing_.length > max_body_bytes_) return refuse_size(std::to_string(framing_.length), now);
   remove_framing_fields();
-  enter(Phase::body);
+  if (!has_body) return dispatch(now);
   if (!framing_.chunked && rest_.size() >= framing_.length) {
     request_.body = rest_.substr(0, static_cast<std::size_t>(framing_.length));
     rest_.remove_prefix(request_.body.size());
-    dispatch(now);
-    return;
+    return dispatch(now);
   }
+  if (!judge_header(now)) return;
+  enter(Phase::body);
   if (framing_.expects_continue && rest_.empty()) out_ += "HTTP/1.1 100 Continue\r\n\r\n";
-  body_.clear();
-  chunks_.reset(limit, context_.limits().max_header_bytes);
+  discarded_body_bytes_ = 0;
+  chunks_.reset(max_body_bytes_, context_.limits().max_header_bytes);
   keep_header(header);
+}
+
+/// The handler judges the header section. False: the response is final, and the connection ends: after `Expect: 100-continue` nothing else
+/// shows whether the client still sends the body. A short body that is on its way is discarded instead, and the connection is kept.
+bool Session::judge_header(TimePoint now) {
+  const auto length = framing_.chunked ? std::nullopt : std::optional(framing_.length);
+  auto verdict = context_.handler->judge_header(request_, length, now);
+  max_body_bytes_ = std::min(max_body_bytes_, verdict.max_body_bytes);
+  if (!verdict.response) {
+    request_.header_judged = true;
+    if (!length || *length <= max_body_bytes_) return true;
+    refuse_size(std::to_string(*length), now);
+    return false;
+  }
+  refusal_ = std::move(verdict.response);
+  if (length && *length <= max_discarded_body_bytes && !framing_.expects_continue && !refusal_->close) return true;
+  ++requests_;
+  refuse(*std::exchange(refusal_, std::nullopt), now);
+  return false;
+}
+
+void Session::refuse_size(const std::string& found, TimePoint now) {
+  refuse(413, "the body has " + found + " bytes; " + std::to_string(max_body_bytes_) + " are allowed", now);
 }
 
 /// Copies the header section, whose bytes are about to be discarded, and makes the request a view of the copy.
@@ -279,35 +301,47 @@ void Session::remove_framing_fields() {
 
 /// True when there may be more to do with rest_.
 bool Session::take_body(TimePoint now) {
-  if (!framing_.chunked) {
-    const auto missing = static_cast<std::size_t>(framing_.length) - body_.size();
-    const auto part = rest_.substr(0, missing);
-    body_.append(part);
-    rest_.remove_prefix(part.size());
-    if (part.size() < missing) return false;
-  } else {
-    switch (chunks_.feed(rest_, body_)) {
-      case ChunkDecoder::Status::more: return false;
-      case ChunkDecoder::Status::done: break;
-      case ChunkDecoder::Status::bad: refuse(400, std::string(chunks_.problem()), now); return false;
-      case ChunkDecoder::Status::too_large:
-        refuse(413, "the body has more than " + std::to_string(context_.limits().max_body_bytes) + " bytes", now);
-        return false;
-    }
-  }
-  request_.body = body_;
+  if (!(framing_.chunked ? take_chunked_body(now) : take_sized_body(now))) return false;
+  request_.body = body_.view();
   dispatch(now);
   return true;
 }
+
+/// True when the body is complete.
+bool Session::take_sized_body(TimePoint now) {
+  const auto missing = static_cast<std::size_t>(framing_.length) - body_.size() - discarded_body_bytes_;
+  const auto part = rest_.substr(0, missing);
+  if (refusal_) discarded_body_bytes_ += part.size();
+  else if (!body_.append(part)) return refuse_for_memory(now), false;
+  rest_.remove_prefix(part.size());
+  return part.size() == missing;
+}
+
+/// True when the body is complete.
+bool Session::take_chunked_body(TimePoint now) {
+  switch (chunks_.feed(rest_, body_)) {
+    case ChunkDecoder::Status::more: break;
+    case ChunkDecoder::Status::done: return true;
+    case ChunkDecoder::Status::bad: refuse(400, std::string(chunks_.problem()), now); break;
+    case ChunkDecoder::Status::too_large: refuse(413, "the body has more than " + std::to_string(max_body_bytes_) + " bytes", now); break;
+    case ChunkDecoder::Status::no_memory: refuse_for_memory(now); break;
+  }
+  return false;
+}
+
+void Session::refuse_for_memory(TimePoint now) { refuse(503, "the bodies of other requests need the memory; try again later", now); }
 
 // ------------------------------------------------------------------------------------------------------------- responses
 
 void Session::dispatch(TimePoint now) {
   ++requests_;
   keep_alive_ = framing_.keep_alive && requests_ < context_.limits().max_requests_per_connection;
-  request_.can_upgrade = context_.websockets && version_ == 11 && !context_.stopping;
-  request_.can_stream = context_.streams && !context_.stopping;
+  if (refusal_) return respond(*std::exchange(refusal_, std::nullopt), now);
+  request_.can_upgrade = request_.can_upgrade && !context_.stopping;
+  request_.can_stream = request_.can_stream && !context_.stopping;
   auto outcome = context_.handler->handle(request_, now);
+  request_.body = {};
+  body_.clear();
   if (auto* const deferred = std::get_if<engine::Deferred>(&outcome)) {
     keep_handshake();
     ticket_ = deferred->ticket;
@@ -372,6 +406,8 @@ void Session::refuse(http::Response response, TimePoint now) {
   keep_alive_ = false;
   ticket_.reset();
   upgrade_.reset();
+  refusal_.reset();
+  body_.clear();
   rest_ = {};
   respond(std::move(response), now);
 }
@@ -418,7 +454,6 @@ void Session::finish_response(TimePoint now) {
     return;
   }
   release(header_);
-  release(body_);
   header_only_ = false;
   empty_lines_ = 0;
   enter(Phase::idle);
@@ -504,7 +539,10 @@ void Session::expire(TimePoint now) {
   };
   switch (phase_) {
     case Phase::header: refuse(408, "the head" + within(context_.limits().header_timeout), now); break;
-    case Phase::body: refuse(408, "the body" + within(context_.limits().body_timeout), now); break;
+    case Phase::body:
+      if (refusal_) refuse(*std::exchange(refusal_, std::nullopt), now);
+      else refuse(408, "the body" + within(context_.limits().body_timeout), now);
+      break;
     case Phase::idle:
     case Phase::writing:
     case Phase::lingering: enter(Phase::closed); break;

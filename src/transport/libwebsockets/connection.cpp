@@ -17,6 +17,8 @@ namespace {
 
 /// Written at once.
 constexpr std::size_t piece_bytes = 64 * 1024;
+/// Of the body of a refused request, so that its connection can be kept.
+constexpr std::size_t max_discarded_body_bytes = 16 * 1024;
 /// Capacity that an idle connection may keep.
 constexpr std::size_t kept_capacity = 8 * 1024;
 
@@ -40,7 +42,7 @@ std::int64_t to_microseconds(std::chrono::milliseconds time) { return std::chron
 }  // namespace
 
 Connection::Connection(Vhost& vhost, lws* wsi)
-    : vhost_(vhost), wsi_(wsi), peer_(peer_of(wsi)), idle_since_(vhost.now().steady) {
+    : vhost_(vhost), wsi_(wsi), peer_(peer_of(wsi)), idle_since_(vhost.now().steady), body_(vhost.bodies()) {
   incoming_.request.peer = peer_;
 }
 
@@ -67,19 +69,33 @@ int Connection::on_request() {
   auto& request = incoming_.request;
   if (auto refusal = read_request()) return refuse(*std::move(refusal));
   if (framing_.chunked) return refuse({411, "Transfer-Encoding: found \"chunked\", expected Content-Length"});
-  if (framing_.length > limits.max_body_bytes)
-    return refuse({413, "the body has " + std::to_string(framing_.length) + " bytes; " + std::to_string(limits.max_body_bytes) +
-                            " are allowed"});
+  if (framing_.length > limits.max_body_bytes) return refuse_size(limits.max_body_bytes);
   if (framing_.length > 0 && is_pipelined()) return refuse(pipelined());
   // libwebsockets takes what follows POST, PUT and PATCH without Content-Length for a body that has no end.
   const bool delimited = request.find("Content-Length").has_value() ||
                          (request.method != "POST" && request.method != "PUT" && request.method != "PATCH");
   reusable_ = delimited && framing_.keep_alive && requests_ < limits.max_requests_per_connection;
   incoming_.strip_framing_fields();
-  body_.clear();
-  if (framing_.length == 0) return dispatch();
+  request.header_judged = false;
+  request.body = {};
+  request.can_upgrade = false;
+  request.can_stream = !vhost_.is_stopping();
+  return framing_.length == 0 ? dispatch() : receive_body();
+}
+
+/// A body that is not wanted is discarded if it is short and on its way; else the connection ends with the response.
+int Connection::receive_body() {
+  auto verdict = vhost_.handler().judge_header(incoming_.request, framing_.length, vhost_.now());
+  if (verdict.response && (verdict.response->close || framing_.expects_continue || framing_.length > max_discarded_body_bytes)) {
+    reusable_ = false;
+    return respond(*std::move(verdict.response));
+  }
+  if (!verdict.response && framing_.length > verdict.max_body_bytes) return refuse_size(verdict.max_body_bytes);
+  incoming_.request.header_judged = !verdict.response;
+  refusal_ = std::move(verdict.response);
+  discarded_body_bytes_ = 0;
   phase_ = Phase::reading;
-  lws_set_timer_usecs(wsi_, to_microseconds(limits.body_timeout));
+  lws_set_timer_usecs(wsi_, to_microseconds(vhost_.options().limits.body_timeout));
   if (framing_.expects_continue) {
     constexpr std::string_view interim = "HTTP/1.1 100 Continue\r\n\r\n";
     unsigned char* const bytes = vhost_.scratch(interim.size());
@@ -95,24 +111,26 @@ bool Connection::is_pipelined() const { return requests_ > 1 && lws_service_adju
 
 int Connection::on_body(std::string_view part) {
   if (phase_ != Phase::reading) return 0;  // of a request that has its response already, and whose connection ends
-  if (part.size() > framing_.length - body_.size()) return -1;
-  body_.append(part);
+  if (part.size() > framing_.length - body_.size() - discarded_body_bytes_) return -1;
+  if (refusal_) discarded_body_bytes_ += part.size();
+  else if (!body_.append(part)) return refuse({503, "the bodies of other requests need the memory; try again later"}, "1");
   return 0;
 }
 
 int Connection::on_body_end() {
   if (phase_ != Phase::reading) return 0;
-  if (body_.size() != framing_.length) return -1;
+  if (body_.size() + discarded_body_bytes_ != framing_.length) return -1;
   lws_set_timer_usecs(wsi_, LWS_SET_TIMER_USEC_CANCEL);
   return dispatch();
 }
 
 int Connection::dispatch() {
+  if (refusal_) return respond(*std::exchange(refusal_, std::nullopt));
   auto& request = incoming_.request;
-  request.body = body_;
-  request.can_upgrade = false;
-  request.can_stream = !vhost_.is_stopping();
+  request.body = body_.view();
   auto outcome = vhost_.handler().handle(request, vhost_.now());
+  request.body = {};
+  body_.clear();
   if (auto* const deferred = std::get_if<engine::Deferred>(&outcome)) {
     ticket_ = deferred->ticket;
     vhost_.tickets.emplace(static_cast<std::uint64_t>(*ticket_), this);
@@ -171,9 +189,13 @@ int Connection::on_timer() {
   } else if (phase_ == Phase::reading) {
     reusable_ = false;
     http::Response response;
-    http::set_problem(
-        response,
-        {408, "the body was not complete within " + std::to_string(vhost_.options().limits.body_timeout.count()) + " ms"});
+    if (refusal_) {
+      response = *std::exchange(refusal_, std::nullopt);
+    } else {
+      http::set_problem(
+          response,
+          {408, "the body was not complete within " + std::to_string(vhost_.options().limits.body_timeout.count()) + " ms"});
+    }
     prepare(std::move(response));
     wait_for_writable();
   }
@@ -190,16 +212,20 @@ void Connection::reply(engine::Reply reply) {
   wait_for_writable();
 }
 
-int Connection::refuse(http::Refusal refusal) {
+int Connection::refuse(http::Refusal refusal, std::string_view retry_after) {
   reusable_ = false;
   http::Response response;
   http::set_problem(response, {refusal.status, std::move(refusal.reason)});
-  if (refusal.status == 503) response.fields.add("Retry-After", "0");
+  if (refusal.status == 503) response.fields.add("Retry-After", retry_after);
   if (refusal.status == 426) {
     response.fields.add("Sec-WebSocket-Version", "13");
     response.fields.add("Upgrade", "websocket");
   }
   return respond(std::move(response));
+}
+
+int Connection::refuse_size(std::size_t limit) {
+  return refuse({413, "the body has " + std::to_string(framing_.length) + " bytes; " + std::to_string(limit) + " are allowed"});
 }
 
 int Connection::respond(http::Response response) {
@@ -209,6 +235,7 @@ int Connection::respond(http::Response response) {
 
 void Connection::prepare(http::Response response) {
   const auto& request = incoming_.request;
+  body_.clear();
   if (response.close || vhost_.is_stopping()) reusable_ = false;
   http::write_response_header(out_, response, vhost_.date(vhost_.now()), reusable_, request.version);
   if (request.method != "HEAD" && http::may_have_body(response.status)) out_body_ = std::move(response.body);
@@ -280,7 +307,6 @@ int Connection::finish() {
   }
   phase_ = Phase::idle;
   idle_since_ = vhost_.now().steady;
-  release(body_);
   if (!reusable_) return -1;
   return lws_http_transaction_completed(wsi_) != 0 ? -1 : 0;
 }

@@ -11,6 +11,7 @@
 #include <lrt/engine/handler.hpp>
 #include <lrt/http/request_parser.hpp>
 #include <lrt/http/message.hpp>
+#include <lrt/transport/detail/body_buffer.hpp>
 
 #include "src/transport/libwebsockets/incoming.hpp"
 #include "src/transport/libwebsockets/websocket.hpp"
@@ -61,9 +62,12 @@ class Connection {
 
   std::optional<http::Refusal> read_request();
   bool is_pipelined() const;
+  int receive_body();
   int dispatch();
   int respond(http::Response response);
-  int refuse(http::Refusal refusal);
+  /// @param retry_after  of a 503, in seconds
+  int refuse(http::Refusal refusal, std::string_view retry_after = "0");
+  int refuse_size(std::size_t limit);
   void prepare(http::Response response);
   void prepare_stream(engine::Channel channel, const http::Response& response);
   int write();
@@ -83,7 +87,9 @@ class Connection {
 
   Incoming incoming_;
   http::Framing framing_;
-  std::string body_;
+  transport::BodyBuffer body_;
+  std::optional<http::Response> refusal_;  ///< when the body, which is discarded, is over
+  std::size_t discarded_body_bytes_ = 0;
 
   bool reusable_ = false;  ///< another request may follow
   std::optional<engine::Ticket> ticket_;

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include <lrt/engine/handler.hpp>
+#include <lrt/transport/detail/body_buffer.hpp>
 #include <lrt/transport/transport.hpp>
 
 #include "src/base/event_waker.hpp"
@@ -75,6 +76,8 @@ class Vhost {
   TimePoint now() const noexcept { return clock_.now(); }
   bool is_stopping() const noexcept { return stopping_; }
   std::string_view date(TimePoint now);
+  /// Of the bodies that the connections receive.
+  transport::BodyBudget& bodies() noexcept { return bodies_; }
   /// A buffer for `size` bytes, with what libwebsockets needs before them.
   unsigned char* scratch(std::size_t size);
   std::unordered_map<std::uint64_t, Connection*> tickets;   ///< connections by the deferred response that they wait for
@@ -107,6 +110,7 @@ class Vhost {
   std::unordered_set<Connection*> connections_;
   std::map<std::string, std::size_t> addresses_;  ///< connections from each, but for this machine's; clients choose IPv6 addresses
   std::vector<unsigned char> scratch_;
+  transport::BodyBudget bodies_;
   std::chrono::seconds date_second_{-1};
   std::string date_;
   std::size_t events_ = 0;

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include <lrt/base/language.hpp>
+#include <lrt/transport/detail/body_buffer.hpp>
 
 namespace lrt::transport {
 
@@ -20,6 +21,7 @@ class ChunkDecoder {
     done,       ///< the body is complete; what is left of the input belongs to the next request
     bad,        ///< 400; see problem()
     too_large,  ///< 413
+    no_memory,  ///< 503: BodyBuffer::append() has failed
   };
 
   /// Begins a new body.
@@ -28,7 +30,7 @@ class ChunkDecoder {
   void reset(std::size_t body_limit, std::size_t overhead_limit) noexcept;
 
   /// Consumes from the front of `input` and appends the body's bytes to `body`.
-  Status feed(std::string_view& input, std::string& body);
+  Status feed(std::string_view& input, BodyBuffer& body);
 
   /// What was wrong; a static text.
   std::string_view problem() const noexcept { return problem_; }

@@ -1,0 +1,35 @@
+#!/bin/sh
+# Attacks a server in all ways that are kept here and prints what was measured, as Markdown: the figures of docs/resilience.md.
+#
+#   tests/attack/run.sh [BUILD]      BUILD: a folder in which the tests are built; default build/dev
+#
+# Takes some minutes. LRT_KILLS, LRT_ATTACK_SECONDS, LRT_ATTACK_FACTOR and LRT_ATTACK_STRIDE make single attacks longer.
+set -eu
+
+here=$(cd "$(dirname "$0")" && pwd)
+build=$(cd "${1:-$here/../../build/dev}" && pwd)
+export PYTHONDONTWRITEBYTECODE=1
+status=0
+
+# section TITLE COMMAND...
+section() {
+  printf '\n## %s\n\n```\n' "$1"
+  shift
+  "$@" 2>&1 || { status=1; echo "FAILED"; }
+  printf '```\n'
+}
+
+transports="http"
+if [ -n "$(grep -s '^LRT_LIBWEBSOCKETS:BOOL=ON' "$build/CMakeCache.txt")" ]; then transports="http libwebsockets"; fi
+
+printf '# Attacks, %s, %s CPUs\n' "$(date -u +%Y-%m-%d)" "$(nproc)"
+for transport in $transports; do
+  section "Large bodies, $transport" python3 "$here/large_bodies.py" "$build/tests/attack/attacked_robot" --transport "$transport"
+done
+section "Texts that are expensive for their size; unfinished bodies" "$build/tests/test_attack"
+section "The worst inputs for each parser" "$build/tests/attack/worst_inputs"
+section "Memory runs out once at any place of a request" "$build/tests/attack/test_fail_after"
+# shellcheck disable=SC2086  # a list
+section "The process ends while clients are served" python3 "$here/exit_test.py" "$build/tests/attack/exit_host" $transports
+section "Killed while callbacks are made and cancelled" env "LRT_KILLS=${LRT_KILLS:-10}" python3 "$here/kill_test.py" "$build/examples/baxter/baxter"
+exit $status
