@@ -98,8 +98,9 @@ struct Threads {
   /// Threads of lrt that parse and judge request bodies above Limits::small_body_bytes, so that neither the control loop nor other clients wait
   /// for them. They start with the first such body, and run no lambda. 0: the thread that serves judges every body, 1 MiB in up to 0.2 s.
   unsigned body_threads = 1;
-  /// Policy, CPUs and stack of all threads that the server starts: lrt-io (Io::own_thread), lrt-run (Server::start), lrt-callback, lrt-save, lrt-body. They do
-  /// not inherit those of the thread that creates the server, and block all signals; a process that a lambda starts there inherits the mask.
+  /// Policy, CPUs and stack of all threads that the server starts: lrt-io (Io::own_thread), lrt-run (Server::start), lrt-callback, lrt-resolve, lrt-save,
+  /// lrt-body. They do not inherit those of the thread that creates the server, and block all signals; a process that a lambda starts there
+  /// inherits the mask.
   ThreadOptions own;
 };
 

@@ -22,9 +22,21 @@ std::optional<Ticket> PendingRequests::keep(const Context& context, std::chrono:
   if (waiting >= max_pending_ && what != WaitsFor::stop) return std::nullopt;
   const auto known = context.ticket ? pending_.find(static_cast<std::uint64_t>(*context.ticket)) : pending_.end();
   const Ticket ticket = known != pending_.end() ? *context.ticket : Ticket{next_ticket_++};
-  Pending kept{context.kept(), std::move(on_timeout), nullptr, deadlines_.emplace(context.now.steady + max_time, ticket), what};
-  if (known != pending_.end()) remove(known);
-  pending_.emplace(static_cast<std::uint64_t>(ticket), std::move(kept));
+  Pending kept{context.kept(), std::move(on_timeout), nullptr, {}, what};
+  const auto deadline = deadlines_.emplace(context.now.steady + max_time, ticket);
+  kept.deadline = deadline;
+  if (known != pending_.end()) {
+    --waiting_[static_cast<std::size_t>(known->second.waits_for)];
+    deadlines_.erase(known->second.deadline);
+    known->second = std::move(kept);
+  } else {
+    try {
+      pending_.emplace(static_cast<std::uint64_t>(ticket), std::move(kept));
+    } catch (...) {
+      deadlines_.erase(deadline);
+      throw;
+    }
+  }
   ++waiting;
   return ticket;
 }

@@ -7,6 +7,7 @@ usage: subscriptions_test.py [--transport NAME] [--tls] PATH_OF_BAXTER [WORD]...
 import asyncio
 import hashlib
 import hmac
+import itertools
 import os
 import random
 import re
@@ -121,19 +122,28 @@ async def the_first_message_is_what_get_answers(robot, demo):
 async def messages_come_while_it_moves_and_end_with_what_get_answers(robot, demo):
     async with connect(robot.ws(f"{S1}/rotation?queueLength=1000")) as ws:
         await receive(ws)
-        invocation = (await off_loop(robot.rotate, "right_s1", 6)).expect(204).field("Location")
         during = []
         got = []
-        async with connect("ws" + invocation[4:]) as command:
-            watching = asyncio.ensure_future(until_message(command, lambda m: "lrt:succeeded" in m, "succeeded"))
-            while not watching.done():
-                during.append(await off_loop(robot.get, f"{S1}/rotation"))
-                while len(ws.messages) > 0:
-                    got.append(await receive(ws))
-            await watching
-        last = await off_loop(robot.get, f"{S1}/rotation")
-        if not got or got[-1] != last.body:
-            got += await until_message(ws, lambda m: m == last.body, "the last rotation")
+
+        async def move(degrees):
+            invocation = (await off_loop(robot.rotate, "right_s1", degrees)).expect(204).field("Location")
+            async with connect("ws" + invocation[4:]) as command:
+                watching = asyncio.ensure_future(until_message(command, lambda m: "lrt:succeeded" in m, "succeeded"))
+                while not watching.done():
+                    during.append(await off_loop(robot.get, f"{S1}/rotation"))
+                    while len(ws.messages) > 0:
+                        got.append(await receive(ws))
+                await watching
+            last = await off_loop(robot.get, f"{S1}/rotation")
+            if not got or got[-1] != last.body:
+                got.extend(await until_message(ws, lambda m: m == last.body, "the last rotation"))
+            return last
+        last, degrees = await move(6), 6
+        # A machine under load takes few steps for a movement: it moves to and fro until there was something to compare.
+        end = time.monotonic() + 2 * PATIENCE
+        while (len(got) <= 20 or not any(a.body in got for a in during)) and time.monotonic() < end:
+            degrees = 6 - degrees
+            last = await move(degrees)
         assert len(got) > 20, len(got)
         stamps = [modified(m) for m in got]
         assert stamps == sorted(stamps), "no message is older than the one before"  # a loop that catches up steps twice in a microsecond
@@ -233,18 +243,26 @@ async def bad_handshakes_are_refused(robot, demo):
 
 @case
 async def an_invocation_is_watched_to_its_end(robot, demo):
+    async def check(ws, invocation, got):
+        progress = [float(re.search(r'lrt:progress "?([0-9.eE+-]+)', m).group(1)) for m in got if "lrt:progress" in m]
+        assert len(got) > 3 and progress == sorted(progress) and progress[-1] == 1, progress[:5] + progress[-5:]
+        assert got[-1] == robot.get(invocation).body
+        http_request("DELETE", invocation).expect(204)
+        closed = await closed_with(ws)
+        assert closed and closed.code == 1001, closed
+
     async with connect(robot.ws("baxter/right_e1/actions/rotate")) as action:
         await receive(action)
-        invocation = (await off_loop(robot.rotate, "right_e1", 8)).expect(204).field("Location")
-        await until_message(action, lambda m: invocation.rsplit("/", 1)[1] in m, "the action names its invocation")
-        async with connect("ws" + invocation[4:]) as ws:
-            got = await until_message(ws, lambda m: "lrt:succeeded" in m, "succeeded")
-            progress = [float(re.search(r'lrt:progress "?([0-9.eE+-]+)', m).group(1)) for m in got if "lrt:progress" in m]
-            assert len(got) > 3 and progress == sorted(progress) and progress[-1] == 1, progress[:5] + progress[-5:]
-            assert got[-1] == robot.get(invocation).body
-            http_request("DELETE", invocation).expect(204)
-            closed = await closed_with(ws)
-            assert closed and closed.code == 1001, closed
+        end = time.monotonic() + 2 * PATIENCE
+        for degrees in itertools.cycle((8, 0)):  # a machine under load reports few steps of a movement: until there are some to compare
+            invocation = (await off_loop(robot.rotate, "right_e1", degrees)).expect(204).field("Location")
+            await until_message(action, lambda m: invocation.rsplit("/", 1)[1] in m, "the action names its invocation")
+            async with connect("ws" + invocation[4:]) as ws:
+                got = await until_message(ws, lambda m: "lrt:succeeded" in m, "succeeded")
+                if len(got) <= 3 and time.monotonic() < end:
+                    continue
+                await check(ws, invocation, got)
+                break
 
 
 @case
@@ -463,10 +481,14 @@ def every_change_is_posted_in_order_up_to_the_newest(robot, demo):
     with Receiver() as receiver:
         location = robot.call_back(f"{S1}/rotation", receiver.url).expect(201).field("Location")
         receiver.wait()
-        command = robot.rotate("right_s1", 12).expect(204).field("Location")
-        until(lambda: "lrt:succeeded" in robot.get(command).body, "the arm has moved")
-        get = robot.get(f"{S1}/rotation")
-        requests = receiver.wait(lambda rs: rs[-1].text == get.body, "the last rotation")
+        end = time.monotonic() + 2 * PATIENCE
+        for degrees in itertools.cycle((12, 0)):  # a machine under load posts few of a movement: until there are some to compare
+            command = robot.rotate("right_s1", degrees).expect(204).field("Location")
+            until(lambda: "lrt:succeeded" in robot.get(command).body, "the arm has moved")
+            get = robot.get(f"{S1}/rotation")
+            requests = receiver.wait(lambda rs: rs[-1].text == get.body, "the last rotation")
+            if len(requests) > 5 or time.monotonic() > end:
+                break
         stamps = [modified(r.text) for r in requests]
         assert len(stamps) > 5 and stamps == sorted(set(stamps)), (len(stamps), "each is newer than the one before")
         assert requests[-1].headers["ETag"] == get.field("ETag")
@@ -860,17 +882,21 @@ async def thousands_of_sockets_end_in_503(robot, demo):
             seen, kept = {}, []
 
             async def one():
-                try:
-                    reader, writer = await asyncio.wait_for(Way.streams(own.port), PATIENCE)
+                try:  # without a time limit of its own: that of the case is enough
+                    reader, writer = await Way.streams(own.port)
                     kept.append(writer)
                     writer.write(handshake(own, f"{S1}/actions/rotate"))
-                    status = int((await asyncio.wait_for(reader.readline(), PATIENCE)).split()[1])
+                    status = int((await reader.readline()).split()[1])
                 except (OSError, IndexError, asyncio.IncompleteReadError):
                     status = 0  # reset after the 503, or closed without a word
                 seen[status] = seen.get(status, 0) + 1
-            for _ in range(20):
+            # These clients do not respond to pings, so a slow machine may close the first before the last are open. The limit is reached once
+            # there is a 503, and not before 1,500 subscriptions exist.
+            while 503 not in seen and len(kept) < 6000:
                 await asyncio.gather(*(one() for _ in range(100)))
-            assert set(seen) <= {0, 101, 503} and 1400 <= seen[101] <= 1500 and seen.get(503, 0) > 0, seen
+            assert set(seen) <= {0, 101, 503} and seen.get(503, 0) > 0 and seen[101] + seen.get(0, 0) >= 1400, seen
+            members = len(await off_loop(own.members, S1))  # a request is served
+            assert 0 < members <= 1500, (members, seen)
             while early.messages:
                 await receive(early)
             for _ in range(20):  # who is in is served as before

@@ -195,10 +195,10 @@ bool comes_true(Condition condition) {
 
 /// A resolver that knows the names below "example".
 delivery::Resolve resolves_to(std::vector<std::string> addresses) {
-  return [addresses](const std::string& host, std::uint16_t port) -> Result<std::vector<delivery::Address>> {
-    if (host.find(".example") == std::string::npos) return delivery::resolve(host, port);
+  return [addresses](const std::string& name) -> Result<std::vector<delivery::Address>> {
+    if (name.find(".example") == std::string::npos) return delivery::resolve(name);
     std::vector<delivery::Address> result;
-    for (const std::string& a : addresses) result.push_back(delivery::address_of(a, port));
+    for (const std::string& a : addresses) result.push_back(delivery::address_of(a));
     return result;
   };
 }
@@ -616,7 +616,7 @@ TEST_CASE("of a name's addresses only allowed ones are connected to", "[delivery
   }
   SECTION("no address at all") {
     options.allow = {"receiver.example"};
-    details.look_up = [](const std::string&, std::uint16_t) -> Result<std::vector<delivery::Address>> {
+    details.look_up = [](const std::string&) -> Result<std::vector<delivery::Address>> {
       return unexpected(Errc::io_error, "no address of \"receiver.example\": try again");
     };
     Rig rig(options, details);
@@ -627,8 +627,8 @@ TEST_CASE("of a name's addresses only allowed ones are connected to", "[delivery
   SECTION("a name is looked up for each connection") {
     options.allow = {"receiver.example", "127.0.0.1"};
     auto times = std::make_shared<std::atomic<int>>(0);
-    details.look_up = [times](const std::string&, std::uint16_t port) -> Result<std::vector<delivery::Address>> {
-      return std::vector<delivery::Address>{delivery::address_of((*times)++ == 0 ? "127.0.0.1" : "127.0.0.9", port)};
+    details.look_up = [times](const std::string&) -> Result<std::vector<delivery::Address>> {
+      return std::vector<delivery::Address>{delivery::address_of((*times)++ == 0 ? "127.0.0.1" : "127.0.0.9")};
     };
     const Receiver closing([](Peer& peer) {
       peer.read_request();
@@ -913,16 +913,16 @@ TEST_CASE("signals are delivered to the host's threads only", "[delivery]") {
   ::pthread_sigmask(SIG_SETMASK, nullptr, &mine);
   std::atomic<bool> blocked{false};
   delivery::Details details;
-  details.look_up = [&](const std::string& host, std::uint16_t port) {
+  details.look_up = [&](const std::string& name) {
     sigset_t set;
     ::pthread_sigmask(SIG_SETMASK, nullptr, &set);
     blocked = sigismember(&set, SIGPIPE) == 1 && sigismember(&set, SIGTERM) == 1 && sigismember(&set, SIGINT) == 1 && sigismember(&set, SIGSEGV) == 0;
-    return delivery::resolve(host, port);
+    return delivery::resolve(name);
   };
   Recorder recorder;
   const Receiver receiver(std::ref(recorder));
   Rig rig(loopback(), details);
-  CHECK(rig.deliver(notification(receiver.url())).status == 204);
+  CHECK(rig.deliver(notification(receiver.url("localhost"))).status == 204);
   CHECK(blocked);
   sigset_t after;
   ::pthread_sigmask(SIG_SETMASK, nullptr, &after);
@@ -945,6 +945,146 @@ TEST_CASE("a source that throws or has no notification does no harm", "[delivery
   const std::lock_guard lock(rig.mutex);
   REQUIRE(rig.log.size() == 1);
   CHECK(says(rig.log[0], "out of words"));
+}
+
+namespace {
+
+/// A resolver in which names with "hangs" wait until it is released or destroyed. Others are at 127.0.0.1.
+class HangingResolver {
+ public:
+  ~HangingResolver() { release(); }
+  void release() {
+    if (!std::exchange(released_, true)) gate_.set_value();
+  }
+  delivery::Resolve resolve() {
+    return [open = open_, calls = calls_](const std::string& name) -> Result<std::vector<delivery::Address>> {
+      {
+        const std::lock_guard lock(calls->mutex);
+        calls->names.push_back(name);
+      }
+      if (says(name, "hangs")) open.wait();
+      if (says(name, "nowhere")) return unexpected(Errc::io_error, "no address of \"" + name + "\"");
+      return std::vector<delivery::Address>{delivery::address_of("127.0.0.1")};
+    };
+  }
+  /// How often names with this part were resolved.
+  std::size_t calls(std::string_view part) const {
+    const std::lock_guard lock(calls_->mutex);
+    return static_cast<std::size_t>(std::count_if(calls_->names.begin(), calls_->names.end(), [&](const std::string& n) { return says(n, part); }));
+  }
+
+ private:
+  struct Calls {
+    std::mutex mutex;
+    std::vector<std::string> names;
+  };
+  bool released_ = false;
+  std::promise<void> gate_;
+  std::shared_future<void> open_ = gate_.get_future().share();
+  std::shared_ptr<Calls> calls_ = std::make_shared<Calls>();
+};
+
+CallbackOptions with_names() {
+  CallbackOptions options = loopback();
+  options.allow = {"127.0.0.1", ".example", ".test"};
+  options.resolve_time = 10min;  // longer than the test waits
+  return options;
+}
+
+}  // namespace
+
+TEST_CASE("names that hang in the resolver do not delay receivers with an address, nor names of other domains", "[delivery][attack]") {
+  HangingResolver resolver;
+  Recorder recorder;
+  const Receiver good(std::ref(recorder));
+  CallbackOptions options = with_names();
+  options.max_threads = 4;
+  options.max_resolver_threads = 4;
+  delivery::Details details;
+  details.look_up = resolver.resolve();
+  Rig rig(options, details);
+  for (std::uint64_t i = 1; i <= 40; ++i) rig.post(Channel{i}, notification(good.url("hangs" + std::to_string(i) + ".one.example")));
+  REQUIRE(comes_true([&] { return resolver.calls("hangs") == 2; }));  // half of four
+  for (std::uint64_t i = 101; i <= 150; ++i) rig.post(Channel{i}, notification(good.url(i % 2 == 0 ? "127.0.0.1" : "good.test")));
+  CHECK(rig.source.wait_for(50).size() == 50);
+  CHECK(resolver.calls("hangs") == 2);
+  resolver.release();
+  CHECK(rig.source.wait_for(90).size() == 90);
+  for (const auto& [channel, result] : rig.source.wait_for(90)) CHECK(result.status == 204);
+}
+
+TEST_CASE("a name that hangs takes one thread of the resolver, whatever the number of its subscriptions", "[delivery][attack]") {
+  HangingResolver resolver;
+  Recorder recorder;
+  const Receiver good(std::ref(recorder));
+  CallbackOptions options = with_names();
+  options.max_threads = 2;
+  delivery::Details details;
+  details.look_up = resolver.resolve();
+  Rig rig(options, details);
+  for (std::uint64_t i = 1; i <= 40; ++i) rig.post(Channel{i}, notification(good.url("hangs.example", "/" + std::to_string(i))));
+  for (std::uint64_t i = 101; i <= 110; ++i) rig.post(Channel{i}, notification(good.url("n" + std::to_string(i) + ".example")));
+  CHECK(rig.source.wait_for(10).size() == 10);
+  CHECK(resolver.calls("hangs") == 1);
+  resolver.release();
+  CHECK(rig.source.wait_for(50).size() == 50);
+  CHECK(resolver.calls("hangs") == 1);  // all forty got the same result
+}
+
+TEST_CASE("a name that is not resolved within resolve_time is a failed notification", "[delivery]") {
+  HangingResolver resolver;
+  Recorder recorder;
+  const Receiver good(std::ref(recorder));
+  CallbackOptions options = with_names();
+  options.resolve_time = 50ms;
+  options.max_resolver_threads = 1;
+  delivery::Details details;
+  details.look_up = resolver.resolve();
+  Rig rig(options, details);
+  for (std::uint64_t i = 1; i <= 10; ++i) rig.post(Channel{i}, notification(good.url("hangs" + std::to_string(i) + ".example")));
+  for (const auto& [channel, result] : rig.source.wait_for(10)) {
+    CHECK(result.status == 0);
+    CHECK_FALSE(result.refused);
+    CHECK(result.error == "resolving \"hangs" + alone(channel) + ".example\" timed out");
+  }
+  CHECK(resolver.calls("hangs") == 1);  // the other names did not get the thread
+  resolver.release();
+  CHECK(comes_true([&] { return rig.deliver(notification(good.url("good.example"))).status == 204; }));
+}
+
+TEST_CASE("a name without an address is not resolved again for a short time", "[delivery]") {
+  HangingResolver resolver;
+  CallbackOptions options = with_names();
+  delivery::Details details;
+  details.look_up = resolver.resolve();
+  SECTION("within that time") {
+    details.failed_time = 10min;
+    Rig rig(options, details);
+    for (int i = 0; i < 5; ++i) CHECK(says(rig.deliver(notification("http://nowhere.example/")).error, "no address"));
+    CHECK(resolver.calls("nowhere") == 1);
+    CHECK(says(rig.deliver(notification("http://nowhere.test/")).error, "no address"));
+    CHECK(resolver.calls("nowhere") == 2);
+  }
+  SECTION("afterwards") {
+    details.failed_time = 0ms;
+    Rig rig(options, details);
+    for (int i = 0; i < 5; ++i) CHECK(says(rig.deliver(notification("http://nowhere.example/")).error, "no address"));
+    CHECK(resolver.calls("nowhere") == 5);
+  }
+}
+
+TEST_CASE("an address in the URL is not resolved", "[delivery]") {
+  HangingResolver resolver;
+  Recorder recorder;
+  const Receiver good(std::ref(recorder));
+  delivery::Details details;
+  details.look_up = resolver.resolve();
+  Rig rig(with_names(), details);
+  CHECK(rig.deliver(notification(good.url())).status == 204);
+  CHECK(resolver.calls("") == 0);
+  CHECK(delivery::literal_address("[::1]")->text == "::1");
+  CHECK(delivery::literal_address("127.0.0.1")->text == "127.0.0.1");
+  for (const char* name : {"localhost", "127.1", "::1", "[127.0.0.1]", "1.2.3.4.example", "[]", ""}) CHECK_FALSE(delivery::literal_address(name));
 }
 
 TEST_CASE("stop ends everything that hangs, and the source is not called afterwards", "[delivery]") {
@@ -971,15 +1111,16 @@ TEST_CASE("stop ends everything that hangs, and the source is not called afterwa
     auto back = std::make_shared<std::atomic<int>>(0);
     {
       delivery::Details details;
-      details.look_up = [inside, back, gate = release->get_future().share()](const std::string& host, std::uint16_t port) {
+      details.look_up = [inside, back, gate = release->get_future().share()](const std::string&) {
         ++*inside;
         gate.wait();
         ++*back;
-        return delivery::resolve(host, port);
+        return Result<std::vector<delivery::Address>>(std::vector<delivery::Address>{delivery::address_of("127.0.0.1")});
       };
+      options.allow = {"127.0.0.1", ".example"};
       Rig rig(options, details);
-      for (std::uint64_t i = 1; i <= 8; ++i) rig.post(Channel{i}, notification(hanging.url()));
-      REQUIRE(comes_true([&] { return *inside == 8; }));
+      for (std::uint64_t i = 1; i <= 20; ++i) rig.post(Channel{i}, notification(hanging.url("n" + std::to_string(i) + ".example")));
+      REQUIRE(comes_true([&] { return *inside == 8; }));  // max_resolver_threads
       const auto start = std::chrono::steady_clock::now();
       rig.stop();
       std::cout << "stop with 8 look-ups that hang: "
@@ -1015,6 +1156,8 @@ TEST_CASE("invalid options are refused", "[delivery]") {
   SECTION("a bad entry") { options.allow = {"127.1"}; }
   SECTION("no threads") { options.max_threads = 0; }
   SECTION("no time") { options.response_time = 0ms; }
+  SECTION("no time to resolve") { options.resolve_time = 0ms; }
+  SECTION("no thread to resolve") { options.max_resolver_threads = 0; }
   SECTION("no such file of authorities") { options.ca_file = "/nonexistent/ca.pem"; }
   SECTION("a file of authorities without any") { options.ca_file = "/etc/hostname"; }
   const auto made = delivery::make_deliverer(source, options, nullptr);

@@ -66,7 +66,7 @@ struct Host {
     for (;;) {
       for (auto* const client : clients) client->step();
       if (reached()) return true;
-      if (::poll(&item, 1, 20'000) != 1) return false;  // for ever, but for a test
+      if (::poll(&item, 1, 60'000) != 1) return false;  // for ever, but for a test
       ++wakes;
       server->poll(budget, milliseconds(0));
     }

@@ -36,14 +36,16 @@ class Deliverer {
   virtual void notify(subscription::Channel channel, std::string_view receiver) = 0;
   /// Cancels running exchanges and ends all threads. Does not wait for receivers. Waits for running calls of the source, so the caller must
   /// not hold a lock that these need; afterwards the source is not called. A thread inside the system's resolver cannot be interrupted: it
-  /// ends when the resolver returns, and until then uses only memory of its own.
+  /// is not waited for, ends when the resolver returns, and until then uses only memory of its own.
   virtual void stop() noexcept = 0;
 };
 
 /// Makes a Deliverer on cpp-httplib. It starts threads on demand and ends idle ones.
 ///
-/// - A name is resolved for each connection. Every address is checked against `options.allow`; only a checked address is connected to. Host
-///   and SNI are those of the URL.
+/// - A name is resolved for each connection, on one of `options.max_resolver_threads` threads and within `options.resolve_time`. A notification
+///   that waits for a name counts in none of the limits below. Subscriptions that wait for the same name share one resolution. A name without an
+///   address fails at once for 2 s. Addresses in URLs are not resolved.
+/// - Every address is checked against `options.allow`; only a checked address is connected to. Host and SNI are those of the URL.
 /// - A confirmation is a GET without body and signature. White space after the challenge in the response is ignored.
 /// - Redirects are not followed. For https the certificate and its name are checked.
 /// - If there is a secret, the request has the field `X-Hub-Signature: sha256=<hex of HMAC-SHA256>` (WebSub 7.1).

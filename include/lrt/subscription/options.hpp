@@ -44,6 +44,13 @@ struct CallbackOptions {
   /// subscription ends; a receiver that cannot be reached or fails (5xx, 408, 429) is asked again, by the pauses above. So nobody can
   /// make a robot post to a server that has not agreed, such as another robot. It is asked again after a restart.
   Confirmation confirmation = Confirmation::not_loopback;
+
+  /// For resolving the name of a receiver, with the wait for a thread; more than 0. Then the notification failed. It is not part of
+  /// response_time, and a notification that waits for a name takes none of max_threads.
+  std::chrono::milliseconds resolve_time{2'000};
+  /// Threads that resolve names, besides max_threads; at least 1. They exist while they resolve: one for each name, half of them for names with
+  /// the same two last labels. The system's resolver cannot be interrupted, so a name whose server hangs keeps its thread after resolve_time.
+  std::size_t max_resolver_threads = 8;
 };
 
 /// Subscriptions: limits, and how changes get from the control loop to the engine.

@@ -59,7 +59,60 @@ class IdleWires {
   std::deque<Idle> wires_;  // in the order of `since`
 };
 
-/// The state that the worker threads share. A thread that is still in the resolver at stop() owns it too, and uses it afterwards.
+/// The names that the system's resolver is asked for at present, and those that had no address a short time ago. Not synchronised.
+class Names {
+ public:
+  Names(std::size_t max_threads, std::chrono::milliseconds failed_time)
+      : max_threads_(max_threads), failed_time_(failed_time) {}
+
+  bool is_full() const noexcept { return running_.size() >= max_threads_; }
+  /// Whether a thread may resolve it now: each name takes one thread, all names of a domain half of them. So neither a name with many
+  /// subscriptions nor a domain with many names keeps others from being resolved.
+  bool may_begin(const std::string& name) const {
+    if (is_full() || std::find(running_.begin(), running_.end(), name) != running_.end()) return false;
+    const std::string_view domain = domain_of(name);
+    const auto same =
+        std::count_if(running_.begin(), running_.end(), [&](const std::string& n) { return domain_of(n) == domain; });
+    return static_cast<std::size_t>(same) < std::max<std::size_t>(1, max_threads_ / 2);
+  }
+  void begin(const std::string& name) { running_.push_back(name); }
+  void end(const std::string& name) noexcept { running_.erase(std::find(running_.begin(), running_.end(), name)); }
+
+  void remember_failure(const std::string& name, const Error& error) {
+    constexpr std::size_t max_failures = 256;
+    if (failures_.size() >= max_failures) failures_.clear();
+    failures_.insert_or_assign(name, Failure{error, steady_clock::now() + failed_time_});
+  }
+  /// The error of a resolution that failed a short time ago.
+  std::optional<Error> failure_of(const std::string& name) {
+    const auto found = failures_.find(name);
+    if (found == failures_.end()) return std::nullopt;
+    if (found->second.until > steady_clock::now()) return found->second.error;
+    failures_.erase(found);
+    return std::nullopt;
+  }
+
+ private:
+  struct Failure {
+    Error error;
+    Instant until;
+  };
+  /// The last two labels.
+  static std::string_view domain_of(std::string_view name) noexcept {
+    if (!name.empty() && name.back() == '.') name.remove_suffix(1);
+    const std::size_t last = name.rfind('.');
+    if (last == std::string_view::npos || last == 0) return name;
+    const std::size_t before = name.rfind('.', last - 1);
+    return before == std::string_view::npos ? name : name.substr(before + 1);
+  }
+
+  const std::size_t max_threads_;
+  const std::chrono::milliseconds failed_time_;
+  std::vector<std::string> running_;
+  std::unordered_map<std::string, Failure> failures_;
+};
+
+/// The state that the threads share. A thread that is still in the system's resolver at stop() owns it too, and uses it afterwards.
 class Work : public std::enable_shared_from_this<Work> {
  public:
   Work(Source& source, subscription::CallbackOptions options, subscription::AllowedHosts allowed, LogCallback log,
@@ -70,7 +123,8 @@ class Work : public std::enable_shared_from_this<Work> {
         log_(std::move(log)),
         details_(std::move(details)),
         max_slow_(share(2)),
-        stop_descriptor_(ended) {}
+        stop_descriptor_(ended),
+        names_(options_.max_resolver_threads, details_.failed_time) {}
   ~Work() { ::close(stop_descriptor_); }
   Work(const Work&) = delete;
   Work& operator=(const Work&) = delete;
@@ -83,7 +137,20 @@ class Work : public std::enable_shared_from_this<Work> {
   struct Task {
     Channel channel{};
     std::string receiver{};
-    std::optional<Notification> notification{};  ///< fetched already, then deferred by the limits for slow receivers
+    std::optional<Notification>
+        notification{};  ///< fetched already, then deferred by the limits for slow receivers or for a name
+    std::optional<Result<std::vector<Address>>> addresses{};  ///< of the name, once it is resolved or failed
+  };
+  /// A task that waits until the name of its receiver is resolved.
+  struct Waiting {
+    Task task;
+    std::string name;
+    Instant until;
+    bool slow;
+  };
+  struct Outcome {
+    DeliveryResult result{};
+    std::string unresolved{};  ///< nothing was sent: this name must be resolved first
   };
   struct Load {
     std::size_t at_work = 0, slow_at_work = 0;  ///< at_work includes slow_at_work
@@ -94,14 +161,21 @@ class Work : public std::enable_shared_from_this<Work> {
   };
   struct Worker {
     Thread thread;
-    bool resolving = false;  ///< in the system's resolver, which cannot be interrupted
-    bool finished = false;   ///< the thread does not take the lock again
+    bool finished = false;  ///< the thread does not take the lock again
   };
   using Lock = std::unique_lock<std::mutex>;
 
   // These functions require the lock.
   std::size_t share(std::size_t part) const noexcept { return std::max<std::size_t>(1, options_.max_threads / part); }
   void enqueue(Channel channel, std::string receiver);
+  void enqueue(Task task, bool slow);
+  void wait_for_name(Task task, std::string name, bool slow);
+  void start_resolvers();
+  /// The task no longer waits for its name.
+  void continue_with(std::list<Waiting>::iterator item, Result<std::vector<Address>> addresses);
+  void end_late_waits();
+  /// Waits for a task. false: none came within idle_time.
+  bool wait_for_task(Lock& lock);
   /// The first task of a queue that the limits allow to start now.
   std::deque<Task>::const_iterator next_of(const std::deque<Task>& queue, bool slow) const;
   bool is_servable() const { return next_of(fresh_, false) != fresh_.end() || next_of(slow_, true) != slow_.end(); }
@@ -113,11 +187,12 @@ class Work : public std::enable_shared_from_this<Work> {
 
   void work(Worker& worker) noexcept;
   /// Fetches and delivers one notification. Releases the lock meanwhile. `slow`: the task counts as slow (its last delivery failed).
-  void serve(Lock& lock, Worker& worker, Task task, bool& slow);
+  void serve(Lock& lock, Task task, bool& slow);
   std::optional<Notification> fetch(Channel channel) noexcept;
-  DeliveryResult deliver(Worker& worker, Channel channel, const Notification& notification);
-  Result<std::unique_ptr<Wire>> connect(Worker& worker, const CallbackUrl& url, Instant connect_until, bool& refused);
-  Result<std::vector<Address>> look_up(Worker& worker, const CallbackUrl& url);
+  Outcome deliver(const Task& task);
+  Result<std::unique_ptr<Wire>> connect(const CallbackUrl& url, const std::vector<Address>& found, Instant connect_until,
+                                        bool& refused);
+  void resolve_name(const std::string& name) noexcept;
   Result<std::shared_ptr<const ClientTls>> tls();
   void log(LogLevel level, const std::string& text) noexcept;
 
@@ -135,6 +210,8 @@ class Work : public std::enable_shared_from_this<Work> {
   std::unordered_map<std::string, Load> loads_;     ///< of receivers with a running exchange
   std::unordered_map<Channel, Progress> channels_;  ///< that are queued or running
   std::unordered_set<Channel> failed_;              ///< channels whose last delivery failed; may be incomplete
+  std::list<Waiting> waiting_;                      ///< in the order of `until`
+  Names names_;
   std::list<Worker> workers_;
   std::size_t idle_ = 0;
   std::size_t running_ = 0;  ///< workers that are not finished
@@ -174,10 +251,83 @@ void Work::notify(Channel channel, std::string_view receiver) {
 
 void Work::enqueue(Channel channel, std::string receiver) {
   // Receivers that failed have a queue of their own. Their notification is fetched when it can be delivered.
-  const bool slow = failed_.count(channel) != 0;
-  (slow ? slow_ : fresh_).push_back({channel, std::move(receiver)});
+  enqueue({channel, std::move(receiver)}, failed_.count(channel) != 0);
+}
+
+void Work::enqueue(Task task, bool slow) {
+  (slow ? slow_ : fresh_).push_back(std::move(task));
   if (idle_ == 0 && is_servable()) start_worker();
   changed_.notify_one();
+}
+
+void Work::wait_for_name(Task task, std::string name, bool slow) {
+  if (std::optional<Error> failure = names_.failure_of(name)) {
+    task.addresses.emplace(unexpected(*std::move(failure)));
+    return enqueue(std::move(task), slow);
+  }
+  waiting_.push_back({std::move(task), std::move(name), steady_clock::now() + options_.resolve_time, slow});
+  changed_.notify_one();  // the time limit is a new one for a thread that waits
+  start_resolvers();
+}
+
+void Work::start_resolvers() {
+  for (auto item = waiting_.begin(); item != waiting_.end() && !names_.is_full(); ++item) {
+    if (!names_.may_begin(item->name)) continue;
+    names_.begin(item->name);
+    try {
+      start_thread("lrt-resolve", options_.threads,
+                   [self = shared_from_this(), name = item->name] { self->resolve_name(name); })
+          .value()
+          .detach();
+    } catch (...) {  // no thread is available: tasks wait until another name is resolved, or until their time limit
+      names_.end(item->name);
+      return;
+    }
+  }
+}
+
+/// Runs on a thread of its own. stop() does not wait for it.
+void Work::resolve_name(const std::string& name) noexcept {
+  std::optional<Result<std::vector<Address>>> found;
+  try {
+    found = details_.look_up(name);
+  } catch (...) {}
+  const Lock lock(mutex_);
+  names_.end(name);
+  if (stopping_) return;
+  try {
+    if (!found) found.emplace(unexpected(Errc::io_error, "no address of \"" + name + "\""));
+    if (!*found) names_.remember_failure(name, found->error());
+    for (auto item = waiting_.begin(); item != waiting_.end();) {
+      const auto next = std::next(item);
+      if (item->name == name) continue_with(item, *found);
+      item = next;
+    }
+    start_resolvers();
+  } catch (...) {}  // out of memory: the tasks wait until their time limit
+}
+
+void Work::continue_with(std::list<Waiting>::iterator item, Result<std::vector<Address>> addresses) {
+  item->task.addresses.emplace(std::move(addresses));
+  enqueue(std::move(item->task), item->slow);
+  waiting_.erase(item);
+}
+
+void Work::end_late_waits() {
+  const Instant now = steady_clock::now();
+  while (!waiting_.empty() && waiting_.front().until <= now)
+    continue_with(waiting_.begin(), unexpected(Errc::timed_out, "resolving \"" + waiting_.front().name + "\" timed out"));
+}
+
+bool Work::wait_for_task(Lock& lock) {
+  const Instant end = steady_clock::now() + details_.idle_time;
+  ++idle_;
+  while (!stopping_ && !is_servable() && steady_clock::now() < end) {
+    changed_.wait_until(lock, waiting_.empty() ? end : std::min(end, waiting_.front().until));
+    end_late_waits();
+  }
+  --idle_;
+  return is_servable();
 }
 
 std::deque<Work::Task>::const_iterator Work::next_of(const std::deque<Task>& queue, bool slow) const {
@@ -208,7 +358,8 @@ void Work::start_worker() {
   workers_.emplace_back();
   Worker& worker = workers_.back();
   try {
-    worker.thread = start_thread("lrt-callback", options_.threads, [this, self = shared_from_this(), &worker] { work(worker); }).value();
+    worker.thread =
+        start_thread("lrt-callback", options_.threads, [this, self = shared_from_this(), &worker] { work(worker); }).value();
     ++running_;
   } catch (...) {  // no thread is available: the running ones continue
     workers_.pop_back();
@@ -226,7 +377,7 @@ std::optional<Work::Task> Work::next_task(bool& slow) {
   if (slow) slow_.erase(slow_one);
   else fresh_.erase(fresh_one);
   channels_[task.channel].fetched = true;
-  if (idle_ > 0 && is_servable()) changed_.notify_one();
+  if (idle_ > 0 && (is_servable() || !waiting_.empty())) changed_.notify_one();
   else if (is_servable()) start_worker();
   return task;
 }
@@ -234,12 +385,13 @@ std::optional<Work::Task> Work::next_task(bool& slow) {
 void Work::work(Worker& worker) noexcept {
   Lock lock(mutex_);
   while (!stopping_) {
+    end_late_waits();
     bool slow = false;
     if (std::optional<Task> task = next_task(slow)) {
       const Channel channel = task->channel;
       const std::string receiver = task->receiver;
       try {
-        serve(lock, worker, *std::move(task), slow);
+        serve(lock, *std::move(task), slow);
       } catch (...) {  // out of memory: the channel starts again with its next notification
         if (!lock.owns_lock()) lock.lock();
         channels_.erase(channel);
@@ -248,9 +400,7 @@ void Work::work(Worker& worker) noexcept {
       if (is_servable()) changed_.notify_one();  // the limits allow another task
       continue;
     }
-    ++idle_;
-    const bool called = changed_.wait_for(lock, details_.idle_time, [&] { return stopping_ || is_servable(); });
-    --idle_;
+    const bool called = wait_for_task(lock);
     if (stopping_) break;
     auto surplus = idle_wires_.take_surplus(details_.kept, steady_clock::now() - details_.kept_time);
     if (!surplus.empty()) {
@@ -259,25 +409,27 @@ void Work::work(Worker& worker) noexcept {
       surplus.clear();
       lock.lock();
     }
-    if (!called && !is_servable() && (running_ > 1 || idle_wires_.empty()))
-      break;  // the last worker stays, to close idle connections
+    if (!called && !is_servable() && (running_ > 1 || (idle_wires_.empty() && waiting_.empty())))
+      break;  // the last worker stays, to close idle connections and for the time limits of names
   }
   --running_;
   worker.finished = true;
   changed_.notify_all();
 }
 
-void Work::serve(Lock& lock, Worker& worker, Task task, bool& slow) {
+void Work::serve(Lock& lock, Task task, bool& slow) {
   const Channel channel = task.channel;
-  lock.unlock();
-  std::optional<Notification> notification = task.notification ? std::move(task.notification) : fetch(channel);
-  lock.lock();
-  if (stopping_) return;
-  if (notification) {
-    if (notification->failed_before && !slow) {  // not in failed_, for example after a restart
+  if (!task.notification) {
+    lock.unlock();
+    task.notification = fetch(channel);
+    lock.lock();
+    if (stopping_) return;
+  }
+  if (task.notification) {
+    if (task.notification->failed_before && !slow) {  // not in failed_, for example after a restart
       Load& load = loads_[task.receiver];
       if (slow_at_work_ >= max_slow_ || load.slow_at_work >= share(8)) {
-        slow_.push_back({channel, std::move(task.receiver), std::move(notification)});
+        slow_.push_back(std::move(task));
         return;
       }
       ++load.slow_at_work;
@@ -285,17 +437,18 @@ void Work::serve(Lock& lock, Worker& worker, Task task, bool& slow) {
       slow = true;
     }
     lock.unlock();
-    DeliveryResult result;
+    Outcome outcome;
     try {
-      result = deliver(worker, channel, *notification);
-    } catch (const std::exception& e) { result.error = e.what(); } catch (...) {
-      result.error = "an exception was thrown";
+      outcome = deliver(task);
+    } catch (const std::exception& e) { outcome.result.error = e.what(); } catch (...) {
+      outcome.result.error = "an exception was thrown";
     }
     lock.lock();
     if (stopping_) return;
-    record_outcome(channel, result.status >= 200 && result.status < 300);
+    if (!outcome.unresolved.empty()) return wait_for_name(std::move(task), std::move(outcome.unresolved), slow);
+    record_outcome(channel, outcome.result.status >= 200 && outcome.result.status < 300);
     lock.unlock();
-    source_->delivered(channel, std::move(result));
+    source_->delivered(channel, std::move(outcome.result));
     lock.lock();
     if (stopping_) return;
   } else {
@@ -325,17 +478,18 @@ std::optional<Notification> Work::fetch(Channel channel) noexcept {
   return std::nullopt;
 }
 
-DeliveryResult Work::deliver(Worker& worker, Channel channel, const Notification& notification) {
+Work::Outcome Work::deliver(const Task& task) {
+  const Notification& notification = *task.notification;
   const Result<CallbackUrl> url = subscription::parse_callback_url(notification.url);
-  if (!url) return {0, url.error().message, true};
-  if (!allowed_.names(url->host, url->port)) return {0, "\"" + url->host + "\" is not allowed", true};
+  if (!url) return {{0, url.error().message, true}};
+  if (!allowed_.names(url->host, url->port)) return {{0, "\"" + url->host + "\" is not allowed", true}};
 
   const Instant start = steady_clock::now();
   const WaitLimit limit{start + options_.response_time, stop_descriptor_};
   const Instant connect_until = start + std::min(options_.connect_time, options_.response_time);
   // A connection serves one subscription. Otherwise surplus bytes from one path of a receiver could be read as the response of another path.
   const std::string receiver = (url->secure ? "s " : "p ") + url->host + " " + std::to_string(url->port) + " " +
-                               std::to_string(static_cast<std::uint64_t>(channel));
+                               std::to_string(static_cast<std::uint64_t>(task.channel));
   std::unique_ptr<Wire> wire;
   {
     const Lock lock(mutex_);
@@ -345,9 +499,13 @@ DeliveryResult Work::deliver(Worker& worker, Channel channel, const Notification
   while (true) {
     const bool is_fresh = wire == nullptr;
     if (is_fresh) {
+      const std::optional<Address> literal = literal_address(url->host);
+      if (!literal && !task.addresses) return {{}, url->host};
+      if (!literal && !*task.addresses) return {{0, task.addresses->error().message}};
       bool refused = false;
-      Result<std::unique_ptr<Wire>> connected = connect(worker, *url, connect_until, refused);
-      if (!connected) return {0, connected.error().message, refused};
+      Result<std::unique_ptr<Wire>> connected =
+          connect(*url, literal ? std::vector<Address>{*literal} : **task.addresses, connect_until, refused);
+      if (!connected) return {{0, connected.error().message, refused}};
       wire = *std::move(connected);
     }
     const PostResult result = post(*wire, *url, notification, options_.max_response_bytes, limit);
@@ -369,39 +527,21 @@ DeliveryResult Work::deliver(Worker& worker, Channel channel, const Notification
     } else if (result.status != 0) {
       wire->end();
     }
-    if (result.status != 0) return {result.status, {}, false, result.confirmed};
-    return {0, "\"" + url->host + "\": " + result.error};
+    if (result.status != 0) return {{result.status, {}, false, result.confirmed}};
+    return {{0, "\"" + url->host + "\": " + result.error}};
   }
 }
 
-Result<std::vector<Address>> Work::look_up(Worker& worker, const CallbackUrl& url) {
-  {
-    const Lock lock(mutex_);
-    if (stopping_) return unexpected(Errc::cancelled, "the server stops");
-    worker.resolving = true;
-  }
-  // stop() does not wait for the resolver. This thread may return from it after stop(); it then finds stopping_ set.
-  Result<std::vector<Address>> found = unexpected(Errc::io_error, "no address of \"" + url.host + "\"");
-  try {
-    found = details_.look_up(url.host, url.port);
-  } catch (...) {}
-  const Lock lock(mutex_);
-  worker.resolving = false;
-  if (stopping_) return unexpected(Errc::cancelled, "the server stops");
-  return found;
-}
-
-Result<std::unique_ptr<Wire>> Work::connect(Worker& worker, const CallbackUrl& url, Instant connect_until, bool& refused) {
-  const Result<std::vector<Address>> found = look_up(worker, url);
-  if (!found) return unexpected(found.error());
+Result<std::unique_ptr<Wire>> Work::connect(const CallbackUrl& url, const std::vector<Address>& found, Instant connect_until,
+                                            bool& refused) {
   std::vector<const Address*> addresses;
-  for (const Address& address : *found) {
+  for (const Address& address : found) {
     if (allowed_.allows(url.host, url.port, address.text)) addresses.push_back(&address);
   }
   if (addresses.empty()) {
     refused = true;
     std::string list;
-    for (const Address& address : *found) list += (list.empty() ? "" : ", ") + address.text;
+    for (const Address& address : found) list += (list.empty() ? "" : ", ") + address.text;
     return unexpected(Errc::refused,
                       "\"" + url.host + "\" resolves to " + list + ", and callbacks to these addresses are not allowed");
   }
@@ -411,7 +551,7 @@ Result<std::unique_ptr<Wire>> Work::connect(Worker& worker, const CallbackUrl& u
     // Each address gets an equal part of the remaining time.
     const WaitLimit limit{now + (connect_until - now) / static_cast<long>(addresses.size() - i), stop_descriptor_};
     const std::string where = "\"" + url.host + "\" at " + addresses[i]->text + ": ";
-    Result<std::unique_ptr<Wire>> wire = Wire::open(*addresses[i], limit);
+    Result<std::unique_ptr<Wire>> wire = Wire::open(*addresses[i], url.port, limit);
     if (!wire) {
       why = where + (wire.error().code == Errc::timed_out ? "timed out while connecting" : wire.error().message);
       continue;
@@ -456,21 +596,13 @@ void Work::stop() noexcept {
     const std::uint64_t one = 1;
     [[maybe_unused]] const auto written = ::write(stop_descriptor_, &one, sizeof one);
     changed_.notify_all();
-    changed_.wait(lock, [&] {
-      return std::all_of(workers_.begin(), workers_.end(), [](const Worker& w) { return w.finished || w.resolving; });
-    });
-    for (Worker& worker : workers_) {
-      if (worker.resolving) worker.thread.detach();
-    }
-    // Workers in the resolver keep their entries in workers_: they set `finished` there.
-    for (auto worker = workers_.begin(); worker != workers_.end();) {
-      const auto next = std::next(worker);
-      if (worker->finished) rest.splice(rest.end(), workers_, worker);
-      worker = next;
-    }
+    changed_.wait(lock,
+                  [&] { return std::all_of(workers_.begin(), workers_.end(), [](const Worker& w) { return w.finished; }); });
+    rest.splice(rest.end(), workers_);
     log_ = nullptr;
     fresh_.clear();
     slow_.clear();
+    waiting_.clear();
     (void)idle_wires_.take_surplus(0, steady_clock::now());
   }
   for (Worker& worker : rest) worker.thread.join();
@@ -497,8 +629,10 @@ Result<std::unique_ptr<Deliverer>> make_httplib_deliverer(Source& source, const 
   Result<subscription::AllowedHosts> allowed = subscription::AllowedHosts::parse(options.allow);
   if (!allowed) return unexpected(std::move(allowed).error());
   if (options.max_threads == 0) return unexpected(Errc::invalid_option, "max_threads of callbacks: expected at least 1");
-  if (options.connect_time.count() <= 0 || options.response_time.count() <= 0) {
-    return unexpected(Errc::invalid_option, "connect_time and response_time of callbacks: expected more than 0");
+  if (options.max_resolver_threads == 0)
+    return unexpected(Errc::invalid_option, "max_resolver_threads of callbacks: expected at least 1");
+  if (options.resolve_time.count() <= 0 || options.connect_time.count() <= 0 || options.response_time.count() <= 0) {
+    return unexpected(Errc::invalid_option, "resolve_time, connect_time and response_time of callbacks: expected more than 0");
   }
   std::shared_ptr<const ClientTls> tls;
   if (!options.ca_file.empty()) {  // an error is reported now instead of at the first delivery

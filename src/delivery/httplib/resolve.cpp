@@ -25,18 +25,15 @@ std::string numeric(const sockaddr& address) {
 
 }  // namespace
 
-Result<std::vector<Address>> resolve(const std::string& host, std::uint16_t port) {
-  const bool bracketed = !host.empty() && host.front() == '[';
+Result<std::vector<Address>> resolve(const std::string& name) {
   addrinfo wanted{};
   wanted.ai_family = AF_UNSPEC;
   wanted.ai_socktype = SOCK_STREAM;
-  wanted.ai_flags = AI_NUMERICSERV | (bracketed ? AI_NUMERICHOST : 0);
   addrinfo* found = nullptr;
-  const std::string node = bracketed ? host.substr(1, host.size() - 2) : host;
-  const int failure = ::getaddrinfo(node.c_str(), std::to_string(port).c_str(), &wanted, &found);
+  const int failure = ::getaddrinfo(name.c_str(), nullptr, &wanted, &found);
   if (failure != 0) {
     const std::string reason = failure == EAI_SYSTEM ? std::system_category().message(errno) : ::gai_strerror(failure);
-    return unexpected(Errc::io_error, "no address of \"" + host + "\": " + reason);
+    return unexpected(Errc::io_error, "no address of \"" + name + "\": " + reason);
   }
   const std::unique_ptr<addrinfo, void (*)(addrinfo*)> list(found, ::freeaddrinfo);
   std::vector<Address> result;
@@ -49,23 +46,31 @@ Result<std::vector<Address>> resolve(const std::string& host, std::uint16_t port
     address.size = item->ai_addrlen;
     result.push_back(std::move(address));
   }
-  if (result.empty()) return unexpected(Errc::io_error, "no address of \"" + host + "\"");
+  if (result.empty()) return unexpected(Errc::io_error, "no address of \"" + name + "\"");
   return result;
 }
 
-Address address_of(const std::string& text, std::uint16_t port) {
+std::optional<Address> literal_address(std::string_view host) {
+  in_addr four{};
+  in6_addr six{};
+  const bool bracketed = host.size() >= 2 && host.front() == '[' && host.back() == ']';
+  std::string text(bracketed ? host.substr(1, host.size() - 2) : host);
+  if (::inet_pton(bracketed ? AF_INET6 : AF_INET, text.c_str(), bracketed ? static_cast<void*>(&six) : &four) != 1)
+    return std::nullopt;
+  return address_of(text);
+}
+
+Address address_of(const std::string& text) {
   Address result;
   result.text = text;
   if (text.find(':') == std::string::npos) {
     auto& four = reinterpret_cast<sockaddr_in&>(result.socket);
     four.sin_family = AF_INET;
-    four.sin_port = htons(port);
     ::inet_pton(AF_INET, text.c_str(), &four.sin_addr);
     result.size = sizeof four;
   } else {
     auto& six = reinterpret_cast<sockaddr_in6&>(result.socket);
     six.sin6_family = AF_INET6;
-    six.sin6_port = htons(port);
     ::inet_pton(AF_INET6, text.c_str(), &six.sin6_addr);
     result.size = sizeof six;
   }

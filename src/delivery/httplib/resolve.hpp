@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,14 +11,16 @@
 
 namespace lrt::delivery {
 
-/// The addresses of a host, in the order in which they should be tried. Blocks as long as the system's resolver; cannot be interrupted.
-/// @param host  as in a URL
+/// The addresses of a name, in the order in which they should be tried. Blocks as long as the system's resolver; cannot be interrupted.
 /// @par Errors  io_error, with the resolver's message
-Result<std::vector<Address>> resolve(const std::string& host, std::uint16_t port);
+Result<std::vector<Address>> resolve(const std::string& name);
 
-using Resolve = std::function<Result<std::vector<Address>>(const std::string& host, std::uint16_t port)>;
+using Resolve = std::function<Result<std::vector<Address>>(const std::string& name)>;
+
+/// The address that the host of a URL denotes; nullopt: it is a name, which must be resolved.
+std::optional<Address> literal_address(std::string_view host);
 
 /// An address in the form of resolve(). @pre `text` is numeric, IPv6 without brackets
-Address address_of(const std::string& text, std::uint16_t port);
+Address address_of(const std::string& text);
 
 }  // namespace lrt::delivery

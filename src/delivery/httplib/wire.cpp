@@ -29,13 +29,16 @@ Unexpected process_ends() { return unexpected(Errc::cancelled, "the process ends
 
 }  // namespace
 
-Result<std::unique_ptr<Wire>> Wire::open(const Address& address, WaitLimit limit) {
+Result<std::unique_ptr<Wire>> Wire::open(const Address& address, std::uint16_t port, WaitLimit limit) {
   const int descriptor = ::socket(address.socket.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (descriptor < 0) return unexpected(Errc::io_error, system_message(errno));
   std::unique_ptr<Wire> wire(new Wire(descriptor));
   const int on = 1;
   ::setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  if (::connect(descriptor, reinterpret_cast<const sockaddr*>(&address.socket), address.size) != 0) {
+  sockaddr_storage to = address.socket;
+  if (to.ss_family == AF_INET) reinterpret_cast<sockaddr_in&>(to).sin_port = htons(port);
+  else reinterpret_cast<sockaddr_in6&>(to).sin6_port = htons(port);
+  if (::connect(descriptor, reinterpret_cast<const sockaddr*>(&to), address.size) != 0) {
     if (errno != EINPROGRESS) return unexpected(Errc::io_error, system_message(errno));
     if (Result<void> ready = wire->wait(POLLOUT, limit); !ready) return unexpected(std::move(ready).error());
     int error = 0;

@@ -22,7 +22,7 @@ struct WaitLimit {
 };
 
 struct Address {
-  sockaddr_storage socket{};
+  sockaddr_storage socket{};  ///< without a port
   socklen_t size = 0;
   std::string text;  ///< numeric
 };
@@ -34,7 +34,7 @@ struct Address {
 /// @par Threads  distinct objects: any; one object: one at a time, with SIGPIPE blocked (OpenSSL writes without MSG_NOSIGNAL)
 class Wire {
  public:
-  static Result<std::unique_ptr<Wire>> open(const Address& address, WaitLimit limit);
+  static Result<std::unique_ptr<Wire>> open(const Address& address, std::uint16_t port, WaitLimit limit);
   ~Wire();
   Wire(const Wire&) = delete;
   Wire& operator=(const Wire&) = delete;
