@@ -86,7 +86,16 @@ int main() {
 // <http://127.0.0.1:8080/rover/waypoints> a ldp:BasicContainer, ldp:Container, ldp:RDFSource ;
 //     rdfs:seeAlso <http://127.0.0.1:8080/rover> ;
 //     ldp:contains <http://127.0.0.1:8080/rover/waypoints/id-1>,
-//         <http://127.0.0.1:8080/rover/waypoints/id-2> .
+//         <http://127.0.0.1:8080/rover/waypoints/id-2> ;
+//     hybrit:binding [
+//         a http-core:Request ;
+//         http-core:mthd http-methods:POST ;
+//         http-core:requestURI <http://127.0.0.1:8080/rover/waypoints> ;
+//         http-core:body [
+//             a maths:Vector2D ;
+//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/rover#waypoints>
+//         ]
+//     ] .
 //
 // <http://127.0.0.1:8080/rover/waypoints/id-1> a ldp:RDFSource, maths:Vector2D .
 //
@@ -113,6 +122,15 @@ int main() {
 // Content-Type: text/turtle
 // <http://127.0.0.1:8080/rover/waypoints> a ldp:BasicContainer, ldp:Container, ldp:RDFSource ;
 //     rdfs:seeAlso <http://127.0.0.1:8080/rover> ;
-//     ldp:contains <http://127.0.0.1:8080/rover/waypoints/id-1> .
+//     ldp:contains <http://127.0.0.1:8080/rover/waypoints/id-1> ;
+//     hybrit:binding [
+//         a http-core:Request ;
+//         http-core:mthd http-methods:POST ;
+//         http-core:requestURI <http://127.0.0.1:8080/rover/waypoints> ;
+//         http-core:body [
+//             a maths:Vector2D ;
+//             dcterms:conformsTo <http://127.0.0.1:8080/blueprints/rover#waypoints>
+//         ]
+//     ] .
 //
 // <http://127.0.0.1:8080/rover/waypoints/id-1> a ldp:RDFSource, maths:Vector2D .

@@ -19,6 +19,15 @@
 
 namespace lrt::engine {
 
+/// The Error of an exception. It has no memory of its own to need: if there is none, the message is short.
+inline Error thrown(const char* what) noexcept {
+  try {
+    return {Errc::failed, std::string("it threw: ") + what};
+  } catch (...) {
+    return {Errc::failed, "out of memory"};
+  }
+}
+
 /// Calls user code. Whatever it throws becomes an Error.
 template <class T, class F>
 Result<T> guarded(F f) noexcept {
@@ -27,9 +36,9 @@ Result<T> guarded(F f) noexcept {
   } catch (const BadResult& e) {
     return Unexpected{e.error()};
   } catch (const std::exception& e) {
-    return unexpected(Errc::failed, std::string("it threw: ") + e.what());
+    return Unexpected{thrown(e.what())};
   } catch (...) {
-    return unexpected(Errc::failed, "it threw something that is no std::exception");
+    return Unexpected{thrown("something that is no std::exception")};
   }
 }
 

@@ -11,16 +11,13 @@ void InvocationControl::finish(Result<rdf::Value> result) noexcept {
     if (phase_.compare_exchange_strong(expected, dropped, std::memory_order_acq_rel)) return;  // start_ended() decides
   }
   if (finished_.exchange(true, std::memory_order_acq_rel)) return;
-  try {
-    UniqueFunction<void()> hook;  // destroyed without the lock: its captures are the user's
-    {
-      const std::lock_guard lock(mutex_);
-      hook = std::move(hook_);
-    }
-    inbox_->put([on_finish = on_finish_, result = std::move(result)](TimePoint now) mutable { on_finish(std::move(result), now); });
-  } catch (...) {  // out of memory: the invocation goes on and can still be cancelled
-    finished_.store(false, std::memory_order_release);
+  UniqueFunction<void()> hook;  // destroyed without the lock: its captures are the user's
+  {
+    const std::lock_guard lock(mutex_);
+    hook = std::move(hook_);
   }
+  *result_ = std::move(result);
+  inbox_->put(std::move(message_));
 }
 
 void InvocationControl::start_ended(Result<void> result) noexcept {

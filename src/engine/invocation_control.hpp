@@ -21,7 +21,10 @@ class InvocationControl final : public model::InvocationLink, public model::Chan
  public:
   /// @param on_finish  runs on the engine's thread with the result; at most once
   using Finished = std::function<void(Result<rdf::Value>, TimePoint)>;
-  InvocationControl(std::shared_ptr<Inbox> inbox, Finished on_finish) : inbox_(std::move(inbox)), on_finish_(std::move(on_finish)) {}
+  InvocationControl(std::shared_ptr<Inbox> inbox, Finished on_finish)
+      : inbox_(std::move(inbox)),
+        result_(std::make_shared<Result<rdf::Value>>(rdf::Value())),
+        message_(Inbox::reserve([result = result_, on_finish = std::move(on_finish)](TimePoint now) { on_finish(std::move(*result), now); })) {}
 
   void finish(Result<rdf::Value> result) noexcept override;
   void progress(double fraction) noexcept override;
@@ -41,7 +44,9 @@ class InvocationControl final : public model::InvocationLink, public model::Chan
   static constexpr std::uint8_t idle = 0, starting = 1, dropped = 2;
 
   const std::shared_ptr<Inbox> inbox_;
-  const Finished on_finish_;
+  // The memory of the result's message is there before the lambda starts, so that the result arrives also when there is no more.
+  const std::shared_ptr<Result<rdf::Value>> result_;
+  Inbox::Reserved message_;
   std::atomic<std::uint8_t> phase_{idle};
   std::atomic<bool> finished_{false}, cancelled_{false};
   std::atomic<double> fraction_{0};

@@ -133,21 +133,28 @@ void Invocations::launch(InvocationResource& invocation, TimePoint now) {
   start_deadlines_.set(invocation.start_deadline, now.steady + options_.host_timeout, invocation.id);
   ++action.active;
   invocation.token = std::move(token);
-  calls_.run(action.thing->where(*action.spec), [this, ref = Ref(invocation), inbox = calls_.inbox(), spec = action.spec, control = invocation.control,
-                                     token = invocation.token, input = invocation.input]() mutable {
+  Inbox::Reserved begins = Inbox::reserve([this, ref = Ref(invocation)](TimePoint at) {
+    if (InvocationResource* i = registry_.find(ref)) started(*i, at);
+  });
+  Inbox::Reserved returned = Inbox::reserve([this, ref = Ref(invocation)](TimePoint at) {
+    if (InvocationResource* i = registry_.find(ref)) start_returned(*i, at);
+  });
+  calls_.run(action.thing->where(*action.spec), [inbox = calls_.inbox(), begins = std::move(begins), returned = std::move(returned), spec = action.spec,
+                                                 control = invocation.control, token = invocation.token,
+                                                 input = std::make_shared<const rdf::Value>(invocation.input)]() mutable {
     if (!token->take()) return;
-    if (auto error = unavailable(*spec)) return control->finish(Unexpected{*std::move(error)});
-    inbox->put([this, ref](TimePoint at) {
-      if (InvocationResource* i = registry_.find(ref)) started(*i, at);
+    Result<bool> offered = guarded<bool>([&]() -> Result<bool> {
+      if (auto error = unavailable(*spec)) return Unexpected{*std::move(error)};
+      return true;
     });
+    if (!offered) return control->finish(Unexpected{std::move(offered).error()});
+    inbox->put(std::move(begins));
     control->start_begins();
     control->start_ended(guarded<void>([&]() -> Result<void> {
-      spec->start(input, control);
+      spec->start(*input, control);
       return {};
     }));
-    inbox->put([this, ref](TimePoint at) {
-      if (InvocationResource* i = registry_.find(ref)) start_returned(*i, at);
-    });
+    inbox->put(std::move(returned));
   }, action.spec->stop);
 }
 

@@ -18,9 +18,11 @@ Representation& RepresentationCache::keep(Representation made) {
     erase(place);
     break;
   }
-  bytes_ += made.bytes();
+  const std::size_t bytes = made.bytes();
+  resource.representations.reserve(resource.representations.size() + 1);
   kept_.push_front(std::move(made));
   resource.representations.push_back(kept_.begin());
+  bytes_ += bytes;
   while (bytes_ > max_bytes_ && kept_.size() > 1) erase(std::prev(kept_.end()));
   return kept_.front();
 }

@@ -234,10 +234,10 @@ Result<Regex> Regex::compile(std::string_view pattern, std::string_view flags, s
   return regex;
 }
 
-Regex::Outcome Regex::search(std::string_view subject, Scratch& scratch, std::size_t& steps) const noexcept {
-  if (!scratch.work_) scratch.work_.reset(new (std::nothrow) Work);
+Regex::Outcome Regex::search(std::string_view subject, Scratch& scratch, std::size_t& steps) const {
+  if (!scratch.work_) scratch.work_.reset(new Work);
   Work* const work = scratch.work_.get();
-  if (!work || !work->data || !work->context) return Outcome::undecided;
+  if (!work->data || !work->context) throw std::bad_alloc();  // else the value would be refused
   work->available += steps_of_search + subject.size() * steps_of_byte;
   work->steps = 1 + subject.size() / (2 * characters_of_step);
   work->limit = work->available;

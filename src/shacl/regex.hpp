@@ -37,7 +37,7 @@ class Regex {
   static Result<Regex> compile(std::string_view pattern, std::string_view flags, std::size_t max_length);
 
   /// @param steps  the cost of the search is added, in units of some tens of nanoseconds
-  Outcome search(std::string_view subject, Scratch& scratch, std::size_t& steps) const noexcept;
+  Outcome search(std::string_view subject, Scratch& scratch, std::size_t& steps) const;
 
  private:
   Regex() = default;

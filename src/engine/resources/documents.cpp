@@ -33,8 +33,8 @@ void RootResource::describe(const Description& d) const {
 
 std::vector<const ActionResource*> RootResource::stops() const {
   std::vector<const ActionResource*> all;
-  for (const auto& [path, thing] : registry_.things())
-    for (const auto& action : thing->actions)
+  for (const auto& entry : registry_.things())
+    for (const auto& action : entry.second->actions)
       if (action->spec->stop) all.push_back(action.get());
   return all;
 }

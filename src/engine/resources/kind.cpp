@@ -105,7 +105,7 @@ std::string signature_of(const ThingNode& thing, const Registry& registry) {
     s.text(p->path).texts(p->predicates).texts(p->classes).number(p->file).number(static_cast<bool>(p->write)).value(p->type, p->facets);
   s.number(spec.actions.size());
   for (const auto& a : spec.actions)
-    s.text(a->path).texts(a->predicates).texts(a->classes).value(a->input, a->facets).value(a->output, a->output_facets);
+    s.text(a->path).texts(a->predicates).texts(a->classes).number(a->stop).value(a->input, a->facets).value(a->output, a->output_facets);
   s.number(spec.collections.size());
   for (const auto& c : spec.collections) s.text(c->path).texts(c->predicates).value(c->type, c->facets);
   for (const auto& [predicate, links] : links_of(thing, registry)) s.text(predicate);
@@ -211,6 +211,12 @@ void KindResource::describe(const Description& d) const {
   std::size_t actions = first.actions.size();
   for (const ThingNode* t : things) actions = std::min(actions, t->available_actions().size());
   if (!first.actions.empty()) structure.path(vocab::hybrit::action, actions, 0, vocab::hybrit::Action);
+  std::size_t stops = std::numeric_limits<std::size_t>::max();
+  for (const ThingNode* t : things) {
+    const auto offered = t->available_actions();
+    stops = std::min(stops, static_cast<std::size_t>(std::count_if(offered.begin(), offered.end(), [](const auto& a) { return a->spec->stop; })));
+  }
+  if (stops > 0) structure.path(vocab::lrt_::stop, stops, 0, vocab::lrt_::StopAction);
   if (!first.collections.empty()) structure.path(vocab::lrt_::collection, first.collections.size(), 0, vocab::ldp::BasicContainer);
   if (!first.properties.empty()) structure.path(vocab::hybrit::property, first.properties.size(), 0, vocab::hybrit::Property);
 

@@ -126,13 +126,14 @@ void PropertyResource::report_lost() {
 Outcome PropertyResource::put(Context& context, Parts& parts) {
   auto read = parts.bodies.read_value(context, *spec->type, spec->facets, spec);
   if (auto outcome = outcome_of(read)) return *std::move(outcome);
+  auto value = std::make_shared<const rdf::Value>(std::move(std::get<Body>(read).value));
   const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out(), thing->where(*spec));
   if (!ticket) return parts.responses.overloaded(context);
   if (writes_.size() > 64) {  // most of their clients got 503 meanwhile; the first may be under way
     const auto is_over = [&](const Write& w) { return !parts.pending.is_pending(w.ticket); };
     writes_.erase(std::remove_if(writes_.begin() + 1, writes_.end(), is_over), writes_.end());
   }
-  writes_.push_back({*ticket, std::move(std::get<Body>(read).value)});
+  writes_.push_back({*ticket, std::move(value)});
   if (!writing_) begin_next_write(parts, context.now);
   return Deferred{*ticket};
 }
@@ -208,9 +209,9 @@ void PropertyResource::judge_write(Ticket ticket, Parts& parts, TimePoint now, b
       thing->where(*spec),
       [s = spec, value = writes_.front().value]() -> Result<Written> {
         if (s->slot) s->slot->forget();
-        if (Result<void> result = s->write(value); !result) return Unexpected{std::move(result).error()};
+        if (Result<void> result = s->write(*value); !result) return Unexpected{std::move(result).error()};
         // The write has succeeded: without a T of its own the value just has no encodings.
-        auto decoded = guarded<std::shared_ptr<const void>>([&]() -> Result<std::shared_ptr<const void>> { return s->whole ? s->whole(value) : nullptr; });
+        auto decoded = guarded<std::shared_ptr<const void>>([&]() -> Result<std::shared_ptr<const void>> { return s->whole ? s->whole(*value) : nullptr; });
         return Written{decoded ? *std::move(decoded) : nullptr};
       },
       [this, &parts, ref = Ref(*this)](Result<Written> written, TimePoint at) {
@@ -237,7 +238,7 @@ void PropertyResource::respond_to(const Write& write, Result<Written> written, P
     // What was published since the lambda began counts, even the old value. Otherwise the written value is shown until the next publish.
     const bool published = spec->slot->has_change();
     parts.values.take_published(*this);
-    if (!published && !rdf::same(value, write.value)) parts.values.set(*this, {write.value, std::move(written->whole), now.utc, {}});
+    if (!published && !rdf::same(value, *write.value)) parts.values.set(*this, {*write.value, std::move(written->whole), now.utc, {}});
   }
   const Context* context = parts.pending.resume(write.ticket, now);
   if (context && !written) {

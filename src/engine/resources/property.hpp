@@ -80,7 +80,7 @@ class PropertyResource final : public Resource {
  private:
   struct Write {
     Ticket ticket;
-    rdf::Value value;
+    std::shared_ptr<const rdf::Value> value;  ///< shared with the lambda's call
   };
   /// What the write lambda has left.
   struct Written {
