@@ -36,23 +36,23 @@ bool on_a_control_loop(F f) {
     bool real_time = false;
   } given{&f};
   pthread_t thread;
-  REQUIRE(::pthread_create(
-              &thread, nullptr,
-              [](void* argument) -> void* {
-                auto& mine = *static_cast<Given*>(argument);
-                cpu_set_t one;
-                CPU_ZERO(&one);
-                CPU_SET(::sched_getcpu(), &one);
-                ::sched_setaffinity(0, sizeof one, &one);
-                ::setpriority(PRIO_PROCESS, 0, -5);
-                sched_param parameter{};
-                parameter.sched_priority = 10;
-                mine.real_time = ::sched_setscheduler(0, SCHED_FIFO, &parameter) == 0;
-                (*mine.f)();
-                return nullptr;
-              },
-              &given) == 0);
-  ::pthread_join(thread, nullptr);
+  const auto run = [](void* argument) -> void* {
+    auto& mine = *static_cast<Given*>(argument);
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    CPU_SET(::sched_getcpu(), &one);
+    ::sched_setaffinity(0, sizeof one, &one);
+    ::setpriority(PRIO_PROCESS, 0, -5);
+    sched_param parameter{};
+    parameter.sched_priority = 10;
+    mine.real_time = ::sched_setscheduler(0, SCHED_FIFO, &parameter) == 0;
+    (*mine.f)();
+    return nullptr;
+  };
+  // No assertion until it has ended: Catch counts them on one thread at a time.
+  const int created = ::pthread_create(&thread, nullptr, run, &given);
+  if (created == 0) ::pthread_join(thread, nullptr);
+  REQUIRE(created == 0);
   if (!given.real_time) WARN("not shown with SCHED_FIFO: this process may not use it");
   return given.real_time;
 }
@@ -131,7 +131,8 @@ TEST_CASE("a thread has the CPUs and the stack of its options", "[base]") {
       .value()
       .join();
   CHECK(seen.cpus == std::to_string(options.cpus.front()));
-  CHECK(stack == options.stack_bytes);
+  CHECK(stack >= options.stack_bytes);
+  CHECK(stack < 4 * options.stack_bytes);  // a sanitizer needs some of its own; the default is 16 times as much
 }
 
 TEST_CASE("a thread has the policy and the priority of its options", "[base]") {
