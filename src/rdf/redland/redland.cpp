@@ -47,6 +47,7 @@ struct Free {
 using Uri = std::unique_ptr<raptor_uri, Free<raptor_free_uri>>;
 using Parser = std::unique_ptr<raptor_parser, Free<raptor_free_parser>>;
 using Serializer = std::unique_ptr<raptor_serializer, Free<raptor_free_serializer>>;
+using Stream = std::unique_ptr<raptor_iostream, Free<raptor_free_iostream>>;
 using OwnedTerm = std::unique_ptr<raptor_term, Free<raptor_free_term>>;
 
 /// A Raptor world, used by one call at a time: its URIs, its error messages, its names for blank nodes. Never destroyed: when
@@ -345,9 +346,14 @@ Result<std::string> serialize_rdf_xml(const Graph& graph, const Prefixes& prefix
   for (const auto& [name, iri] : prefixes) {
     raptor_serializer_set_namespace(serializer.get(), make_uri(w, iri).get(), bytes(name.c_str()));
   }
-  void* out = nullptr;
-  std::size_t length = 0;
-  int status = raptor_serializer_start_to_string(serializer.get(), nullptr, &out, &length);
+  struct Text {
+    void* bytes = nullptr;
+    std::size_t length = 0;
+    ~Text() { raptor_free_memory(bytes); }
+  } out;  // filled when the stream is freed
+  Stream stream(raptor_new_iostream_to_string(w, &out.bytes, &out.length, nullptr));
+  if (!stream) throw std::bad_alloc();
+  int status = raptor_serializer_start_to_iostream(serializer.get(), nullptr, stream.get());
   std::vector<OwnedTerm> terms(graph.term_count());
   const auto term = [&](TermId id) {
     OwnedTerm& made = terms[static_cast<std::uint32_t>(id)];
@@ -364,11 +370,11 @@ Result<std::string> serialize_rdf_xml(const Graph& graph, const Prefixes& prefix
     status = raptor_serializer_serialize_statement(serializer.get(), &statement);
   }
   if (status == 0) status = raptor_serializer_serialize_end(serializer.get());
-  const std::unique_ptr<void, Free<raptor_free_memory>> owner(out);
-  if (status != 0 || world->failed() || out == nullptr) {
+  stream.reset();
+  if (status != 0 || world->failed() || out.bytes == nullptr) {
     return unexpected(Errc::unsupported_syntax, "RDF/XML: " + world->error().error.message);
   }
-  return std::string(static_cast<const char*>(out), length);
+  return std::string(static_cast<const char*>(out.bytes), out.length);
 }
 
 }  // namespace lrt::rdf::redland
