@@ -323,7 +323,9 @@ bool Work::wait_for_task(Lock& lock) {
   const Instant end = steady_clock::now() + details_.idle_time;
   ++idle_;
   while (!stopping_ && !is_servable() && steady_clock::now() < end) {
-    changed_.wait_until(lock, waiting_.empty() ? end : std::min(end, waiting_.front().until));
+    // A copy: wait_until() reads it again afterwards, and the one who waits may be gone by then.
+    const Instant until = waiting_.empty() ? end : std::min(end, waiting_.front().until);
+    changed_.wait_until(lock, until);
     end_late_waits();
   }
   --idle_;
