@@ -20,7 +20,7 @@ section() {
 }
 
 transports="http"
-if [ -n "$(grep -s '^LRT_LIBWEBSOCKETS:BOOL=ON' "$build/CMakeCache.txt")" ]; then transports="http libwebsockets"; fi
+if grep -qs '^LRT_LIBWEBSOCKETS:BOOL=ON' "$build/CMakeCache.txt"; then transports="http libwebsockets"; fi
 
 printf '# Attacks, %s, %s CPUs\n' "$(date -u +%Y-%m-%d)" "$(nproc)"
 for transport in $transports; do
