@@ -410,3 +410,18 @@ void play_all(const Setting& setting, std::size_t step, const std::string& only 
 TEST_CASE("a WebSocket for which there is no descriptor is refused, and the server ends", "[attack][calls]") {
   for (const Io io : {Io::own_thread, Io::in_poll}) play_all({"http", io}, 1, "epoll_create1");
 }
+
+TEST_CASE("without an event descriptor there is no server, and the error says why", "[attack][calls]") {
+  for (const Io io : {Io::own_thread, Io::in_poll}) {
+    play_all({"http", io}, 1, "eventfd");
+    fail_call(fault("eventfd, Too many open files"), 1, 1000);
+    const ServerSide here;
+    Options options;
+    options.listen.port = 0;
+    options.threads.io = io;
+    const Result<Server> made = Server::create(options);
+    fail_no_call();
+    REQUIRE_FALSE(made);
+    CHECK(made.error().message.find("event descriptor") != std::string::npos);
+  }
+}
