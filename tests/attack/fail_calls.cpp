@@ -425,3 +425,7 @@ TEST_CASE("without an event descriptor there is no server, and the error says wh
     CHECK(made.error().message.find("event descriptor") != std::string::npos);
   }
 }
+
+TEST_CASE("a web callback is delivered although its thread could not be started at first", "[attack][calls]") {
+  for (const Io io : {Io::own_thread, Io::in_poll}) play_all({"http", io}, 1, "pthread_create");
+}
