@@ -429,3 +429,34 @@ TEST_CASE("without an event descriptor there is no server, and the error says wh
 TEST_CASE("a web callback is delivered although its thread could not be started at first", "[attack][calls]") {
   for (const Io io : {Io::own_thread, Io::in_poll}) play_all({"http", io}, 1, "pthread_create");
 }
+
+TEST_CASE("a subscription that did not wait for the file is saved at the end without a thread", "[attack][calls]") {
+  const Folder folder;
+  Options options;
+  options.listen.port = 0;
+  options.callbacks.allow = {"127.0.0.1"};
+  options.callbacks.file = folder / "state";
+  options.callbacks.respond_when_saved = false;
+  fail_no_call();
+  std::string id;
+  {
+    const ServerSide here;
+    Server server = Server::create(options).value();
+    Thing arm{"arm"};
+    arm.property<double>("angle");
+    server.add(std::move(arm)).value();
+    fail_call(fault("pthread_create, Resource temporarily unavailable"), 1, 1000);
+    Socket client(server.port());
+    const Answer made = client.ask(
+        "POST /arm/subscriptions\nContent-Type: text/turtle\nHost: localhost:" + std::to_string(server.port()) +
+            "\n\n<> <https://hybr-it-projekt.de/ns/hybr-it#onResource> <../arm/angle> ; "
+            "<https://hybr-it-projekt.de/ns/hybr-it#callbackURL> \"http://127.0.0.1:9/\"^^<http://www.w3.org/2001/XMLSchema#anyURI> .",
+        [&] { server.poll(); });
+    CHECK(made.status == 201);
+    id = made.field("Location").substr(made.field("Location").rfind('/') + 1);
+  }
+  CHECK(has_failed());
+  fail_no_call();
+  std::ifstream file(folder / "state", std::ios::binary);
+  CHECK(std::string(std::istreambuf_iterator<char>(file), {}).find(id) != std::string::npos);
+}
