@@ -447,11 +447,12 @@ TEST_CASE("a subscription that did not wait for the file is saved at the end wit
     server.add(std::move(arm)).value();
     fail_call(fault("pthread_create, Resource temporarily unavailable"), 1, 1000);
     Socket client(server.port());
-    const Answer made = client.ask(
-        "POST /arm/subscriptions\nContent-Type: text/turtle\nHost: localhost:" + std::to_string(server.port()) +
-            "\n\n<> <https://hybr-it-projekt.de/ns/hybr-it#onResource> <../arm/angle> ; "
-            "<https://hybr-it-projekt.de/ns/hybr-it#callbackURL> \"http://127.0.0.1:9/\"^^<http://www.w3.org/2001/XMLSchema#anyURI> .",
-        [&] { server.poll(); });
+    const Answer made =
+        client.ask("POST /arm/subscriptions\nContent-Type: text/turtle\nHost: localhost:" + std::to_string(server.port()) +
+                       "\n\n<> <https://hybr-it-projekt.de/ns/hybr-it#onResource> <../arm/angle> ; "
+                       "<https://hybr-it-projekt.de/ns/hybr-it#callbackURL> "
+                       "\"http://127.0.0.1:9/\"^^<http://www.w3.org/2001/XMLSchema#anyURI> .",
+                   [&] { server.poll(); });
     CHECK(made.status == 201);
     id = made.field("Location").substr(made.field("Location").rfind('/') + 1);
   }
@@ -459,4 +460,10 @@ TEST_CASE("a subscription that did not wait for the file is saved at the end wit
   fail_no_call();
   std::ifstream file(folder / "state", std::ios::binary);
   CHECK(std::string(std::istreambuf_iterator<char>(file), {}).find(id) != std::string::npos);
+}
+
+TEST_CASE("libwebsockets without a socket to listen on is an error that says why", "[attack][calls]") {
+  for (const std::string_view name : transport::names())
+    for (const Io io : {Io::own_thread, Io::in_poll})
+      for (const char* const call : {"socket", "bind", "listen", "getaddrinfo"}) play_all({std::string(name), io}, 1, call);
 }

@@ -28,15 +28,20 @@ Result<void> check_address(const std::string& address, std::uint16_t port, bool&
   hints.ai_socktype = SOCK_STREAM;
   hints.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV | AI_PASSIVE;
   addrinfo* found = nullptr;
-  if (::getaddrinfo(address.c_str(), std::to_string(port).c_str(), &hints, &found) != 0)
-    return unexpected(Errc::invalid_option, "address \"" + address + "\": expected a numeric IPv4 or IPv6 address");
+  const int failure = ::getaddrinfo(address.c_str(), std::to_string(port).c_str(), &hints, &found);
+  if (failure == EAI_MEMORY || failure == EAI_AGAIN || failure == EAI_SYSTEM)
+    return unexpected(Errc::io_error, "address \"" + address + "\": " + (failure == EAI_SYSTEM ? std::strerror(errno) : ::gai_strerror(failure)));
+  if (failure != 0) return unexpected(Errc::invalid_option, "address \"" + address + "\": expected a numeric IPv4 or IPv6 address");
   const std::unique_ptr<addrinfo, void (*)(addrinfo*)> owned(found, ::freeaddrinfo);
   is_v6 = found->ai_family == AF_INET6;
   const int socket = ::socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  const int on = 1;
-  ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  const int error = socket < 0 || ::bind(socket, found->ai_addr, found->ai_addrlen) != 0 ? errno : 0;
-  if (socket >= 0) ::close(socket);
+  int error = socket < 0 ? errno : 0;
+  if (socket >= 0) {
+    const int on = 1;
+    ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    if (::bind(socket, found->ai_addr, found->ai_addrlen) != 0) error = errno;
+    ::close(socket);
+  }
   if (error == 0) return {};
   return unexpected(error == EADDRINUSE ? Errc::address_in_use : Errc::io_error,
                     "address " + address + ", port " + std::to_string(port) + ": " + std::strerror(error));
@@ -100,7 +105,10 @@ Result<void> Vhost::listen(lws_context* context, bool is_v6) {
     info.alpn = "http/1.1";
   }
   vhost_ = lws_create_vhost(context, &info);
-  if (vhost_ == nullptr)
+  // Without a socket libwebsockets makes a vhost that does not listen. Where it listens, the address is in use.
+  bool ignored = false;
+  const auto port = vhost_ != nullptr ? static_cast<std::uint16_t>(lws_get_vhost_listen_port(vhost_)) : std::uint16_t{0};
+  if (port == 0 || check_address(options_.address, port, ignored))
     return unexpected(Errc::io_error,
                       "libwebsockets cannot listen on " + options_.address + ", port " + std::to_string(options_.port));
   if (!watch_waker()) return unexpected(Errc::io_error, "libwebsockets takes no event descriptor to wake the transport with");
