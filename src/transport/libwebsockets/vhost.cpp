@@ -4,6 +4,7 @@
 #include <netdb.h>
 #include <netinet/in.h>
 #include <openssl/ssl.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -63,6 +64,7 @@ Vhost::Vhost(const transport::TransportOptions& options, std::shared_ptr<EventWa
 
 Vhost::~Vhost() {
   for (auto* const connection : std::exchange(connections_, {})) delete connection;
+  for (const int descriptor : reserve_) ::close(descriptor);
 }
 
 // -------------------------------------------------------------------------------------------------------- beginning and end
@@ -315,7 +317,7 @@ int Vhost::filter(int descriptor) {
   char peer[64] = "";
   lws_get_peer_simple_fd(descriptor, peer, sizeof peer);
   const auto counted = addresses_.find(client_key(peer));
-  const bool full = (counted != addresses_.end() && counted->second >= limits.max_connections_per_address) ||
+  const bool full = scarce_ || (counted != addresses_.end() && counted->second >= limits.max_connections_per_address) ||
                     (connections_.size() - static_cast<std::size_t>(reserved) >= limits.max_connections && !make_room());
   next_is_reserved_ = full && make_reserve();
   return full && !next_is_reserved_ ? -1 : 0;
@@ -333,6 +335,31 @@ bool Vhost::make_reserve() {
   if (reserved < options_.limits.reserved_connections) return true;
   if (oldest != nullptr) oldest->kill();
   return oldest != nullptr;
+}
+
+bool Vhost::release_descriptor() {
+  if (const int free = ::open("/dev/null", O_RDONLY | O_CLOEXEC); free >= 0 || (errno != EMFILE && errno != ENFILE)) {
+    if (free >= 0) ::close(free);
+    return false;
+  }
+  pollfd listener{listening_wsi_ != nullptr ? lws_get_socket_fd(listening_wsi_) : -1, POLLIN, 0};
+  if (listener.fd >= 0 && ::poll(&listener, 1, 0) <= 0) return false;
+  if ((listener.fd >= 0 && make_room()) || reserve_.empty()) return false;  // that of an idle connection is free in the next round
+  ::close(reserve_.back());
+  reserve_.pop_back();
+  scarce_ = true;
+  return true;
+}
+
+void Vhost::fill_reserve() {
+  scarce_ = false;
+  const std::size_t wanted = std::max<std::size_t>(1, options_.limits.reserved_connections);
+  reserve_.reserve(wanted);
+  while (reserve_.size() < wanted) {
+    const int descriptor = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) return;
+    reserve_.push_back(descriptor);
+  }
 }
 
 /// Ends the connection that has been idle longest. False: none is.
