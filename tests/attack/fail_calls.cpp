@@ -469,8 +469,7 @@ TEST_CASE("a subscription that did not wait for the file is saved at the end wit
 
 TEST_CASE("libwebsockets without a socket to listen on is an error that says why", "[attack][calls]") {
   for (const std::string_view name : transport::names())
-    for (const Io io : {Io::own_thread, Io::in_poll})
-      for (const char* const call : {"socket", "bind", "listen", "getaddrinfo"}) play_all({std::string(name), io}, 1, call);
+    if (name != "http") play_all({std::string(name), Io::own_thread}, 1, "socket, Too many open files");
 }
 
 TEST_CASE("without descriptors a server neither spins nor hangs, and goes on when there are some", "[attack][calls]") {
@@ -553,4 +552,26 @@ TEST_CASE("without descriptors a server neither spins nor hangs, and goes on whe
   CHECK(Socket(server->port()).ask(request, step).status == 200);
   const ServerSide here;
   server.reset();
+}
+
+/// Of the places, so many are passed over. LRT_ATTACK_STRIDE=1 tries each.
+static std::size_t stride() {
+  const char* const text = std::getenv("LRT_ATTACK_STRIDE");
+  return std::max<std::size_t>(1, text ? std::strtoul(text, nullptr, 10) : 97);
+}
+
+TEST_CASE("a system call fails once at any place of a server's life", "[attack][calls]") {
+  for (const std::string_view name : transport::names())
+    for (const Io io : {Io::own_thread, Io::in_poll}) play_all({std::string(name), io}, stride());
+}
+
+TEST_CASE("a system call fails once at any place of a server's life with TLS", "[attack][calls][tls]") {
+  const Certificate authority = make_certificate({"authority", "", -3600, 3600, true});
+  const Certificate own = make_certificate({"robot", "DNS:localhost,IP:127.0.0.1"}, &authority);
+  const TlsFolder files;
+  files.put("server.pem", {&own});
+  files.put_key("server.key", own);
+  const SslContext client = tls_client(authority);
+  for (const std::string_view name : transport::names())
+    play_all({std::string(name), Io::own_thread, &files, client.get()}, stride());
 }
