@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <cstdint>
 
@@ -16,7 +17,7 @@ namespace lrt {
 /// A Waker on an eventfd. It owns the descriptor, so it may outlive the object that waits on it.
 class EventWaker final : public Waker {
  public:
-  EventWaker() : descriptor_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+  EventWaker() : descriptor_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)), error_(descriptor_ < 0 ? errno : 0) {}
   ~EventWaker() override {
     if (descriptor_ >= 0) ::close(descriptor_);
   }
@@ -31,6 +32,8 @@ class EventWaker final : public Waker {
 
   /// Readable after wake(). -1: the system could not create an eventfd.
   int descriptor() const noexcept { return descriptor_; }
+  /// Why it could not, as errno.
+  int error() const noexcept { return error_; }
 
   /// wake() was called after the last clear().
   bool is_awake() const noexcept { return awake_.load(std::memory_order_acquire); }
@@ -50,7 +53,8 @@ class EventWaker final : public Waker {
   }
 
  private:
-  int descriptor_;
+  const int descriptor_;
+  const int error_;
   std::atomic<bool> awake_{false};
 };
 

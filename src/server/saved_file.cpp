@@ -206,7 +206,10 @@ class SavedFile::Writer {
     std::unique_lock lock(mutex_);
     ending_ = true;
     changed_.notify_all();
-    if (!thread_.joinable()) return;
+    if (!thread_.joinable()) {
+      lock.unlock();
+      return run();  // none could be started
+    }
     if (changed_.wait_for(lock, last_time, [&] { return over_; })) {
       lock.unlock();
       thread_.join();

@@ -5,6 +5,7 @@
 #include <deque>
 #include <mutex>
 #include <optional>
+#include <system_error>
 #include <thread>
 #include <type_traits>
 
@@ -53,6 +54,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     const Turn not_yet(*this);  // on a loop of the host's, turns come as soon as the transport starts
     if (options_.threads.dispatch == Dispatch::executor && !options_.threads.executor)
       return unexpected(Errc::invalid_option, "Dispatch::executor needs Threads::executor");
+    if (rest_.descriptor() < 0)
+      return unexpected(Errc::io_error, "no event descriptor for the server: " + std::system_category().message(rest_.error()));
     if (Result<void> checked = engine_.check(); !checked) return checked;
     Result<std::optional<SavedFile::Content>> saved = load();
     if (!saved) return Unexpected{saved.error()};

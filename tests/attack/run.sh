@@ -29,6 +29,7 @@ done
 section "Texts that are expensive for their size; unfinished bodies" "$build/tests/test_attack"
 section "The worst inputs for each parser" "$build/tests/attack/worst_inputs"
 section "Memory runs out once at any place of a request" "$build/tests/attack/test_fail_after"
+section "A system call fails once at any place of a server's life" "$build/tests/attack/test_fail_calls" "a system call fails once*"
 # shellcheck disable=SC2086  # a list
 section "The process ends while clients are served" python3 "$here/exit_test.py" "$build/tests/attack/exit_host" $transports
 section "Killed while callbacks are made and cancelled" env "LRT_KILLS=${LRT_KILLS:-10}" python3 "$here/kill_test.py" "$build/examples/baxter/baxter"

@@ -169,6 +169,8 @@ class Work : public std::enable_shared_from_this<Work> {
   std::size_t share(std::size_t part) const noexcept { return std::max<std::size_t>(1, options_.max_threads / part); }
   void enqueue(Channel channel, std::string receiver);
   void enqueue(Task task, bool slow);
+  /// The contrary of enqueue(), when no thread runs and none could be started. The calling thread becomes a worker until it is finished.
+  Worker& take_back(Channel channel);
   void wait_for_name(Task task, std::string name, bool slow);
   void start_resolvers();
   /// The task no longer waits for its name.
@@ -185,6 +187,7 @@ class Work : public std::enable_shared_from_this<Work> {
   void start_worker();
   void record_outcome(Channel channel, bool succeeded);
 
+  void fail_without_thread(Worker& caller, Channel channel);
   void work(Worker& worker) noexcept;
   /// Fetches and delivers one notification. Releases the lock meanwhile. `slow`: the task counts as slow (its last delivery failed).
   void serve(Lock& lock, Task task, bool& slow);
@@ -225,7 +228,7 @@ class Work : public std::enable_shared_from_this<Work> {
 
 void Work::notify(Channel channel, std::string_view receiver) {
   std::vector<Thread> gone;
-  bool is_stuck = false;
+  Worker* caller = nullptr;
   {
     const Lock lock(mutex_);
     if (stopping_) return;
@@ -235,7 +238,7 @@ void Work::notify(Channel channel, std::string_view receiver) {
       return;
     }
     enqueue(channel, std::string(receiver));
-    is_stuck = running_ == 0;
+    if (running_ == 0) caller = &take_back(channel);
     for (auto worker = workers_.begin(); worker != workers_.end();) {
       if (worker->finished) {
         gone.push_back(std::move(worker->thread));
@@ -246,7 +249,23 @@ void Work::notify(Channel channel, std::string_view receiver) {
     }
   }
   for (Thread& thread : gone) thread.join();  // they do not take the lock again
-  if (is_stuck) log(LogLevel::error, "web callbacks: cannot start a thread; the next notification tries again");
+  if (caller != nullptr) fail_without_thread(*caller, channel);
+}
+
+Work::Worker& Work::take_back(Channel channel) {
+  for (std::deque<Task>* const queue : {&fresh_, &slow_})
+    queue->erase(std::remove_if(queue->begin(), queue->end(), [&](const Task& task) { return task.channel == channel; }), queue->end());
+  channels_.erase(channel);
+  return workers_.emplace_back();
+}
+
+/// The notification has failed, so the source calls notify() again later. Runs on the calling thread, for which stop() waits as for others.
+void Work::fail_without_thread(Worker& caller, Channel channel) {
+  log(LogLevel::error, "web callbacks: cannot start a thread; the notification is tried again");
+  if (fetch(channel)) source_->delivered(channel, {0, "no thread to deliver it could be started"});
+  const Lock lock(mutex_);
+  caller.finished = true;
+  changed_.notify_all();
 }
 
 void Work::enqueue(Channel channel, std::string receiver) {

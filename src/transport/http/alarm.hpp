@@ -3,6 +3,7 @@
 #include <sys/timerfd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstdint>
 
@@ -15,12 +16,14 @@ class Alarm final : public Watched {
  public:
   using Instant = std::chrono::steady_clock::time_point;
 
+  /// False: errno says why not.
   bool open(Readiness& readiness) {
     if (timer_.is_open()) return true;
     timer_ = Socket(::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC));
     if (timer_.is_open() && readiness.watch(timer_, *this, EPOLLIN)) return true;
+    const int error = errno;
     timer_ = Socket();
-    return false;
+    return errno = error, false;
   }
 
   /// Expires at `due`, or earlier if it is set to an earlier instant: that costs less than setting it whenever the instant moves away.

@@ -3,6 +3,9 @@
 #include <sys/socket.h>
 
 #include <cerrno>
+#include <exception>
+#include <memory>
+#include <string>
 #include <utility>
 
 #include "src/transport/http/websocket.hpp"
@@ -107,11 +110,20 @@ void Connection::begin_stop(TimePoint now) {
 /// Hands the socket, and the bytes behind the header section, to a WebSocket, which takes the place of this in the loop.
 void Connection::upgrade(TimePoint now) {
   auto upgrade = session_.take_upgrade();
+  const auto opened = upgrade.channel;
+  std::shared_ptr<WebSocket> next;
+  try {
+    next = std::make_shared<WebSocket>(loop_, std::move(upgrade));
+  } catch (const std::exception& e) {  // no memory, or no descriptor for Boost.Asio's reactor
+    loop_.log(LogLevel::warning, std::string("a connection is dropped: no WebSocket: ") + e.what());
+    loop_.context.handler->closed(opened);
+    return close();
+  }
   closed_ = true;
   close_channel();
   loop_.deadlines.clear(*this);
   Linked<IdleTag>::unlink();
-  auto next = std::make_shared<WebSocket>(loop_, std::move(socket_), std::move(upgrade), std::move(place_), std::move(tls_));
+  next->take(std::move(socket_), std::move(place_), std::move(tls_));
   auto& websocket = *next;
   make_way(std::move(next));
   websocket.open(now);

@@ -1,9 +1,12 @@
 #include <lrt/transport/http.hpp>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstdint>
+#include <cstring>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "src/base/event_waker.hpp"
@@ -28,6 +31,10 @@ constexpr milliseconds stop_linger_time{100};
 /// Rounded up, so that a wait does not end just before `due`.
 milliseconds until(Deadlines::Instant due, Deadlines::Instant now) {
   return due <= now ? milliseconds(0) : std::chrono::ceil<milliseconds>(due - now);
+}
+
+Unexpected no_descriptor(const char* kind, int error) {
+  return unexpected(Errc::io_error, std::string("no ") + kind + " descriptor for the transport: " + std::strerror(error));
 }
 
 /// Records that the waker was called.
@@ -91,13 +98,15 @@ Result<void> HttpTransport::start(engine::Handler& handler) {
   }
   auto& readiness = loop_.readiness;
   if (!readiness.is_open()) {
-    if (!readiness.open()) return unexpected(Errc::io_error, "no epoll descriptor");
+    if (waker_->descriptor() < 0) return no_descriptor("event", waker_->error());
+    if (!readiness.open()) return no_descriptor("epoll", errno);
     if (!readiness.add(waker_->descriptor(), wake_signal_, EPOLLIN)) {
+      const int error = errno;
       readiness.close();
-      return unexpected(Errc::io_error, "no event descriptor to wake the transport with");
+      return no_descriptor("event", error);
     }
   }
-  if (!alarm_.open(readiness)) return unexpected(Errc::io_error, "no timer descriptor");
+  if (!alarm_.open(readiness)) return no_descriptor("timer", errno);
   if (auto opened = listener_.open(); !opened) return opened;
   loop_.context.handler = &handler;
   loop_.context.stopping = false;

@@ -119,8 +119,8 @@ void Listener::close() {
 
 void Listener::resume(TimePoint now) {
   if (!resumes_at_ || *resumes_at_ > now.steady) return;
-  resumes_at_.reset();
-  loop_.readiness.watch(socket_, *this, EPOLLIN);
+  if (loop_.readiness.watch(socket_, *this, EPOLLIN)) resumes_at_.reset();
+  else resumes_at_ = now.steady + pause_time;
 }
 
 void Listener::pause(const char* reason) {

@@ -219,6 +219,8 @@ bool TlsStream::flush_scratch() noexcept {
   if (!broken) out_.append(scratch_, taken, std::string::npos);
   if (scratch_.capacity() > kept_scratch) std::string().swap(scratch_);
   else scratch_.clear();
+  // Further records would not be readable without those that were lost.
+  failed_ = failed_ || broken;
   return !broken;
 }
 

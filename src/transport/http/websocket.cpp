@@ -22,16 +22,17 @@ const std::shared_ptr<const std::string>& empty_message() {
 
 }  // namespace
 
-WebSocket::WebSocket(Loop& loop, Socket socket, Session::Upgrade upgrade, Addresses::Place place, std::unique_ptr<TlsStream> tls)
-    : Client(loop),
-      upgrade_(std::move(upgrade)),
-      socket_(std::move(socket)),
-      tls_(std::move(tls)),
-      place_(std::move(place)),
-      early_(std::move(upgrade_.early)) {
+WebSocket::WebSocket(Loop& loop, Session::Upgrade upgrade)
+    : Client(loop), upgrade_(std::move(upgrade)), early_(std::move(upgrade_.early)) {
   auto handshake = loop.framer.accept(upgrade_.key, loop.options.limits.max_websocket_message_bytes);
   upgrade_.response.fields.set("Sec-WebSocket-Accept", handshake.accept);
   frames_ = std::move(handshake.frames);
+}
+
+void WebSocket::take(Socket socket, Addresses::Place place, std::unique_ptr<TlsStream> tls) noexcept {
+  socket_ = std::move(socket);
+  place_ = std::move(place);
+  tls_ = std::move(tls);
 }
 
 // -------------------------------------------------------------------------------------------------------------- beginning

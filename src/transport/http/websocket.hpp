@@ -27,7 +27,9 @@ namespace lrt::transport {
 class WebSocket final : public Client {
  public:
   /// @param tls  nullptr: plain
-  WebSocket(Loop& loop, Socket socket, Session::Upgrade upgrade, Addresses::Place place, std::unique_ptr<TlsStream> tls);
+  /// May throw; take() follows.
+  WebSocket(Loop& loop, Session::Upgrade upgrade);
+  void take(Socket socket, Addresses::Place place, std::unique_ptr<TlsStream> tls) noexcept;
 
   /// To be called when it has its place in the loop's list. Sends the 101.
   void open(TimePoint now);

@@ -8,6 +8,7 @@
 #include <boost/asio/error.hpp>
 #include <boost/asio/execution.hpp>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/message.hpp>
@@ -406,6 +407,9 @@ WebSocketFramer::WebSocketFramer() : queue_(std::make_unique<Queue>()) {}
 WebSocketFramer::~WebSocketFramer() = default;
 
 WebSocketFramer::Handshake WebSocketFramer::accept(std::string_view key, std::size_t max_message_bytes) {
+  // The service of timers needs descriptors. A stream of Beast (Boost 1.74) that is not made for lack of them stays registered in the context,
+  // whose end then uses it: so the service is made first.
+  const asio::steady_timer timer(queue_->context);
   auto frames = std::make_unique<BeastFrames>(*queue_);
   auto accept = frames->accept(key, max_message_bytes);
   return {std::move(accept), std::move(frames)};

@@ -27,6 +27,8 @@ constexpr milliseconds max_wait = std::chrono::hours(1);
 /// libwebsockets checks the times of its connections this often.
 constexpr milliseconds timer_period{1000};
 constexpr int max_empty_rounds = 16;
+/// Time between two clients that are accepted with descriptors of the reserve.
+constexpr milliseconds relief_period{100};
 /// Descriptors of a context that are no clients'.
 constexpr unsigned other_descriptors = 16;
 
@@ -107,11 +109,13 @@ class OwnContext final : public VhostTransport {
  private:
   void serve(milliseconds wait);
   void pause_after_nothing(std::size_t events);
+  void relieve();
   void destroy_context();
 
   std::optional<libwebsockets::Log> log_;
   lws_context* context_ = nullptr;
   Timer wait_;
+  SteadyClock::time_point next_relief_{};
   int empty_rounds_ = 0;  ///< waits in a row that ended without an event
 };
 
@@ -166,6 +170,7 @@ milliseconds OwnContext::poll(std::chrono::microseconds budget, milliseconds wai
   if (const auto due = next_deadline()) wait = std::min(wait, until(*due, now().steady));
   for (auto events = vhost_->events();; events = vhost_->events()) {
     serve(wait);
+    if (vhost_->events() == events) relieve();
     if (wait > milliseconds(0)) pause_after_nothing(events);
     wait = milliseconds(0);
     if ((!vhost_->deliver() && vhost_->events() == events) || SteadyClock::now() >= end)
@@ -181,6 +186,15 @@ milliseconds OwnContext::poll(std::chrono::microseconds budget, milliseconds wai
 void OwnContext::pause_after_nothing(std::size_t events) {
   if (vhost_->events() != events) empty_rounds_ = 0;
   else if (++empty_rounds_ > max_empty_rounds) std::this_thread::sleep_for(milliseconds(1));
+}
+
+/// libwebsockets does not say that it could not accept a client for lack of a descriptor: a round without an event may be one of those.
+void OwnContext::relieve() {
+  const auto now = SteadyClock::now();
+  if (now < next_relief_) return;
+  next_relief_ = now + relief_period;
+  if (vhost_->release_descriptor()) serve(milliseconds(0));
+  vhost_->fill_reserve();
 }
 
 void OwnContext::stop() {

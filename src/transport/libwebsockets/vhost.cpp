@@ -4,6 +4,7 @@
 #include <netdb.h>
 #include <netinet/in.h>
 #include <openssl/ssl.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -28,15 +29,20 @@ Result<void> check_address(const std::string& address, std::uint16_t port, bool&
   hints.ai_socktype = SOCK_STREAM;
   hints.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV | AI_PASSIVE;
   addrinfo* found = nullptr;
-  if (::getaddrinfo(address.c_str(), std::to_string(port).c_str(), &hints, &found) != 0)
-    return unexpected(Errc::invalid_option, "address \"" + address + "\": expected a numeric IPv4 or IPv6 address");
+  const int failure = ::getaddrinfo(address.c_str(), std::to_string(port).c_str(), &hints, &found);
+  if (failure == EAI_MEMORY || failure == EAI_AGAIN || failure == EAI_SYSTEM)
+    return unexpected(Errc::io_error, "address \"" + address + "\": " + (failure == EAI_SYSTEM ? std::strerror(errno) : ::gai_strerror(failure)));
+  if (failure != 0) return unexpected(Errc::invalid_option, "address \"" + address + "\": expected a numeric IPv4 or IPv6 address");
   const std::unique_ptr<addrinfo, void (*)(addrinfo*)> owned(found, ::freeaddrinfo);
   is_v6 = found->ai_family == AF_INET6;
   const int socket = ::socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  const int on = 1;
-  ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  const int error = socket < 0 || ::bind(socket, found->ai_addr, found->ai_addrlen) != 0 ? errno : 0;
-  if (socket >= 0) ::close(socket);
+  int error = socket < 0 ? errno : 0;
+  if (socket >= 0) {
+    const int on = 1;
+    ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    if (::bind(socket, found->ai_addr, found->ai_addrlen) != 0) error = errno;
+    ::close(socket);
+  }
   if (error == 0) return {};
   return unexpected(error == EADDRINUSE ? Errc::address_in_use : Errc::io_error,
                     "address " + address + ", port " + std::to_string(port) + ": " + std::strerror(error));
@@ -58,6 +64,7 @@ Vhost::Vhost(const transport::TransportOptions& options, std::shared_ptr<EventWa
 
 Vhost::~Vhost() {
   for (auto* const connection : std::exchange(connections_, {})) delete connection;
+  for (const int descriptor : reserve_) ::close(descriptor);
 }
 
 // -------------------------------------------------------------------------------------------------------- beginning and end
@@ -100,7 +107,10 @@ Result<void> Vhost::listen(lws_context* context, bool is_v6) {
     info.alpn = "http/1.1";
   }
   vhost_ = lws_create_vhost(context, &info);
-  if (vhost_ == nullptr)
+  // Without a socket libwebsockets makes a vhost that does not listen. Where it listens, the address is in use.
+  bool ignored = false;
+  const auto port = vhost_ != nullptr ? static_cast<std::uint16_t>(lws_get_vhost_listen_port(vhost_)) : std::uint16_t{0};
+  if (port == 0 || check_address(options_.address, port, ignored))
     return unexpected(Errc::io_error,
                       "libwebsockets cannot listen on " + options_.address + ", port " + std::to_string(options_.port));
   if (!watch_waker()) return unexpected(Errc::io_error, "libwebsockets takes no event descriptor to wake the transport with");
@@ -307,7 +317,7 @@ int Vhost::filter(int descriptor) {
   char peer[64] = "";
   lws_get_peer_simple_fd(descriptor, peer, sizeof peer);
   const auto counted = addresses_.find(client_key(peer));
-  const bool full = (counted != addresses_.end() && counted->second >= limits.max_connections_per_address) ||
+  const bool full = scarce_ || (counted != addresses_.end() && counted->second >= limits.max_connections_per_address) ||
                     (connections_.size() - static_cast<std::size_t>(reserved) >= limits.max_connections && !make_room());
   next_is_reserved_ = full && make_reserve();
   return full && !next_is_reserved_ ? -1 : 0;
@@ -325,6 +335,31 @@ bool Vhost::make_reserve() {
   if (reserved < options_.limits.reserved_connections) return true;
   if (oldest != nullptr) oldest->kill();
   return oldest != nullptr;
+}
+
+bool Vhost::release_descriptor() {
+  if (const int free = ::open("/dev/null", O_RDONLY | O_CLOEXEC); free >= 0 || (errno != EMFILE && errno != ENFILE)) {
+    if (free >= 0) ::close(free);
+    return false;
+  }
+  pollfd listener{listening_wsi_ != nullptr ? lws_get_socket_fd(listening_wsi_) : -1, POLLIN, 0};
+  if (listener.fd >= 0 && ::poll(&listener, 1, 0) <= 0) return false;
+  if ((listener.fd >= 0 && make_room()) || reserve_.empty()) return false;  // that of an idle connection is free in the next round
+  ::close(reserve_.back());
+  reserve_.pop_back();
+  scarce_ = true;
+  return true;
+}
+
+void Vhost::fill_reserve() {
+  scarce_ = false;
+  const std::size_t wanted = std::max<std::size_t>(1, options_.limits.reserved_connections);
+  reserve_.reserve(wanted);
+  while (reserve_.size() < wanted) {
+    const int descriptor = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) return;
+    reserve_.push_back(descriptor);
+  }
 }
 
 /// Ends the connection that has been idle longest. False: none is.

@@ -64,6 +64,11 @@ class Vhost {
   /// Loads the certificate and its key again.
   void reload_tls();
 
+  /// If descriptors have run out and clients wait: closes one of the reserve, with which libwebsockets can accept a client in the next round.
+  /// It may send a stop. Then fill_reserve() must be called.
+  bool release_descriptor();
+  void fill_reserve();
+
   bool is_open() const noexcept { return handler_ != nullptr; }
   std::uint16_t port() const noexcept;
   bool has_connections() const noexcept { return !connections_.empty(); }
@@ -115,6 +120,8 @@ class Vhost {
   std::chrono::seconds date_second_{-1};
   std::string date_;
   bool next_is_reserved_ = false;  ///< what filter() has decided of the client that is being accepted
+  std::vector<int> reserve_;       ///< descriptors for clients that come when there are no others
+  bool scarce_ = false;            ///< the next client gets one of the reserve
   std::size_t events_ = 0;
   bool woken_ = false;
   bool stopping_ = false;
