@@ -22,6 +22,7 @@ struct Entry {
   const std::string &url, &secret;
   std::string_view type;
   const subscription::Policy& policy;
+  bool has_confirmed;
 };
 
 /// Turtle without the prefixes.
@@ -40,6 +41,7 @@ std::string text_of(const Entry& e, const rdf::Prefixes& prefixes) {
            rdf::literal(rdf::lexical::format(std::chrono::duration<double>(e.policy.minimum_interval).count()), vocab::xsd::double_));
   if (!e.kind.empty()) about.link(vocab::dcterms::type, std::string(e.kind));
   if (!e.secret.empty()) about.add(vocab::lrt_::secret, rdf::literal(e.secret));
+  if (e.has_confirmed) about.add(vocab::lrt_::confirmed, rdf::literal("true", vocab::xsd::boolean));
   std::string text = rdf::write(graph, rdf::Syntax::turtle, prefixes).value();
   while (text.compare(0, 7, "@prefix") == 0 || text.front() == '\n') text.erase(0, text.find('\n') + 1);
   return text;
@@ -69,13 +71,15 @@ std::optional<SavedText> SavedSubscriptions::take() {
         if (s->protocol != Protocol::callback || s->is_cancelling() || s->observed.saved_type().empty()) continue;
         if (s->saved_text.empty())
           s->saved_text = text_of({bases_[s->base], s->observed.path_aside(0), s->observed.saved_type().text, s->subscription_id, s->created, s->url,
-                                   s->secret, s->observed.variants().type_of(s->its_variant), s->backlog.policy()},
+                                   s->secret, s->observed.variants().type_of(s->its_variant), s->backlog.policy(), s->has_confirmed},
                                   options_.prefixes);
         saved.text.append("\n").append(s->saved_text);
       }
     for (const PendingRestore& p : pending_)
       saved.text.append("\n").append(
-          text_of({p.base, p.path, p.type, p.id, p.created, p.request.url, p.request.secret, p.media_type, p.request.policy}, options_.prefixes));
+          text_of({p.base, p.path, p.type, p.id, p.created, p.request.url, p.request.secret, p.media_type, p.request.policy,
+                   p.request.has_confirmed},
+                  options_.prefixes));
     return saved;
   } catch (const std::exception& e) {
     responses_.log(LogLevel::error, std::string("the subscriptions cannot be saved: ") + e.what());
@@ -106,6 +110,7 @@ Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::G
   read.request.protocol = Protocol::callback;
   read.request.url = text(vocab::hybrit::callbackURL);
   read.request.secret = text(vocab::lrt_::secret);
+  read.request.has_confirmed = text(vocab::lrt_::confirmed) == "true";  // older files do not say it
   const Result<std::string> id = model::encode_path(read.id);
   if (!id || *id != read.id || read.id.find('/') != std::string::npos) return unexpected(Errc::refused, "its identifier is not a path segment");
   const bool base_fits = read.base.size() > 1 && read.base.back() == '/' && observed.size() > read.base.size() &&

@@ -368,7 +368,7 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
   if (s.queues()) s.observed.for_each_property([this](PropertyResource& p) { values_.keep(p, true); });
   s.observed.add_observer(s, scanner_);
   if (s.protocol == Protocol::callback) {
-    s.confirmed = !must_confirm(s.url);
+    s.must_confirm = must_confirm(s.url);
     ++callbacks_;
     saves_.changed();
   }
@@ -636,7 +636,7 @@ std::optional<subscription::Notification> Subscriptions::next_notification(Chann
   SubscriptionResource* s = find(channel);
   if (!s || s->protocol != Protocol::callback || s->under_way || s->confirming) return std::nullopt;
   try {
-    if (!s->confirmed) return confirmation_of(*s);
+    if (s->awaits_confirmation()) return confirmation_of(*s);
     auto item = next_item(*s, now);
     if (!item) return std::nullopt;
     subscription::Notification notification;
@@ -694,7 +694,10 @@ void Subscriptions::delivered(Channel channel, const subscription::DeliveryResul
   std::optional<subscription::Item> item = std::exchange(s->under_way, std::nullopt);
   s->ready_announced = false;
   if (confirming && result.confirmed) {
-    s->confirmed = true;
+    s->has_confirmed = true;
+    ++s->revision;
+    s->saved_text.clear();
+    saves_.changed();
     s->retry.succeeded();
     s->last_error.clear();
     s->logged_error.clear();

@@ -1041,7 +1041,7 @@ function subscriptionRow(iri, gone) {
   view.watch(element, iri, { problem: () => {}, g: (g) => {
     const text = (p) => g.text(iri, p) ?? "", of = text(hybrit("onResource")), queue = text(lrt("queueLength"));
     if (what.title !== of) what.replaceChildren(linkTo(what.title = of));
-    say(how, [text(hybrit("callbackURL")) || "WebSocket", text(hybrit("mediaType")), queue ? `queue of ${queue}` : "newest", text(lrt("suspended")) && "suspended"].filter(Boolean).join(", "));
+    say(how, [text(hybrit("callbackURL")) || "WebSocket", text(hybrit("mediaType")), queue ? `queue of ${queue}` : "newest", text(lrt("suspended")) && "suspended", text(lrt("confirmed")) === "false" && "unconfirmed"].filter(Boolean).join(", "));
     say(delivered, text(lrt("delivered")));
     say(dropped, text(lrt("dropped")));
     say(since, age(text(dcterms("created"))));

@@ -45,6 +45,7 @@ constexpr Term terms[] = {
     plain("queueLength", v::lrt_::queueLength), typed("minimumInterval", v::lrt_::minimumInterval, v::xsd::double_),
     plain("secret", v::lrt_::secret), plain("delivered", v::lrt_::delivered), plain("dropped", v::lrt_::dropped),
     plain("lastError", v::lrt_::lastError), plain("suspended", v::lrt_::suspended),
+    plain("confirmed", v::lrt_::confirmed),
     link("frame", v::lrt_::frame), link("elementType", v::lrt_::elementType), link("shape", v::lrt_::shape),
     one_of("byteOrder", v::lrt_::byteOrder), plain("littleEndian", v::lrt_::littleEndian), plain("bigEndian", v::lrt_::bigEndian),
     link("stop", v::lrt_::stop), plain("StopAction", v::lrt_::StopAction),

@@ -464,6 +464,57 @@ TEST_CASE("the cases that cpp-httplib cannot carry differ in fact", "[conformanc
   check_exceptions("cpp-httplib", read_exceptions(LRT_SOURCE_DIR "/tests/conformance/cpp_httplib.txt"));
 }
 
+TEST_CASE("a stop is published on every transport, and served when all connections are taken where those are limited",
+          "[conformance][http][libwebsockets][own][tls][R0.6]") {
+  const std::string row = GENERATE(as<std::string>(), "http", "http over TLS", "libwebsockets", "libwebsockets over TLS", "a transport of one's own");
+  CAPTURE(row);
+  const auto transport = served(row);
+  if (!transport) {
+    WARN("not compiled in: " << row);
+    return;
+  }
+  FakeClock clock;
+  Options options = server_options(clock);
+  options.listen.transport = transport->make;
+  if (transport->tls) options.security.tls = TlsSide::get().options;
+  options.limits.max_connections = 3;
+  options.limits.reserved_connections = 2;
+  options.limits.max_waiting_requests = 0;
+  Server server = Server::create(std::move(options)).value();
+  int stops = 0;
+  Thing thing{"arm"};
+  thing.property<double>("angle").publish(10);
+  thing.action("go", [] {});
+  thing.action("stop", [&stops] { ++stops; }).stop();
+  server.add(std::move(thing)).value();
+  const auto connection = [&] {
+    return std::make_unique<Socket>(server.port(), transport->tls ? std::make_unique<TlsLayer>(TlsSide::get().client.get()) : nullptr);
+  };
+  const auto ask = [&](const std::string& request) { return connection()->ask(request, [&] { server.poll(); }); };
+  const std::string base = (transport->tls ? "https://127.0.0.1:" : "http://127.0.0.1:") + std::to_string(server.port());
+  const std::string host = "\nHost: 127.0.0.1:" + std::to_string(server.port());
+  for (const char* path : {"/", "/arm"}) {
+    const Answer answer = ask("GET " + std::string(path) + host);
+    CHECK(missing(answer, "<" + base + path + "> lrt:stop <" + base + "/arm/actions/stop> .", base + "/") == "");
+  }
+  CHECK(missing(ask("GET /arm/actions/stop" + host), "<" + base + "/arm/actions/stop> a hybrit:Action, lrt:StopAction .", base + "/") == "");
+  CHECK(ask("POST /arm/actions/stop" + host).status == 204);
+  CHECK(stops == 1);
+  if (row == "a transport of one's own") return;  // the example reserves no connection
+
+  // Event streams take the connections, and clients that do not finish their requests the reserved ones.
+  std::vector<std::unique_ptr<Socket>> others;
+  for (int i = 0; i < 12; ++i) {
+    others.push_back(connection());
+    if (i < 3) others.back()->ask("GET /arm/angle" + host + "\nAccept: text/event-stream", [&] { server.poll(); });
+    else others.back()->write("POST /arm/actions/stop HTTP/1.1\r\nHo");
+    for (int turn = 0; turn < 10; ++turn) server.poll();
+  }
+  CHECK(ask("POST /arm/actions/go" + host).status == 503);
+  for (int i = 0; i < 5; ++i) CHECK(ask("POST /arm/actions/stop" + host).status == 204);
+  CHECK(stops == 6);
+}
+
 TEST_CASE("the table of transports in src/README.md is true", "[conformance][http][libwebsockets][own]") {
   const auto rows = table(LRT_SOURCE_DIR "/src/README.md", "<!-- conformance -->", "<!-- /conformance -->");
   std::set<std::string> names;

@@ -1,5 +1,7 @@
 // The bytes that a client sees, recorded in wire.txt. LRT_RECORD_WIRE=1 writes the responses of that file anew.
 
+#include "tests/conformance/wire.hpp"
+
 #include <netinet/in.h>
 #include <sys/socket.h>
 
@@ -28,46 +30,6 @@ namespace {
 
 constexpr const char* path = LRT_SOURCE_DIR "/tests/conformance/wire.txt";
 
-/// What the client does in one step, and the bytes that it then has.
-struct Step {
-  std::string set;       ///< "angle 77", or "clock 5000"
-  std::string request;   ///< sent, if there is no `set`
-  std::string response;  ///< all that the server sends until it waits for the client
-};
-
-struct Exchange {
-  std::string name;
-  std::vector<Step> steps;
-};
-
-struct Recording {
-  std::string preface;  ///< the comment at the beginning of the file
-  std::vector<Exchange> exchanges;
-};
-
-/// One line of the file: `\r`, `\\`, `\xHH` stand for bytes, `\100*a` for a hundred times the letter; a line ends with a line feed unless its
-/// last character is a single backslash.
-std::string unescaped(std::string_view line) {
-  std::string bytes;
-  for (std::size_t at = 0; at < line.size(); ++at) {
-    if (line[at] != '\\') {
-      bytes += line[at];
-    } else if (at + 1 == line.size()) {
-      return bytes;
-    } else if (line[++at] == 'x') {
-      bytes += static_cast<char>(std::stoi(std::string(line.substr(at + 1, 2)), nullptr, 16));
-      at += 2;
-    } else if (line[at] >= '0' && line[at] <= '9') {
-      const std::size_t star = line.find('*', at);
-      bytes.append(std::stoul(std::string(line.substr(at, star - at))), line.at(star + 1));
-      at = star + 1;
-    } else {
-      bytes += line[at] == 'r' ? '\r' : line[at];
-    }
-  }
-  return bytes + '\n';
-}
-
 std::string escaped(std::string_view bytes, const std::string& mark) {
   static constexpr char digits[] = "0123456789ABCDEF";
   std::string lines;
@@ -93,40 +55,7 @@ std::string escaped(std::string_view bytes, const std::string& mark) {
   return lines;
 }
 
-Recording read_recording() {
-  Recording recording;
-  std::ifstream in(path);
-  char before = 0;
-  for (std::string line; std::getline(in, line);) {
-    if (line.empty() || line[0] == '#') {
-      if (recording.exchanges.empty()) recording.preface += line + "\n";
-      before = 0;
-      continue;
-    }
-    if (line.compare(0, 9, "exchange ") == 0) {
-      recording.exchanges.push_back({line.substr(9), {}});
-      before = 0;
-      continue;
-    }
-    if (line == ".") {
-      before = 0;
-      continue;
-    }
-    if (recording.exchanges.empty() || line.size() < 2) throw std::runtime_error("wire.txt: unexpected: " + line);
-    auto& steps = recording.exchanges.back().steps;
-    const char kind = line[0];
-    const std::string rest = line.substr(2);
-    if (kind == '@') steps.push_back({rest, {}, {}});
-    else if (kind == '>' && before != '>') steps.push_back({{}, unescaped(rest), {}});
-    else if (kind == '>') steps.back().request += unescaped(rest);
-    else if (kind == '<' && !steps.empty()) steps.back().response += unescaped(rest);
-    else throw std::runtime_error("wire.txt: unexpected: " + line);
-    before = kind;
-  }
-  return recording;
-}
-
-void write_recording(const Recording& recording) {
+void write_recording(const WireRecording& recording) {
   std::ofstream out(path);
   out << recording.preface;
   bool first = true;
@@ -206,7 +135,7 @@ class Player {
 };
 
 /// With a recording, the client waits for as many bytes as that has; without one, until the server has had nothing to say for long.
-void play(Exchange& exchange, bool record) {
+void play(WireExchange& exchange, bool record) {
   Player player;
   for (auto& step : exchange.steps) {
     if (!step.set.empty()) {
@@ -231,7 +160,7 @@ void play(Exchange& exchange, bool record) {
 
 TEST_CASE("the bytes on the wire are those of the recording", "[conformance][wire][R0.1]") {
   const bool record = std::getenv("LRT_RECORD_WIRE") != nullptr;
-  auto recording = read_recording();
+  auto recording = read_recording(path);
   REQUIRE(recording.exchanges.size() > 100);
   for (auto& exchange : recording.exchanges) {
     INFO("exchange " << exchange.name);

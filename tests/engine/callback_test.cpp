@@ -247,6 +247,69 @@ TEST_CASE("a receiver confirms a subscription before its first notification, but
   }
 }
 
+TEST_CASE("a subscription says whether its receiver has confirmed, and only where it must", "[engine][R0.13][R0.11]") {
+  engine::EngineOptions options = allowing();
+  options.callbacks.confirmation = subscription::Confirmation::all;
+  Arm arm(std::move(options));
+  const Answer made = arm.bench.ask("GET /arm/angle" + callback);
+  REQUIRE(made.status == 201);
+  CHECK(missing(made, "<arm/subscriptions/i1> lrt:confirmed false .") == "");
+  const Answer before = arm.bench.get("/arm/subscriptions/i1");
+  CHECK(missing(before, "<arm/subscriptions/i1> lrt:confirmed false .") == "");
+  CHECK(arm.bench.ask("GET /arm/subscriptions/i1\nAccept: application/json").says(R"("confirmed":false)"));
+  const auto due = arm.due();
+  REQUIRE(due.size() == 1);
+  REQUIRE(arm.notice(due[0]));
+  arm.receipt(due[0], {200, {}, false, true});
+  const Answer after = arm.bench.get("/arm/subscriptions/i1");
+  CHECK(missing(after, "<arm/subscriptions/i1> lrt:confirmed true .") == "");
+  CHECK(after.tag() != before.tag());
+  CHECK(arm.bench.ask("GET /arm/subscriptions/i1\nAccept: application/json").says(R"("confirmed":true)"));
+  CHECK_FALSE(arm.bench.get("/arm/subscriptions").says("lrt:confirmed"));
+
+  Arm free(allowing());
+  CHECK_FALSE(free.bench.ask("GET /arm/angle" + callback).says("lrt:confirmed"));
+  REQUIRE(free.bench.upgrade("/arm/angle").channel);
+  CHECK_FALSE(free.bench.get("/arm/subscriptions/i2").says("lrt:confirmed"));
+}
+
+TEST_CASE("a receiver that has confirmed is not asked again after a restart, and another is", "[engine][R0.13][restart]") {
+  engine::EngineOptions options = allowing();
+  options.callbacks.confirmation = subscription::Confirmation::all;
+  Arm first(options);
+  for (int i = 0; i < 2; ++i) REQUIRE(first.bench.ask("GET /arm/angle" + callback).status == 201);
+  const auto due = first.due();
+  REQUIRE(due.size() == 2);
+  for (const Channel channel : due) REQUIRE(first.notice(channel));
+  const std::string unconfirmed = first.bench.engine.take_saved().value().text;
+  CHECK(unconfirmed.find("confirmed") == std::string::npos);  // as in files of earlier versions
+  first.receipt(due[0], {200, {}, false, true});
+  const auto confirmed = first.bench.engine.take_saved();
+  REQUIRE(confirmed);
+
+  const auto questions_after = [&](const std::string& saved) {
+    Bench again(options);
+    CHECK(again.engine.restore(saved).value() == 2);
+    SampleRobot robot;
+    again.add(robot.arm());
+    const auto same = again.engine.take_saved();
+    CHECK((!same || same->text == saved));
+    std::vector<bool> questions;
+    for (const subscription::ReadyCallback& ready : again.engine.take_callbacks())
+      questions.push_back(!again.engine.next_notification(ready.channel, again.clock.now()).value().challenge.empty());
+    return questions;
+  };
+  CHECK(questions_after(unconfirmed) == std::vector<bool>{true, true});
+  CHECK(questions_after(confirmed->text) == std::vector<bool>{false, true});
+  // While nobody must confirm, and while the resource is not there, it is kept.
+  options.callbacks.confirmation = subscription::Confirmation::none;
+  CHECK(questions_after(confirmed->text) == std::vector<bool>{false, false});
+  Bench waiting(options);
+  CHECK(waiting.engine.restore(confirmed->text).value() == 2);
+  waiting.add(Thing{"other"});
+  if (const auto same = waiting.engine.take_saved()) CHECK(same->text == confirmed->text);
+}
+
 TEST_CASE("by default receivers elsewhere confirm, and those on a loopback address need not", "[engine][R0.13][security]") {
   using subscription::Confirmation;
   const auto asks = [](const std::string& url, Confirmation which) {

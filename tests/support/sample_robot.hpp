@@ -33,6 +33,7 @@ class SampleRobot {
   bool hot = false;             ///< action grip throws
   double turned_to = -1;        ///< by action turn
   int homed = 0;                ///< calls of action home
+  int thrown = 0;               ///< exceptions of its lambdas
   std::vector<Responder> grips; ///< of action grip, for the test to use
   std::vector<std::string> stops;
   std::optional<PushedProperty<double>> angle_handle;
@@ -86,21 +87,30 @@ inline lrt::Thing lrt::test::SampleRobot::arm() {
   thing.property("pose", [this] { return pose; }).on_write([this](Pose v) { pose = std::move(v); });
   thing.property("gains", [this] { return gains; }).on_write([this](std::vector<double> v) { gains = std::move(v); });
   thing.property<double>("silent");
-  thing.property("broken", []() -> double { throw std::runtime_error("the encoder does not answer"); });
+  thing.property("broken", [this]() -> double {
+    ++thrown;
+    throw std::runtime_error("the encoder does not answer");
+  });
   thing.action("turn", [this](double to) { turned_to = to; }).consumes(rdf::Facets{}.unit(unit::degree).at_least(0).below(360));
   thing.action("home", [this] { ++homed; });
   thing.action("park", [] {}).available(false, "the brake is hot");
   thing.action("measure", [] { return 2.5; }).produces(rdf::Facets{}.unit(unit::metre));
   thing.action("refuse", []() -> Result<void> { return unexpected(Errc::refused, "the brake is on"); });
-  thing.action("fail", [] { throw std::runtime_error("the motor is hot"); });
+  thing.action("fail", [this] {
+    ++thrown;
+    throw std::runtime_error("the motor is hot");
+  });
   thing.action("grip", [this](Responder done) {
     if (locked) return done.fail({Errc::refused, "the robot is locked"});
-    if (hot) throw std::runtime_error("the motor is hot");
+    if (hot) {
+      ++thrown;
+      throw std::runtime_error("the motor is hot");
+    }
     done.on_cancel([this, n = grips.size()] { stops.push_back("grip " + std::to_string(n)); });
     grips.push_back(std::move(done));
   }).policy(ActionPolicy::parallel(3));
   thing.collection<Pose>("waypoints")
-      .on_create([this, guard](const Pose&) { return guard(); })
+      .on_create([guard](const Pose&) { return guard(); })
       .on_remove([guard](const std::string&) { return guard(); })
       .max_members(3);
   return thing;

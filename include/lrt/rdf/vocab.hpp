@@ -465,6 +465,7 @@ LRT_TERM(lrt, delivered);
 LRT_TERM(lrt, dropped);
 LRT_TERM(lrt, lastError);
 LRT_TERM(lrt, suspended);
+LRT_TERM(lrt, confirmed);
 LRT_TERM(lrt, elementType);
 LRT_TERM(lrt, shape);
 LRT_TERM(lrt, byteOrder);

@@ -42,7 +42,8 @@ struct CallbackOptions {
   /// A receiver confirms a subscription as in WebSub (5.3): it gets a GET of the callback URL with the parameters hub.mode=subscribe,
   /// hub.topic (the resource) and hub.challenge (a random text), and responds with a status 2xx and the challenge as body. Otherwise the
   /// subscription ends; a receiver that cannot be reached or fails (5xx, 408, 429) is asked again, by the pauses above. So nobody can
-  /// make a robot post to a server that has not agreed, such as another robot. It is asked again after a restart.
+  /// make a robot post to a server that has not agreed, such as another robot. `lrt:confirmed` of the subscription says whether it has confirmed;
+  /// with a file of subscriptions it is not asked again after a restart.
   Confirmation confirmation = Confirmation::not_loopback;
 
   /// For resolving the name of a receiver, with the wait for a thread; more than 0. Then the notification failed. It is not part of

@@ -40,6 +40,7 @@ SubscriptionResource::SubscriptionResource(std::string its_path, std::string its
       created(at),
       backlog(request.policy, options.subscriptions.max_queue_bytes, options.subscriptions.max_total_queue_bytes, queued_bytes),
       retry(options.callbacks),
+      has_confirmed(request.has_confirmed),
       provisional(request.provisional),
       owner_(owner) {}
 
@@ -77,6 +78,7 @@ void SubscriptionResource::describe(const Description& d) const {
   count(vocab::lrt_::dropped, backlog.dropped());
   if (!last_error.empty()) about.add(vocab::lrt_::lastError, rdf::literal(last_error));
   if (retry.suspended()) about.add(vocab::lrt_::suspended, rdf::literal("true", vocab::xsd::boolean));
+  if (must_confirm) about.add(vocab::lrt_::confirmed, rdf::literal(has_confirmed ? "true" : "false", vocab::xsd::boolean));
 }
 
 void SubscriptionResource::describe_types(About& about, const Description&) const {
@@ -114,6 +116,7 @@ void SubscriptionResource::overview(Overview& o) const {
   o.number("dropped", backlog.dropped());
   o.text("lastError", last_error);
   o.json("suspended", retry.suspended() ? "true" : "false");
+  if (must_confirm) o.json("confirmed", has_confirmed ? "true" : "false");
 }
 
 std::string SubscriptionResource::up() const { return thing->subscriptions.path; }

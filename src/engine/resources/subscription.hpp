@@ -28,6 +28,7 @@ struct SubscriptionRequest {
   Variant variant;
   subscription::Policy policy;
   bool provisional = false;          ///< SubscriptionResource::provisional
+  bool has_confirmed = false;        ///< SubscriptionResource::has_confirmed
   bool begins_with_refresh = false;  ///< the first notification waits until the value has been read
   std::string known_tag;    ///< of the representation that the client of an event stream has
 };
@@ -81,12 +82,14 @@ class SubscriptionResource final : public Resource, public Observer {
   // Of a callback.
   subscription::RetryPolicy retry;
   std::optional<subscription::Item> under_way;
-  bool confirmed = false;                    ///< the receiver wants it, or need not say so
+  bool must_confirm = false;                 ///< nothing is sent before the receiver has confirmed
+  bool has_confirmed;                        ///< the receiver has confirmed, perhaps before a restart
   bool confirming = false;                   ///< the receiver has been asked, and has not responded yet
   std::string last_error;      ///< what the subscriber learns
   std::string logged_error;    ///< in detail, for the operator
   bool provisional;            ///< not saved yet: nothing is delivered, and it goes if it cannot be saved
   unsigned cancellations = 0;  ///< requests that wait until it is no longer in the file
+  bool awaits_confirmation() const noexcept { return must_confirm && !has_confirmed; }
   bool is_cancelling() const noexcept { return cancellations != 0; }
   std::string saved_text;      ///< how it stands in the file; empty: not made yet
 
