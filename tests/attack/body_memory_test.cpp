@@ -23,6 +23,7 @@
 #include <lrt/transport/named.hpp>
 
 #include "tests/support/catch.hpp"
+#include "tests/support/sanitizer.hpp"
 #include "tests/support/socket.hpp"
 
 using namespace lrt;
@@ -197,6 +198,7 @@ TEST_CASE("bodies that never end use a bounded memory, and none before the clien
     CHECK(friends.all_say_when);
     CHECK(friends.kept_bytes <= robot.limit + body_bytes);  // and what is in the buffers of the last socket
     CHECK(friends.command == 204);
+    if (lrt::test::is_sanitized) continue;  // it keeps memory that was freed, and more for each byte
     CHECK(friends.during - friends.before < 1.5 * static_cast<double>(robot.limit) / 1e6);
     CHECK(friends.after - friends.before < 0.5 * static_cast<double>(robot.limit) / 1e6);
   }

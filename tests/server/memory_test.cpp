@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "tests/support/catch.hpp"
+#include "tests/support/sanitizer.hpp"
 #include "tests/support/sample_robot.hpp"
 #include "tests/support/socket.hpp"
 
@@ -22,11 +23,8 @@ using namespace lrt::test;
 namespace {
 
 std::size_t bytes_in_use() {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  return 0;  // their allocators do not count here
-#else
+  if (is_sanitized) return 0;  // their allocators do not count here
   return ::mallinfo2().uordblks + ::mallinfo2().hblkhd;
-#endif
 }
 
 }  // namespace

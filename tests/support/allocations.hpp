@@ -7,17 +7,14 @@
 #include <cstdlib>
 #include <new>
 
+#include "tests/support/sanitizer.hpp"
+
 namespace lrt::test {
 inline thread_local std::size_t allocations = 0;
 inline thread_local std::size_t allocated_bytes = 0;  ///< in all, whatever was freed since
 }
 
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define LRT_TEST_SANITIZED 1
-#endif
-#endif
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && !defined(LRT_TEST_SANITIZED)
+#if !LRT_TEST_SANITIZED
 [[gnu::noinline]] void* operator new(std::size_t size) {
   ++lrt::test::allocations;
   lrt::test::allocated_bytes += size;

@@ -278,7 +278,7 @@ struct TestHost {
   /// Polls until `reached`, but no longer than anything here can take.
   template <class Reached>
   bool run(std::initializer_list<RawClient*> clients, Reached reached) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     while (std::chrono::steady_clock::now() < end) {
       for (auto* const client : clients) client->step();
       if (reached()) return true;

@@ -400,6 +400,7 @@ TEST_CASE("libwebsockets: a long response goes out as the client takes it", "[tr
   REQUIRE(host.run_until_handled(client, 1));
   CHECK(host.is_well());
   client.paused = false;
+  REQUIRE(host.run({&client}, [&] { return client.received.size() > 10'000'000; }));
   REQUIRE(host.run_to_answers(client, 2));
   CHECK(parse_answers(client.received)[0].body == std::string(10'000'000, 'b'));
 }
