@@ -419,8 +419,6 @@ def honest(robot, seconds):
 SMALL_LOSSES = {
     ("libwebsockets", "900 clients that read nothing"): {"PUT": {503}},
     ("libwebsockets", "pipelined GETs"): {"PUT": {503}},
-    ("http", "500 unfinished bodies of 1 MiB"): {"PUT": {503}},
-    ("libwebsockets", "500 unfinished bodies of 1 MiB"): {"PUT": {503}},
 }
 
 

@@ -10,13 +10,9 @@
 #include <netdb.h>
 #include <pthread.h>
 #include <sched.h>
-#include <time.h>
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cmath>
-#include <cstddef>
 #include <cstdio>
 #include <cstdlib>
 #include <future>
@@ -30,42 +26,14 @@
 #include <lrt/lrt.hpp>
 #include <lrt/transport/named.hpp>
 
+#include "tests/attack/sample.hpp"
+
 namespace {
 
 using Time = std::chrono::steady_clock::time_point;
+using lrt::attack::Measured;
+using lrt::attack::thread_time;
 constexpr std::chrono::microseconds step{1000}, budget{200};
-
-/// Microseconds, of one kind.
-class Sample {
- public:
-  void add(std::chrono::nanoseconds time) { values_.push_back(std::chrono::duration<double, std::micro>(time).count()); }
-  /// @param name  "late"
-  std::string json(const std::string& name) {
-    std::sort(values_.begin(), values_.end());
-    std::string text;
-    for (const auto& [label, part] : {std::pair{"p50", 0.5}, {"p99", 0.99}, {"p999", 0.999}, {"max", 1.0}}) {
-      const std::size_t at = std::min(values_.size() - 1, static_cast<std::size_t>(static_cast<double>(values_.size()) * part));
-      text += ", \"" + name + "_" + label + "\": " + (values_.empty() ? "null" : std::to_string(std::lround(values_[at])));
-    }
-    return text;
-  }
-  std::size_t size() const { return values_.size(); }
-
- private:
-  std::vector<double> values_;
-};
-
-struct Measured {
-  Sample late;  ///< the beginning of a step after its time
-  Sample poll;  ///< the duration of Server::poll
-  Sample cpu;   ///< the processor time of Server::poll: without that of programs that ran instead
-};
-
-std::chrono::nanoseconds thread_time() {
-  timespec time{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
-}
 
 /// The calling thread, and those that it starts.
 bool become_real_time(int priority, unsigned cpu) {
@@ -154,8 +122,7 @@ int main(int count, char** arguments) {
   for (std::string line; std::getline(std::cin, line);) {
     std::promise<Measured> promise;
     wanted = &promise;
-    Measured taken = promise.get_future().get();
-    std::printf("{\"steps\": %zu%s%s%s}\n", taken.late.size(), taken.late.json("late").c_str(), taken.poll.json("poll").c_str(), taken.cpu.json("cpu").c_str());
+    std::printf("%s\n", promise.get_future().get().json().c_str());
     std::fflush(stdout);
   }
   ended = true;

@@ -42,7 +42,7 @@ std::int64_t to_microseconds(std::chrono::milliseconds time) { return std::chron
 }  // namespace
 
 Connection::Connection(Vhost& vhost, lws* wsi)
-    : vhost_(vhost), wsi_(wsi), peer_(peer_of(wsi)), idle_since_(vhost.now().steady), body_(vhost.bodies()) {
+    : vhost_(vhost), wsi_(wsi), peer_(peer_of(wsi)), idle_since_(vhost.now().steady), body_(vhost.bodies(), peer_) {
   incoming_.request.peer = peer_;
 }
 
