@@ -1,6 +1,7 @@
 """How late the steps of a control loop at 1 kHz begin, idle and under each attack.
 
-    lateness.py ROBOT [--transport NAME ...] [--only TEXT]
+    lateness.py ROBOT [--transport NAME ...] [--only TEXT] [--real-time]
+    lateness.py ROBOT --fifo
 
 Each attack meets a server of its own, with lrt's thread and in poll(). One process attacks; another one reads and commands as an honest client does.
 Asserts that the attack did something, that the honest client gets the responses that it should get, also afterwards, and that the loop went on. Prints a table;
@@ -8,6 +9,11 @@ the times depend on the machine, and nothing is asserted of them. LRT_ATTACK_SEC
 
 Times are in microseconds: p50/p99/p99.9/max. "poll, CPU" is the processor time of the control loop's thread in poll(): what lrt did. "poll" is the time that
 passed meanwhile, with that of other programs that had the processor.
+
+With --real-time the loop has SCHED_FIFO and is bound to one CPU, so that no other program's use of the processors is measured.
+
+With --fifo the loop has SCHED_FIFO, is bound to one CPU, and creates the server: once with lrt's own options of threads, and once with threads that inherit
+policy, priority and CPU, as lrt's threads did before they had options. Asserts their policy. Exits with 77 if the system allows no SCHED_FIFO.
 """
 
 import argparse
@@ -473,9 +479,12 @@ HEADER = """
 |---|---|---|---|---|---|---|"""
 
 
+REAL_TIME = ["--fifo", "50", "--cpu", str(min(os.sched_getaffinity(0)))]
+
+
 def measure(program, transport, way, only):
     command = [program, "--transport", transport, "--callbacks", *way]
-    print(f"\n{transport}, {'in poll' if way else 'own thread'}:\n{HEADER}")
+    print(f"\n{transport}, {'in poll' if '--in-poll' in way else 'own thread'}{', the loop has SCHED_FIFO' if '--fifo' in way else ''}:\n{HEADER}")
     with Robot(*command) as robot:
         idle, client = honest(robot, max(SECONDS, 0.5))
         check(transport, "none", client)
@@ -493,17 +502,62 @@ def measure(program, transport, way, only):
             check(transport, name, client)
 
 
+FIFO_ATTACKS = ("1 MiB JSON-LD, contexts", "1 MiB Turtle", "pipelined GETs", "connections opened and closed")
+
+
+def policies(robot):
+    """The policy and the CPUs of each thread of lrt's."""
+    found = {}
+    for thread in pathlib.Path(f"/proc/{robot.process.pid}/task").iterdir():
+        name = (thread / "comm").read_text().strip()
+        if name.startswith("lrt-"):
+            found[name] = (os.sched_getscheduler(int(thread.name)), os.sched_getaffinity(int(thread.name)))
+    return found
+
+
+def measure_fifo(program, transport):
+    """False: the system allows no SCHED_FIFO."""
+    every_cpu = os.sched_getaffinity(0)
+    cpu = min(every_cpu)  # as in REAL_TIME
+    print("\n| threads of lrt | attack | late | poll | steps | others' GET, ms (p50/p99) |\n|---|---|---|---|---|---|")
+    for name, way, policy, cpus in (("inherit the loop's policy and CPU", ["--inherit"], os.SCHED_FIFO, {cpu}), ("as they are", [], os.SCHED_OTHER, every_cpu)):
+        for attacked in ("none", *FIFO_ATTACKS):
+            robot = Robot(program, "--transport", transport, *REAL_TIME, *way)
+            if not robot.url:
+                assert robot.process.wait() == 77, robot.process.returncode
+                print("skipped: the system allows no SCHED_FIFO here (CAP_SYS_NICE or RLIMIT_RTPRIO)")
+                return False
+            with robot:
+                if attacked == "none":
+                    loop, client = honest(robot, SECONDS)
+                else:
+                    loop, client, counts = under(ATTACKS[attacked], robot)
+                    assert sum(counts) > 0, f"{attacked}: the attack did nothing"
+                gets = client.times["GET"] or [0]
+                print(f"| {name} | {attacked} | {figures(loop, 'late')} | {figures(loop, 'poll')} | {loop['steps']} | "
+                      f"{percentile(gets, 0.5) / 1000:.1f}/{percentile(gets, 0.99) / 1000:.1f} |", flush=True)
+                check(transport, attacked, client)
+                threads = policies(robot)
+                assert "lrt-io" in threads and set(threads) <= {"lrt-io", "lrt-body"}, threads
+                assert all(found == (policy, cpus) for found in threads.values()), (name, threads)
+    return True
+
+
 def main():
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("robot", type=pathlib.Path)
     arguments.add_argument("--transport", nargs="*", default=["http"])
     arguments.add_argument("--only", default="", help="attacks whose name has this")
+    arguments.add_argument("--real-time", action="store_true")
+    arguments.add_argument("--fifo", action="store_true")
     given = arguments.parse_args()
     hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
     resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
+    if given.fifo:
+        return 0 if measure_fifo(given.robot, given.transport[0]) else 77
     for transport in given.transport:
         for way in ([], ["--in-poll"]):
-            measure(given.robot, transport, way, given.only)
+            measure(given.robot, transport, way + (REAL_TIME if given.real_time else []), given.only)
     return 0
 
 

@@ -14,8 +14,8 @@ namespace {
 constexpr int reads_per_turn = 4;
 /// Of a connection whose input is much.
 constexpr int large_reads_per_turn = 1;
-/// Pipelined responses of one turn.
-constexpr int writes_per_turn = 32;
+/// Pipelined responses of one turn. A client that has sent a hundred requests gets the others after the requests of others.
+constexpr int writes_per_turn = 4;
 
 std::size_t deadline_kind(Session::Phase phase) noexcept { return static_cast<std::size_t>(phase); }
 
