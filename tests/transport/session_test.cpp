@@ -506,6 +506,33 @@ TEST_CASE("one client cannot use up what all bodies may", "[transport][R0.1]") {
   CHECK(more(one, post_of(150'001) + part) == std::vector{503});
 }
 
+TEST_CASE("the bytes of a body that came in pieces last as long as their owner, and do not count", "[transport][R0.1]") {
+  struct Keeper final : TestHandler {
+    engine::Outcome handle(const http::Request& request, TimePoint now) override {
+      kept = request.body;
+      owner = request.body_owner;
+      return TestHandler::handle(request, now);
+    }
+    std::string_view kept;
+    std::shared_ptr<const void> owner;
+  } keeper;
+  JudgedRun run;
+  run.context.handler = &keeper;
+  const std::string body(100'000, 'a');
+  run.receive(post_of(100'000) + body.substr(0, 50'000));
+  CHECK(run.context.bodies().used() == 50'000 - transport::BodyBudget::free_bytes);
+  run.receive(body.substr(50'000));
+  CHECK(run.context.bodies().used() == 0);
+  REQUIRE(keeper.owner);
+  CHECK(keeper.owner.use_count() == 1);
+  run.receive(post_of(100'001) + body);
+  CHECK(keeper.kept == body);
+  run.receive("b");
+  CHECK(keeper.kept.size() == 100'001);
+  run.receive(post_of(5) + "hello");  // whole: its bytes last as long as the call
+  CHECK_FALSE(keeper.owner);
+}
+
 TEST_CASE("the rest of a large body, and what is discarded, is much", "[transport]") {
   JudgedRun run;
   CHECK_FALSE(run.session.expects_much());

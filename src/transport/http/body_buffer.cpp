@@ -6,6 +6,7 @@
 #include <cstring>
 #include <new>
 #include <string>
+#include <utility>
 
 #include <lrt/transport/transport.hpp>
 
@@ -16,6 +17,18 @@ namespace {
 
 /// Only pages that have been written to use memory.
 constexpr std::size_t min_capacity = 16 * 1024;
+
+/// Of bytes that were given away.
+struct Mapping {
+  Mapping() = default;
+  ~Mapping() {
+    if (data) ::munmap(data, size);
+  }
+  Mapping(const Mapping&) = delete;
+  Mapping& operator=(const Mapping&) = delete;
+  char* data = nullptr;
+  std::size_t size = 0;
+};
 
 std::size_t counted(std::size_t bytes) noexcept { return bytes - std::min(bytes, BodyBudget::free_bytes); }
 
@@ -68,6 +81,20 @@ bool BodyBuffer::append(std::string_view bytes) noexcept {
   std::memcpy(data_ + size_, bytes.data(), bytes.size());
   size_ += bytes.size();
   return true;
+}
+
+std::shared_ptr<const void> BodyBuffer::release() noexcept {
+  if (!data_) return nullptr;
+  const std::shared_ptr<Mapping> mapping = [&]() noexcept -> std::shared_ptr<Mapping> {
+    try {
+      return std::make_shared<Mapping>();
+    } catch (const std::bad_alloc&) { return nullptr; }
+  }();
+  if (!mapping) return nullptr;
+  mapping->data = std::exchange(data_, nullptr);
+  mapping->size = std::exchange(capacity_, 0);
+  budget_.give_back(client_, counted(std::exchange(size_, 0)));
+  return mapping;
 }
 
 void BodyBuffer::clear() noexcept {

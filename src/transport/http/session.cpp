@@ -313,6 +313,7 @@ void Session::remove_framing_fields() {
 bool Session::take_body(TimePoint now) {
   if (!(framing_.chunked ? take_chunked_body(now) : take_sized_body(now))) return false;
   request_.body = body_.view();
+  request_.body_owner = body_.release();
   dispatch(now);
   return true;
 }
@@ -351,6 +352,7 @@ void Session::dispatch(TimePoint now) {
   request_.can_stream = request_.can_stream && !context_.stopping;
   auto outcome = context_.handler->handle(request_, now);
   request_.body = {};
+  request_.body_owner.reset();
   body_.clear();
   if (auto* const deferred = std::get_if<engine::Deferred>(&outcome)) {
     keep_handshake();

@@ -130,8 +130,10 @@ int Connection::dispatch() {
   if (refusal_) return respond(*std::exchange(refusal_, std::nullopt));
   auto& request = incoming_.request;
   request.body = body_.view();
+  request.body_owner = body_.release();
   auto outcome = vhost_.handler().handle(request, vhost_.now());
   request.body = {};
+  request.body_owner.reset();
   body_.clear();
   if (auto* const deferred = std::get_if<engine::Deferred>(&outcome)) {
     ticket_ = deferred->ticket;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -48,6 +49,9 @@ class BodyBuffer {
   [[nodiscard]] bool append(std::string_view bytes) noexcept;
   /// Frees the bytes.
   void clear() noexcept;
+  /// Gives the bytes away, which no longer count: what view() was stays valid as long as the result, which any thread may free.
+  /// nullptr: there are none, or there is no memory; then nothing has changed.
+  std::shared_ptr<const void> release() noexcept;
 
   std::size_t size() const noexcept { return size_; }
   std::string_view view() const noexcept { return {data_, size_}; }
