@@ -57,7 +57,7 @@ class Context {
   ResourceId resource_id{};       ///< of `resource`, for the time in between
   std::size_t page = 1;           ///< of a container
   std::size_t first_link = 0;     ///< where the links continue that did not fit in a response before
-  std::optional<Ticket> ticket{};  ///< it is deferred already, and handled again
+  std::optional<Ticket> ticket{};  ///< of a request that is deferred
   std::shared_ptr<JudgedBody> judged{};  ///< its body, by a BodyJob; nullptr: not judged, or taken
   bool ignores_conditions = false;  ///< If-Match and If-None-Match were judged already
 

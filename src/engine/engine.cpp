@@ -233,7 +233,6 @@ Outcome Engine::Impl::dispatch(Context& context) {
 void Engine::Impl::continue_request(Ticket ticket, Context& kept) {
   Context context = kept;
   kept.judged = nullptr;
-  context.ticket = ticket;
   Outcome outcome;
   try {
     outcome = context.resource ? dispatch(context) : parts.responses.gone(context);

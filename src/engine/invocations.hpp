@@ -46,8 +46,8 @@ class Invocations {
   std::optional<DeadlineQueue<ResourceId>::Instant> next_deadline() const { return start_deadlines_.next(); }
 
  private:
-  /// The response if the policy excludes another invocation now.
   void cancel_oldest(ActionResource& action, TimePoint now);
+  /// The response if the policy excludes another invocation now.
   std::optional<http::Response> refused_by_policy(const ActionResource& action, const Context& context) const;
   void launch(InvocationResource& invocation, TimePoint now);
   void started(InvocationResource& invocation, TimePoint now);

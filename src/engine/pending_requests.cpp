@@ -41,17 +41,6 @@ std::optional<Ticket> PendingRequests::keep(const Context& context, std::chrono:
   return ticket;
 }
 
-void PendingRequests::continue_for_disk(Ticket ticket, TimePoint now, std::chrono::milliseconds max_time, Timeout on_timeout) {
-  const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
-  if (found == pending_.end()) return;
-  --waiting_[static_cast<std::size_t>(found->second.waits_for)];
-  ++waiting_[static_cast<std::size_t>(WaitsFor::disk)];
-  found->second.waits_for = WaitsFor::disk;
-  deadlines_.erase(found->second.deadline);
-  found->second.deadline = deadlines_.emplace(now.steady + max_time, ticket);
-  found->second.on_timeout = std::move(on_timeout);
-}
-
 void PendingRequests::waits_for(Ticket ticket, std::shared_ptr<CancelToken> token) {
   const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
   if (found != pending_.end()) found->second.token = std::move(token);
@@ -62,6 +51,7 @@ Context* PendingRequests::resume(Ticket ticket, TimePoint now) {
   if (found == pending_.end()) return nullptr;
   Context& context = found->second.context;
   context.now = now;
+  context.ticket = ticket;
   context.resource = registry_.find(context.resource_id);
   return &context;
 }

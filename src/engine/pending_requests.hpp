@@ -43,8 +43,6 @@ class PendingRequests {
   Ticket defer_stop(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout);
   /// Keeps a request that waits for the disk. These have a limit of their own, too.
   std::optional<Ticket> defer_for_disk(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout);
-  /// A request that is pending waits for the disk from now on, with a time and a timeout of its own.
-  void continue_for_disk(Ticket ticket, TimePoint now, std::chrono::milliseconds max_time, Timeout on_timeout);
   /// The call that the request waits for. It is cancelled when the client goes or the time is over.
   void waits_for(Ticket ticket, std::shared_ptr<CancelToken> token);
   bool is_pending(Ticket ticket) const { return pending_.count(static_cast<std::uint64_t>(ticket)) != 0; }

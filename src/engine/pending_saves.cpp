@@ -5,17 +5,15 @@
 
 namespace lrt::engine {
 
-Outcome PendingSaves::respond_when_saved(Context& context, std::optional<Ticket> ticket, const std::function<Change()>& make) {
+Outcome PendingSaves::respond_when_saved(Context& context, const std::function<Change()>& make) {
   if (!max_time_) {
     Change made = make();
     made.settle(true);
     return std::move(made.response);
   }
-  const bool is_new = !ticket && !context.ticket;
-  const auto on_timeout = [this](Ticket late, Context& c, bool) { expire(late, c); };
+  const bool is_new = !context.ticket;
   if (waiters_.size() >= max_waiting_) return responses_.overloaded(context);
-  if (!ticket) ticket = pending_.defer_for_disk(context, *max_time_, on_timeout);
-  else pending_.continue_for_disk(*ticket, context.now, *max_time_, on_timeout);
+  const auto ticket = pending_.defer_for_disk(context, *max_time_, [this](Ticket late, Context& c, bool) { expire(late, c); });
   if (!ticket) return responses_.overloaded(context);
   try {
     Change made = make();

@@ -36,8 +36,7 @@ class PendingSaves {
   std::uint64_t revision() const noexcept { return revision_; }
 
   /// Makes a change and responds when it is saved. 503, and no change: it cannot be saved, or too many requests wait.
-  /// @param ticket  of a request that is deferred already
-  Outcome respond_when_saved(Context& context, std::optional<Ticket> ticket, const std::function<Change()>& make);
+  Outcome respond_when_saved(Context& context, const std::function<Change()>& make);
   /// The changes up to a revision are saved, or saving them failed.
   void saved(std::uint64_t revision, bool written, TimePoint now);
   /// Takes back what is not saved. The requests stay pending.

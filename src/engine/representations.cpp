@@ -38,9 +38,9 @@ std::size_t page_count(std::size_t members, std::size_t max_page_members) noexce
 // ------------------------------------------------------------------------------------------------------------- requests
 
 Outcome Representations::get(Context& context) {
-  return attempt(context, [this](Context& c, std::optional<Ticket> ticket) -> Attempt {
+  return attempt(context, [this](Context& c, bool current) -> Attempt {
     std::optional<Representation> page;
-    Selected selected = select(c, &page, ticket.has_value());
+    Selected selected = select(c, &page, current);
     if (auto* missing = std::get_if<Missing>(&selected)) return *missing;
     if (auto* response = std::get_if<http::Response>(&selected)) return Outcome(std::move(*response));
     return Outcome(respond_with(*std::get<Representation*>(selected), c));
@@ -65,7 +65,7 @@ http::Response Representations::respond(Context& context) {
 }
 
 Outcome Representations::attempt(Context& context, Step step) {
-  Attempt first = step(context, std::nullopt);
+  Attempt first = step(context, false);
   if (auto* outcome = std::get_if<Outcome>(&first)) return std::move(*outcome);
   const auto ticket = pending_.defer(context, options_.host_timeout, [this](Ticket late, Context& c, bool) {
     pending_.respond(late, responses_.timed_out(c));
@@ -76,9 +76,9 @@ Outcome Representations::attempt(Context& context, Step step) {
 }
 
 void Representations::respond_when_read(Ticket ticket, Resource& resource, std::function<http::Response(Context&)> respond) {
-  Step step = [this, respond = std::move(respond)](Context& c, std::optional<Ticket> its_ticket) -> Attempt {
+  Step step = [this, respond = std::move(respond)](Context& c, bool current) -> Attempt {
     std::optional<Representation> page;
-    Selected selected = select(c, &page, its_ticket.has_value());
+    Selected selected = select(c, &page, current);
     if (auto* missing = std::get_if<Missing>(&selected)) return *missing;
     return Outcome(respond(c));
   };
@@ -98,7 +98,7 @@ void Representations::go_on(Ticket ticket, Resource& resource, Encodings encodin
       const int status = code == Errc::closed ? 404 : code == Errc::timed_out ? 503 : 500;
       return pending_.respond(ticket, responses_.problem(*context, status, result.error().message));
     }
-    Attempt next = step(*context, ticket);
+    Attempt next = step(*context, true);
     if (auto* missing = std::get_if<Missing>(&next)) return go_on(ticket, *context->resource, missing->encodings, step);
     Outcome& outcome = std::get<Outcome>(next);
     if (auto* response = std::get_if<http::Response>(&outcome)) pending_.respond(ticket, std::move(*response));

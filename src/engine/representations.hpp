@@ -28,9 +28,9 @@ class Representations {
   };
   /// What a request comes to, or what it needs first.
   using Attempt = std::variant<Outcome, Missing>;
-  /// @param ticket  of a request that was deferred for a refresh, which has just ended: its values are new enough. The step may defer it
-  ///                further, by returning Deferred.
-  using Step = std::function<Attempt(Context&, std::optional<Ticket> ticket)>;
+  /// @param current  the request was deferred for a refresh, which has just ended: its values are new enough. The step may defer it
+  ///                 further, by returning Deferred.
+  using Step = std::function<Attempt(Context&, bool current)>;
   using Selected = std::variant<Representation*, http::Response, Missing>;
 
   Representations(const EngineOptions& options, const EngineView& view, const Responses& responses, RepresentationCache& cache,

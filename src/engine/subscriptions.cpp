@@ -191,12 +191,11 @@ Outcome Subscriptions::subscribe(Context& context, Protocol protocol) {
   }
   if (auto response = read_query(context, wanted)) return *std::move(response);
   if (auto response = too_many(context, protocol)) return *std::move(response);
-  return representations_.attempt(context, [this, wanted = std::move(wanted)](Context& c, std::optional<Ticket> ticket) { return open(c, wanted, ticket); });
+  return representations_.attempt(context, [this, wanted = std::move(wanted)](Context& c, bool current) { return open(c, wanted, current); });
 }
 
 /// Chooses the media type of the notifications (R0.17) and makes the subscription, once there is a value to begin with.
-Representations::Attempt Subscriptions::open(Context& context, SubscriptionRequest wanted, std::optional<Ticket> ticket) {
-  const bool current = ticket.has_value();
+Representations::Attempt Subscriptions::open(Context& context, SubscriptionRequest wanted, bool current) {
   wanted.observed = context.resource;
   const bool streams = wanted.protocol == Protocol::event_stream;
   Variants offers = context.resource->variants();
@@ -234,7 +233,7 @@ Representations::Attempt Subscriptions::open(Context& context, SubscriptionReque
   // WHATWG HTML 9.2.3: the client has this representation already.
   const auto known = context.request().find("Last-Event-ID");
   if (streams && known) wanted.known_tag = std::string(*known);
-  if (protocol == Protocol::callback) return make_callback(context, std::move(wanted), ticket);
+  if (protocol == Protocol::callback) return make_callback(context, std::move(wanted));
   SubscriptionResource& made = make(std::move(wanted), context.base, options_.ids->next(), context.now.utc);
   const std::string location = responses_.iri(context, made.path);
   if (streams) {
@@ -333,12 +332,12 @@ Outcome Subscriptions::create(Context& context) {
   }
   if (auto response = representations_.failed_precondition(context)) return *std::move(response);
   if (auto response = too_many(context, Protocol::callback)) return *std::move(response);
-  return make_callback(context, std::move(wanted), std::nullopt);
+  return make_callback(context, std::move(wanted));
 }
 
 /// 201 when the subscription is saved. Its notifications begin then, too.
-Outcome Subscriptions::make_callback(Context& context, SubscriptionRequest wanted, std::optional<Ticket> ticket) {
-  return saves_.respond_when_saved(context, ticket, [&]() -> PendingSaves::Change {
+Outcome Subscriptions::make_callback(Context& context, SubscriptionRequest wanted) {
+  return saves_.respond_when_saved(context, [&]() -> PendingSaves::Change {
     wanted.provisional = true;
     SubscriptionResource& made = make(std::move(wanted), context.base, options_.ids->next(), context.now.utc);
     return {description_response(context, made), [this, channel = made.channel](bool saved) {
@@ -399,7 +398,7 @@ Outcome Subscriptions::cancel(Context& context, SubscriptionResource& s, http::R
     end(s, code, reason);
     return response;
   }
-  return saves_.respond_when_saved(context, std::nullopt, [&]() -> PendingSaves::Change {
+  return saves_.respond_when_saved(context, [&]() -> PendingSaves::Change {
     ++s.cancellations;
     saves_.changed();
     return {std::move(response), [this, channel = s.channel](bool saved) {

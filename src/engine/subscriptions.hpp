@@ -95,8 +95,8 @@ class Subscriptions {
   std::optional<http::Response> refused_receiver(const Context& context, const std::string& url) const;
   std::optional<http::Response> too_many(const Context& context, Protocol protocol) const;
   std::optional<http::Response> read_query(const Context& context, SubscriptionRequest& request) const;
-  Representations::Attempt open(Context& context, SubscriptionRequest request, std::optional<Ticket> ticket);
-  Outcome make_callback(Context& context, SubscriptionRequest request, std::optional<Ticket> ticket);
+  Representations::Attempt open(Context& context, SubscriptionRequest request, bool current);
+  Outcome make_callback(Context& context, SubscriptionRequest request);
   http::Response stream_response(const Context& context) const;
   http::Response description_response(const Context& context, SubscriptionResource& made) const;
 

@@ -33,7 +33,8 @@ enum class Access : std::uint8_t {
   unauthenticated,  ///< 401, with Security::challenge
   forbidden,        ///< 403
 };
-/// Judges a request by its header section: its body has not been received, and `body` is empty. A GET with `Upgrade: callback` makes the robot post to a URL, so do not grant it to clients that may only read.
+/// Judges a request by its header section: its body has not been received, and `body` is empty. A GET with `Upgrade: callback` makes the
+/// robot post to a URL, so do not grant it to clients that may only read.
 using Authorizer = std::function<Access(const http::Request&)>;
 
 /// Bounds of what clients can make grow in the engine: time and memory.

@@ -126,14 +126,14 @@ void PropertyResource::report_lost() {
 Outcome PropertyResource::put(Context& context, Parts& parts) {
   auto read = parts.bodies.read_value(context, *spec->type, spec->facets, spec);
   if (auto outcome = outcome_of(read)) return *std::move(outcome);
-  auto value = std::make_shared<const rdf::Value>(std::move(std::get<Body>(read).value));
+  auto written = std::make_shared<const rdf::Value>(std::move(std::get<Body>(read).value));
   const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out(), thing->where(*spec));
   if (!ticket) return parts.responses.overloaded(context);
   if (writes_.size() > 64) {  // most of their clients got 503 meanwhile; the first may be under way
     const auto is_over = [&](const Write& w) { return !parts.pending.is_pending(w.ticket); };
     writes_.erase(std::remove_if(writes_.begin() + 1, writes_.end(), is_over), writes_.end());
   }
-  writes_.push_back({*ticket, std::move(value)});
+  writes_.push_back({*ticket, std::move(written)});
   if (!writing_) begin_next_write(parts, context.now);
   return Deferred{*ticket};
 }
