@@ -121,7 +121,8 @@ class Flood:
                         self.receive(key)
                 except BlockingIOError:
                     pass
-                except OSError:
+                except OSError:  # refused, and perhaps reset before the response was read
+                    self.attacker.counts[0] += 1
                     self.close(key.fileobj)
                     self.open()
             if not self.selector.get_map():
@@ -471,7 +472,7 @@ def row(name, loop, client, idle, outcome):
 
 def outcome(counts):
     parts = [f"{counts[h]} x {h}xx" for h in range(1, 6) if counts[h]]
-    return ", ".join(parts + ([f"{counts[0]}"] if counts[0] else []))
+    return ", ".join(parts + ([f"{counts[0]} connections"] if counts[0] else []))
 
 
 HEADER = """
