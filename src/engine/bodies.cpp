@@ -155,15 +155,19 @@ Bodies::Read Bodies::judge(Context& context, BodyTask task) {
   // All memory that the way back takes is there before the job.
   struct Judging {
     CancelToken token;
-    std::string text;
+    std::shared_ptr<const void> owner;  ///< of the text
     BodyTask task;
     JudgedBody judged = BodyFault{500, "the server failed"};
     bool ran = false;
   };
   auto judging = std::make_shared<Judging>();
-  judging->text = task.text;
+  judging->owner = context.request().body_owner;
   judging->task = std::move(task);
-  judging->task.text = judging->text;
+  if (!judging->owner) {
+    const auto copy = std::make_shared<const std::string>(judging->task.text);
+    judging->task.text = *copy;
+    judging->owner = copy;
+  }
   Inbox::Reserved reply = Inbox::reserve([this, ticket = *ticket, client, bytes, judging](TimePoint now) {
     ended(client, bytes);
     Context* const kept = judging->ran ? pending_.resume(ticket, now) : nullptr;
@@ -179,7 +183,6 @@ Bodies::Read Bodies::judge(Context& context, BodyTask task) {
       if (result) judging->judged = *std::move(result);
     }
     judging->task = {};
-    judging->text = {};
     inbox->put(std::move(reply));
   }});
   waiting += bytes;

@@ -21,6 +21,7 @@ OwnedRequest::OwnedRequest(const http::Request& request) : view_(request) {
     keep(f.value);
   }
   view_.body = {};
+  view_.body_owner.reset();
 }
 
 Context Context::kept() const {

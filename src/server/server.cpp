@@ -29,6 +29,8 @@ namespace {
 constexpr auto forever = std::chrono::milliseconds::max();
 /// A thread of a host's HTTP server checks its deadline at least this often.
 constexpr std::chrono::milliseconds longest_guest_wait{50};
+/// Of one turn on lrt's own thread: then deferred responses leave, whatever others send.
+constexpr std::chrono::milliseconds own_thread_budget{1};
 /// Of one turn on a loop that the host has other work for, too.
 constexpr std::chrono::microseconds host_loop_budget{200};
 
@@ -441,7 +443,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
 
   void serve() noexcept {
-    while (!finished_) serve_once(std::chrono::milliseconds(100), std::chrono::milliseconds(1000));
+    while (!finished_) serve_once(own_thread_budget, std::chrono::milliseconds(1000));
   }
 
   void log(LogLevel level, const std::string& message) noexcept {

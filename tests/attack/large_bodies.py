@@ -1,10 +1,13 @@
 """Large bodies: what they do to other clients, and to the control loop.
 
-    large_bodies.py ROBOT [--transport NAME]
+    large_bodies.py ROBOT [--transport NAME] [--bare PROGRAM]
 
 16 connections send bodies of 1 MiB to resources that may have that much, one after the other. Meanwhile another client reads and commands, one
 request at a time. Asserts that it gets its responses, and that the robot then does what it did before. Prints times, which depend on the machine:
 of requests in milliseconds, of the control loop in microseconds. LRT_ATTACK_SECONDS says how long (2 for each way).
+
+With --bare the same is measured with two processes of another program (bare_server.cpp): the attack meets the one, and the other, which nobody
+attacks, serves the client and has the control loop. What that costs is the machine's: the attackers use its processors.
 """
 
 import argparse
@@ -119,9 +122,9 @@ def measure(robot, seconds):
     return times, robot.loop()
 
 
-def under_attack(robot, path, media_type, body):
+def under_attack(robot, path, media_type, body, attacked=None):
     stop, counts = multiprocessing.Event(), multiprocessing.Array("i", 6)
-    attackers = [multiprocessing.Process(target=attack, args=(robot.url, path, media_type, body, stop, counts)) for _ in range(CONNECTIONS)]
+    attackers = [multiprocessing.Process(target=attack, args=((attacked or robot).url, path, media_type, body, stop, counts)) for _ in range(CONNECTIONS)]
     for attacker in attackers:
         attacker.start()
     try:
@@ -142,7 +145,8 @@ def show(what, times, loop, quiet=None):
         parts.append(f"{kind} {statistics.median(values):.2f} / {percentile(values, 0.99):.2f}{ratio}")
     print(f"{what}: p50/p99 ms: " + ", ".join(parts))
     print(f"    loop late p50/p99/p99.9/max us: {loop['late_p50']}/{loop['late_p99']}/{loop['late_p999']}/{loop['late_max']}, "
-          f"poll p50/p99/p99.9/max us: {loop['poll_p50']}/{loop['poll_p99']}/{loop['poll_p999']}/{loop['poll_max']}, {loop['steps']} steps", flush=True)
+          f"poll p50/p99/p99.9/max us: {loop['poll_p50']}/{loop['poll_p99']}/{loop['poll_p999']}/{loop['poll_max']}, "
+          f"its CPU: {loop['cpu_p50']}/{loop['cpu_p99']}/{loop['cpu_p999']}/{loop['cpu_max']}, {loop['steps']} steps", flush=True)
 
 
 def main():
@@ -150,8 +154,19 @@ def main():
     arguments.add_argument("robot", type=pathlib.Path)
     arguments.add_argument("--transport", default="http")
     arguments.add_argument("--body-threads", default="1")
+    arguments.add_argument("--bare", type=pathlib.Path)
     given = arguments.parse_args()
     for way in ([], ["--in-poll"]):
+        if given.bare:
+            with Robot(given.bare, *way) as alone, Robot(given.bare) as attacked:
+                name = f"no lrt, {'in poll' if way else 'own thread'}"
+                quiet, loop = measure(alone, SECONDS)
+                show(f"{name}, quiet", quiet, loop)
+                path, media_type, body = BODIES["JSON, 90,000 numbers"]
+                times, loop, counts = under_attack(alone, path, media_type, body, attacked)
+                show(f"{name}, attacked beside it", times, loop, quiet)
+                times, loop, counts = under_attack(alone, path, media_type, body)
+                show(f"{name}, attacked itself", times, loop, quiet)
         with Robot(given.robot, "--transport", given.transport, "--body-threads", given.body_threads, *way) as robot:
             name = f"{given.transport}, {'in poll' if way else 'own thread'}"
             quiet, loop = measure(robot, SECONDS)

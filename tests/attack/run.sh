@@ -26,6 +26,9 @@ printf '# Attacks, %s, %s CPUs\n' "$(date -u +%Y-%m-%d)" "$(nproc)"
 for transport in $transports; do
   section "Large bodies, $transport" python3 "$here/large_bodies.py" "$build/tests/attack/attacked_robot" --transport "$transport"
 done
+# shellcheck disable=SC2086  # a list
+section "Lateness of a control loop under each attack" env "LRT_ATTACK_SECONDS=${LRT_ATTACK_SECONDS:-3}" \
+  python3 "$here/lateness.py" "$build/tests/attack/attacked_robot" --transport $transports
 section "Texts that are expensive for their size; unfinished bodies" "$build/tests/test_attack"
 section "The worst inputs for each parser" "$build/tests/attack/worst_inputs"
 section "Memory runs out once at any place of a request" "$build/tests/attack/test_fail_after"

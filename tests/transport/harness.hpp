@@ -4,6 +4,7 @@
 
 #include <arpa/inet.h>
 #include <fcntl.h>
+#include <ifaddrs.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -134,6 +135,21 @@ class HeaderJudge final : public TestHandler {
   std::optional<std::uint64_t> declared;
   bool was_judged = false;
 };
+
+/// An IPv4 address of this machine that is not a loopback address. Empty: there is none.
+inline std::string outer_address() {
+  std::string address;
+  ifaddrs* all = nullptr;
+  if (::getifaddrs(&all) != 0) return address;
+  for (const auto* at = all; at != nullptr && address.empty(); at = at->ifa_next) {
+    if (at->ifa_addr == nullptr || at->ifa_addr->sa_family != AF_INET) continue;
+    char text[INET_ADDRSTRLEN] = "";
+    ::inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(at->ifa_addr)->sin_addr, text, sizeof text);
+    if (std::string_view(text).substr(0, 4) != "127.") address = text;
+  }
+  ::freeifaddrs(all);
+  return address;
+}
 
 inline std::string post_of(std::size_t bytes, const std::string& fields = {}) {
   return "POST / HTTP/1.1\r\nHost: a\r\n" + fields + "Content-Length: " + std::to_string(bytes) + "\r\n\r\n";

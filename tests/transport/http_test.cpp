@@ -297,6 +297,34 @@ TEST_CASE("a large response arrives whole at a client that reads slowly", "[tran
   CHECK(statuses(parse_answers(client.received)) == std::vector{200, 200});
 }
 
+TEST_CASE("a small request is served before large bodies that arrived before it", "[transport]") {
+  struct Order final : TestHandler {
+    engine::Outcome handle(const http::Request& request, TimePoint now) override {
+      order += request.method == "GET" ? 'g' : 'P';
+      return TestHandler::handle(request, now);
+    }
+    std::string order;
+  } handler;
+  TestHost host(transport::make_http(on_any_port()), &handler);
+  const std::string body(50'000, 'b');
+  std::vector<RawClient> large;
+  auto small = host.client();
+  for (int i = 0; i < 3; ++i) {
+    large.push_back(host.client());
+    large.back().send("POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 50000\r\nExpect: 100-continue\r\n\r\n");
+    REQUIRE(host.run({&large.back()}, [&] { return contains(large.back().received, "100 Continue"); }));
+  }
+  for (auto& client : large) {
+    client.send(body);
+    while (!client.all_sent()) client.step();
+  }
+  small.send(get("/"));
+  while (!small.all_sent()) small.step();
+  host.server->poll(std::chrono::seconds(1), std::chrono::seconds(1));
+  REQUIRE(host.run({&large[0], &large[1], &large[2]}, [&] { return handler.order.size() == 4; }));
+  CHECK(handler.order == "gPPP");
+}
+
 TEST_CASE("a client killed in any state leaves the others alone", "[transport]") {
   Host host;
   const std::string starts[] = {"",

@@ -244,6 +244,29 @@ TEST_CASE("libwebsockets: bodies arrive in pieces, and after 100 Continue", "[tr
   CHECK(answers[1].body == "hello");
 }
 
+TEST_CASE("libwebsockets: one client cannot use up what all bodies may", "[transport][libwebsockets][R0.1]") {
+  const std::string address = outer_address();
+  if (address.empty()) {
+    WARN("this machine has no address but its loopback's: not tested");
+    return;
+  }
+  TestHost host(make([&](transport::TransportOptions& options) {
+    options.address = address;
+    options.limits.max_total_body_bytes = 250'000;
+  }));
+  RawClient first(host.server->port(), address.c_str()), second(host.server->port(), address.c_str());
+  first.send(post_of(100'001) + std::string(100'000, 'a'));
+  REQUIRE(host.run({&first}, [&] { return first.all_sent(); }));
+  host.settle();
+  second.send(post_of(100'001) + std::string(100'000, 'b'));
+  REQUIRE(host.run_to_answers(second, 1));
+  CHECK(statuses(parse_answers(second.received)) == std::vector{503});
+  CHECK(contains(second.received, "Retry-After: "));
+  first.send("a");
+  REQUIRE(host.run_to_answers(first, 1));
+  CHECK(statuses(parse_answers(first.received)) == std::vector{200});
+}
+
 TEST_CASE("libwebsockets: a request is judged by its header section before its body is received", "[transport][libwebsockets][R0.1]") {
   HeaderJudge judge;
   TestHost host(make([](transport::TransportOptions& options) { options.limits.max_total_body_bytes = 150'000; }), &judge);

@@ -54,10 +54,22 @@ TEST_CASE("a descriptor that is always ready does not delay the others, however 
     }
     return std::exchange(log, {});
   };
-  CHECK(steps(11) == "ABCABCaABCa");
+  CHECK(steps(11) == "ABCaABCaABC");
   CHECK(readiness.has_left());
   readiness.close(b.socket());
-  CHECK(steps(6) == "ACaACa");
+  CHECK(steps(6) == "aACaAC");
+}
+
+TEST_CASE("what is new is served before the rest of what takes many steps", "[transport]") {
+  Readiness readiness;
+  REQUIRE(readiness.open());
+  std::string log;
+  Ready a(readiness, log, 'A', 100), b(readiness, log, 'B', 100), c(readiness, log, 'C', 100);
+  for (int i = 0; i < 12; ++i) {
+    readiness.set_budget(microseconds(0));
+    CHECK_FALSE(readiness.serve(0));
+  }
+  CHECK(log == "ABCaABCbABCc");
 }
 
 TEST_CASE("events that are left over do not outlive those they are for", "[transport]") {

@@ -452,11 +452,103 @@ TEST_CASE("the bodies of all sessions together are limited, and their memory is 
     Session first(shared.context, "192.0.2.1"), second(shared.context, "192.0.2.2"), third(shared.context, "192.0.2.3");
     CHECK(more(first, post_of(100'001) + part).empty());
     CHECK(more(second, post_of(100'001) + part).empty());
-    CHECK(shared.context.bodies().used() == 200'000);
+    CHECK(shared.context.bodies().used() == 2 * (100'000 - transport::BodyBudget::free_bytes));
     CHECK(more(third, "POST / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\n186a0\r\n" + part) == std::vector{503});
     CHECK(more(shared.session, post_of(5) + "hello") == std::vector{200});  // whole: it does not count
     CHECK(more(first, "a") == std::vector{200});
-    CHECK(shared.context.bodies().used() == 100'000);
+    CHECK(shared.context.bodies().used() == 100'000 - transport::BodyBudget::free_bytes);
   }
   CHECK(shared.context.bodies().used() == 0);
+}
+
+TEST_CASE("one client cannot use up what all bodies may", "[transport][R0.1]") {
+  transport::Limits limits;
+  limits.max_total_body_bytes = 400'000;
+  JudgedRun shared(std::nullopt, limits);
+  std::string written;
+  const auto more = [&](Session& session, const std::string& bytes) {
+    written.clear();
+    session.receive(bytes, shared.clock.now());
+    for (auto output = session.output(); !output.empty(); output = session.output()) {
+      written.append(output.first).append(output.second);
+      session.sent(output.first.size() + output.second.size(), shared.clock.now());
+    }
+    return statuses(parse_answers(written));
+  };
+  const std::string part(150'000, 'a');
+  const auto counted = part.size() - transport::BodyBudget::free_bytes;
+  const auto check = [&](const char* greedy_address, const char* same_client, const char* stranger) {
+    Session greedy(shared.context, greedy_address), again(shared.context, same_client), other(shared.context, stranger);
+    CHECK(more(greedy, post_of(150'001) + part).empty());
+    CHECK(more(again, post_of(150'001) + part) == std::vector{503});  // half is 200'000
+    CHECK(contains(written, "\r\nRetry-After: "));
+    CHECK(shared.context.bodies().used() == counted);
+    CHECK(more(other, post_of(150'001) + part).empty());
+    CHECK(shared.context.bodies().used() == 2 * counted);
+    Session small(shared.context, same_client);  // its first bytes do not count
+    CHECK(more(small, post_of(5)).empty());
+    CHECK(more(small, "hello") == std::vector{200});
+    CHECK(more(greedy, "a") == std::vector{200});
+    Session next(shared.context, same_client);
+    CHECK(more(next, post_of(150'001) + part).empty());
+  };
+  check("192.0.2.1", "192.0.2.1", "192.0.2.2");
+  CHECK(shared.context.bodies().used() == 0);
+  check("2001:db8:1:2::1", "2001:db8:1:2:ffff::9", "2001:db8:1:3::1");  // a /64 network is one client
+
+  Session first(shared.context, "127.0.0.1"), second(shared.context, "127.0.0.1");  // a proxy has one address for all its clients
+  CHECK(more(first, post_of(150'001) + part).empty());
+  CHECK(more(second, post_of(150'001) + part).empty());
+
+  limits.max_total_body_bytes_per_address = 100'000;
+  JudgedRun given(std::nullopt, limits);
+  Session one(given.context, "192.0.2.1");
+  CHECK(more(one, post_of(150'001) + part) == std::vector{503});
+}
+
+TEST_CASE("the bytes of a body that came in pieces last as long as their owner, and do not count", "[transport][R0.1]") {
+  struct Keeper final : TestHandler {
+    engine::Outcome handle(const http::Request& request, TimePoint now) override {
+      kept = request.body;
+      owner = request.body_owner;
+      return TestHandler::handle(request, now);
+    }
+    std::string_view kept;
+    std::shared_ptr<const void> owner;
+  } keeper;
+  JudgedRun run;
+  run.context.handler = &keeper;
+  const std::string body(100'000, 'a');
+  run.receive(post_of(100'000) + body.substr(0, 50'000));
+  CHECK(run.context.bodies().used() == 50'000 - transport::BodyBudget::free_bytes);
+  run.receive(body.substr(50'000));
+  CHECK(run.context.bodies().used() == 0);
+  REQUIRE(keeper.owner);
+  CHECK(keeper.owner.use_count() == 1);
+  run.receive(post_of(100'001) + body);
+  CHECK(keeper.kept == body);
+  run.receive("b");
+  CHECK(keeper.kept.size() == 100'001);
+  run.receive(post_of(5) + "hello");  // whole: its bytes last as long as the call
+  CHECK_FALSE(keeper.owner);
+}
+
+TEST_CASE("the rest of a large body, and what is discarded, is much", "[transport]") {
+  JudgedRun run;
+  CHECK_FALSE(run.session.expects_much());
+  run.receive(post_of(16 * 1024));
+  CHECK_FALSE(run.session.expects_much());
+  run.receive(std::string(16 * 1024, 'a'));
+  CHECK_FALSE(run.session.expects_much());
+  run.receive(post_of(16 * 1024 + 1));
+  CHECK(run.session.expects_much());
+  run.receive(std::string(16 * 1024 + 1, 'a') + "POST / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\n5000\r\n");
+  CHECK_FALSE(run.session.expects_much());
+  run.receive(std::string(0x4001, 'a'));
+  CHECK(run.session.expects_much());
+
+  JudgedRun refused(403);
+  refused.receive(post_of(500'000));
+  CHECK(refused.session.phase() == Session::Phase::lingering);
+  CHECK(refused.session.expects_much());
 }

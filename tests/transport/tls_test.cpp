@@ -1,6 +1,5 @@
 #include <lrt/transport/transport.hpp>
 
-#include <ifaddrs.h>
 
 #include <atomic>
 #include <deque>
@@ -779,17 +778,7 @@ TEST_CASE("connections are counted by address, those of this machine are not", "
 }
 
 TEST_CASE("one address can have so many connections, and again when one leaves", "[transport]") {
-  std::string address;
-  ifaddrs* all = nullptr;
-  if (::getifaddrs(&all) == 0) {
-    for (const auto* at = all; at != nullptr && address.empty(); at = at->ifa_next) {
-      if (at->ifa_addr == nullptr || at->ifa_addr->sa_family != AF_INET) continue;
-      char text[INET_ADDRSTRLEN] = "";
-      ::inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(at->ifa_addr)->sin_addr, text, sizeof text);
-      if (std::string_view(text).substr(0, 4) != "127.") address = text;
-    }
-    ::freeifaddrs(all);
-  }
+  const std::string address = outer_address();
   const auto serve = [](transport::Transport& server, RawClient& client, auto reached) {
     for (int i = 0; i < 20'000 && !reached(); ++i) client.step(), server.poll(milliseconds(1), milliseconds(1));
     return reached();

@@ -28,7 +28,7 @@ struct Output {
 /// What the sessions of one transport share.
 class SessionContext {
  public:
-  explicit SessionContext(const Limits& limits) : limits_(limits), bodies_(limits.max_total_body_bytes) {}
+  explicit SessionContext(const Limits& limits) : limits_(limits), bodies_(limits) {}
   SessionContext(const SessionContext&) = delete;
   SessionContext& operator=(const SessionContext&) = delete;
 
@@ -118,6 +118,8 @@ class Session {
   void sent(std::size_t bytes, TimePoint now);
 
   bool wants_input() const noexcept;
+  /// Wanted is the rest of a large body, or what is only discarded: the owner serves others first.
+  bool expects_much() const noexcept;
   Phase phase() const noexcept { return phase_; }
   /// The phase whose limit applies: the header section of the first request must be complete within limits.header_timeout from the beginning.
   Phase timed_phase() const noexcept { return phase_ == Phase::idle && requests_ == 0 ? Phase::header : phase_; }

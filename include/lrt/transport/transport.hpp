@@ -23,8 +23,11 @@ struct Limits {
   std::size_t max_body_bytes = 1024 * 1024;         ///< without the chunked coding; more: 413. Most resources take less:
                                                     ///< engine::Limits::max_scalar_body_bytes
   /// Of the bodies of all requests together while they are received; more: 503 with Retry-After. A body that arrives with its header section
-  /// does not count, so that small commands are served while large bodies use up the limit.
+  /// does not count, nor do the first 4 KiB of any other, so that small commands are served while large bodies use up the limit.
   std::size_t max_total_body_bytes = 64 * 1024 * 1024;
+  /// The share of it that one IPv4 address, or one /64 network of IPv6 addresses, can use; more: 503 with Retry-After for that client, and other clients are
+  /// served. nullopt: half of max_total_body_bytes. Clients on this machine are not limited: a proxy has one address for all its clients.
+  std::optional<std::size_t> max_total_body_bytes_per_address;
   /// A new connection beyond this number closes the one that has been idle for longest (between requests, or before the first byte of the
   /// first, without pending input). If none is idle, the new one is one of reserved_connections: it gets 503 with Retry-After and is closed: 64 of these at a time linger for
   /// linger_timeout, the others are closed at once, so that a client whose request arrives later may see a reset. Event streams and

@@ -15,8 +15,10 @@ namespace {
 
 /// Reads of one turn: a fast sender must not delay the others.
 constexpr int reads_per_turn = 4;
-/// Pipelined responses of one turn.
-constexpr int writes_per_turn = 32;
+/// Of a connection whose input is much.
+constexpr int large_reads_per_turn = 1;
+/// Pipelined responses of one turn. A client that has sent a hundred requests gets the others after the requests of others.
+constexpr int writes_per_turn = 4;
 
 std::size_t deadline_kind(Session::Phase phase) noexcept { return static_cast<std::size_t>(phase); }
 
@@ -142,6 +144,7 @@ void Connection::on_ready(std::uint32_t events) {
     update(now);
     if (closed_ || !broken) return;
   }
+  if (!broken && session_.expects_much()) return read_later();
   read(broken);
 }
 
@@ -165,6 +168,7 @@ void Connection::read(bool broken) {
   auto& scratch = loop_.scratch;
   bool drained = false;
   for (int turn = 0; turn < reads_per_turn && !drained; ++turn) {
+    if (turn >= large_reads_per_turn && session_.expects_much()) break;
     const auto got = receive(scratch.data(), scratch.size());
     if (got < 0) {
       if (errno == EINTR) continue;
@@ -212,7 +216,8 @@ void Connection::on_tls_failure(TimePoint now) {
   update(now);
 }
 
-/// For input that the socket does not report: bytes in the TLS stream, and those that the turn has left over.
+/// For input that the socket does not report (bytes in the TLS stream, and those that the turn has left over), and for much input, so that small requests
+/// of others come first.
 void Connection::read_later() {
   reads_later_ = true;
   loop_.readiness.later(*this);

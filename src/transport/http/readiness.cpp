@@ -68,11 +68,11 @@ bool Readiness::serve(int wait) {
   if (!serve_round()) return false;
   for (;;) {
     deferred_.clear();
-    while (!later_.empty()) turns_.push_back(later_.front());
     next_ = 0;
+    had_turns_ = false;
     count_ = ::epoll_wait(set_.descriptor(), events_.data(), static_cast<int>(events_.size()), wait);
     wait = 0;
-    if (count_ > 0 || !turns_.empty()) begin_budget();
+    if (count_ > 0 || !later_.empty()) begin_budget();
     const bool many = count_ > 1;  // there is time for others to become ready
     if (!serve_round()) return false;
     if (!many && later_.empty()) return true;
@@ -86,11 +86,19 @@ bool Readiness::serve_round() {
     static_cast<Watched*>(event.data.ptr)->on_ready(event.events);
     if (is_over()) return false;
   }
-  while (!turns_.empty()) {
-    auto& turn = turns_.front();
+  return had_turns_ || serve_turns();
+}
+
+/// The budget may end them: the next round goes on.
+bool Readiness::serve_turns() {
+  had_turns_ = true;
+  const auto end = std::chrono::steady_clock::now() + turns_time;
+  while (!later_.empty()) {
+    auto& turn = later_.front();
     turn.unlink();
     turn.go_on();
     if (is_over()) return false;
+    if (std::chrono::steady_clock::now() >= end) return true;
   }
   return true;
 }

@@ -33,8 +33,9 @@ class Watched : public Linked<LaterTag> {
 /// One epoll set: level-triggered, so that a keep-alive connection is registered once and events that the budget leaves over are not lost. One
 /// thread.
 ///
-/// It serves in rounds, each over as many calls as its budgets need: first the descriptors that are ready when the round begins, then those that
-/// called later() before. So a descriptor that is always ready cannot delay the others.
+/// It serves in rounds, each over as many calls as its budgets need: first the descriptors that are ready when the round begins, then, for
+/// `turns_time` and at least one step, those that called later(), in that order. So a descriptor that is always ready cannot delay the others, and
+/// what is new is served before the rest of what takes many steps, however many descriptors have that.
 class Readiness {
  public:
   bool open();
@@ -52,12 +53,15 @@ class Readiness {
   /// Closes the socket. An event that was fetched before may still be delivered.
   void close(Socket& socket) noexcept;
 
+  /// In each round for those that called later().
+  static constexpr std::chrono::microseconds turns_time{100};
+
   /// Watched::go_on() follows, after the descriptors that are ready now.
   void later(Watched& watched) noexcept {
     if (!watched.is_linked()) later_.push_back(watched);
   }
   /// serve() would find something to do without a system call.
-  bool has_left() const noexcept { return next_ < count_ || !turns_.empty() || !later_.empty(); }
+  bool has_left() const noexcept { return next_ < count_ || !later_.empty(); }
 
   /// Waits until a descriptor is ready, then serves until none is. Returns false if the budget ended that.
   /// @param wait  milliseconds; 0: one system call if none is ready
@@ -80,13 +84,14 @@ class Readiness {
 
  private:
   bool serve_round();
+  bool serve_turns();
   void begin_budget() noexcept;
 
   Socket set_;
   std::array<epoll_event, 128> events_;  ///< of this round
   int next_ = 0;                         ///< of them
   int count_ = 0;
-  List<Watched, LaterTag> turns_;  ///< of this round
+  bool had_turns_ = true;  ///< the round has come to them
   List<Watched, LaterTag> later_;
   std::chrono::microseconds budget_{0};
   std::optional<std::chrono::steady_clock::time_point> end_;

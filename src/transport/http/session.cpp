@@ -19,6 +19,8 @@ constexpr int max_empty_lines = 4;
 constexpr std::size_t copied_body_bytes = 2048;
 /// Of the body of a refused request, so that its connection can be kept.
 constexpr std::size_t max_discarded_body_bytes = 16 * 1024;
+/// A body of more than this is received when other connections have been served.
+constexpr std::size_t large_body_bytes = 16 * 1024;
 /// Capacity that an idle connection may keep.
 constexpr std::size_t kept_capacity = 8 * 1024;
 
@@ -50,7 +52,7 @@ std::string_view SessionContext::date(std::chrono::system_clock::time_point utc)
   return date_;
 }
 
-Session::Session(SessionContext& context, std::string peer) : context_(context), peer_(std::move(peer)), body_(context.bodies()) {
+Session::Session(SessionContext& context, std::string peer) : context_(context), peer_(std::move(peer)), body_(context.bodies(), peer_) {
   request_.peer = peer_;
 }
 
@@ -98,6 +100,12 @@ bool Session::wants_input() const noexcept {
     case Phase::closed: return false;
   }
   return false;
+}
+
+bool Session::expects_much() const noexcept {
+  if (phase_ == Phase::lingering) return true;
+  const std::uint64_t bytes = framing_.chunked ? body_.size() : framing_.length;
+  return phase_ == Phase::body && bytes > large_body_bytes;
 }
 
 void Session::receive(std::string_view bytes, TimePoint now) {
@@ -305,6 +313,7 @@ void Session::remove_framing_fields() {
 bool Session::take_body(TimePoint now) {
   if (!(framing_.chunked ? take_chunked_body(now) : take_sized_body(now))) return false;
   request_.body = body_.view();
+  request_.body_owner = body_.release();
   dispatch(now);
   return true;
 }
@@ -343,6 +352,7 @@ void Session::dispatch(TimePoint now) {
   request_.can_stream = request_.can_stream && !context_.stopping;
   auto outcome = context_.handler->handle(request_, now);
   request_.body = {};
+  request_.body_owner.reset();
   body_.clear();
   if (auto* const deferred = std::get_if<engine::Deferred>(&outcome)) {
     keep_handshake();

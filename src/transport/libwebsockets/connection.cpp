@@ -42,7 +42,7 @@ std::int64_t to_microseconds(std::chrono::milliseconds time) { return std::chron
 }  // namespace
 
 Connection::Connection(Vhost& vhost, lws* wsi)
-    : vhost_(vhost), wsi_(wsi), peer_(peer_of(wsi)), idle_since_(vhost.now().steady), body_(vhost.bodies()) {
+    : vhost_(vhost), wsi_(wsi), peer_(peer_of(wsi)), idle_since_(vhost.now().steady), body_(vhost.bodies(), peer_) {
   incoming_.request.peer = peer_;
 }
 
@@ -130,8 +130,10 @@ int Connection::dispatch() {
   if (refusal_) return respond(*std::exchange(refusal_, std::nullopt));
   auto& request = incoming_.request;
   request.body = body_.view();
+  request.body_owner = body_.release();
   auto outcome = vhost_.handler().handle(request, vhost_.now());
   request.body = {};
+  request.body_owner.reset();
   body_.clear();
   if (auto* const deferred = std::get_if<engine::Deferred>(&outcome)) {
     ticket_ = deferred->ticket;

@@ -56,7 +56,7 @@ Vhost* owner_of(lws* wsi) noexcept {
 }  // namespace
 
 Vhost::Vhost(const transport::TransportOptions& options, std::shared_ptr<EventWaker> waker)
-    : options_(options), clock_(options.clock != nullptr ? *options.clock : system_clock()), waker_(std::move(waker)), bodies_(options.limits.max_total_body_bytes) {
+    : options_(options), clock_(options.clock != nullptr ? *options.clock : system_clock()), waker_(std::move(waker)), bodies_(options.limits) {
   const auto& limits = options_.limits;
   keep_alive_.secs_since_valid_ping = static_cast<std::uint16_t>(to_seconds(limits.ping_interval));
   keep_alive_.secs_since_valid_hangup = static_cast<std::uint16_t>(to_seconds(limits.ping_interval) + to_seconds(limits.pong_timeout));
