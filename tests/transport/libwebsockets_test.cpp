@@ -4,6 +4,7 @@
 
 #include <libwebsockets.h>
 
+#include <algorithm>
 #include <deque>
 #include <functional>
 #include <map>
@@ -465,6 +466,49 @@ TEST_CASE("libwebsockets: a stop is served when all connections are taken, also 
     CHECK(statuses(parse_answers(stop.received)) == std::vector{200});
   }
   CHECK(host.handler.open.size() == 3);
+}
+
+TEST_CASE("libwebsockets: a stop is served although many come at once and keep their connections", "[transport][libwebsockets][R0.1]") {
+  const bool full = GENERATE(false, true);  // all connections wait for responses, so that only the reserved ones are left
+  CAPTURE(full);
+  TestHost host(make([](transport::TransportOptions& options) {
+    options.limits.max_connections = 3;
+    options.limits.reserved_connections = 4;
+    options.limits.header_timeout = std::chrono::hours(1);
+    options.limits.idle_timeout = std::chrono::hours(1);
+  }));
+  std::vector<RawClient> waiting, slow;
+  for (int i = 0; full && i < 3; ++i) {
+    waiting.push_back(host.client());
+    waiting.back().send(get("/defer"));
+    REQUIRE(host.run_until_handled(waiting.back(), host.handler.requests + 1));
+  }
+  const std::vector<std::string> texts = GENERATE(values<std::vector<std::string>>({
+      {"POST /stop HTTP/1.1\r\nHo"},
+      {"POST /stop HTTP/1.1\r\nHost: a\r\nContent-Length: 2\r\n\r\n{"},  // the body is not complete
+      {"GET / HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n"},  // the connection is not closed, nor is that of the next
+      {"FOO /stop HTTP/1.1\r\n\r\n"},
+      {"", "POST /stop HTTP/1.1\r\nHo", "GET /defer HTTP/1.1\r\nHost: a\r\n\r\n"},
+  }));
+  CAPTURE(texts);
+  const auto come = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      slow.push_back(host.client());
+      slow.back().send(texts[static_cast<std::size_t>(i) % texts.size()]);
+      slow.back().step();
+    }
+  };
+  for (int i = 0; i < 5; ++i) {
+    come(i == 0 ? 200 : 30);
+    auto stop = host.client();
+    stop.send("POST /stop HTTP/1.1\r\nHost: a\r\nConnection: close\r\nContent-Length: 2\r\n\r\n{}");
+    REQUIRE(host.run_to_end(stop));
+    CHECK(statuses(parse_answers(stop.received)) == std::vector{200});
+  }
+  CHECK(host.handler.open.size() <= 3);
+  host.settle();
+  for (auto& client : slow) client.step();
+  CHECK(std::count_if(slow.begin(), slow.end(), [](const RawClient& client) { return !client.ended; }) <= (full ? 4 : 7));
 }
 
 TEST_CASE("libwebsockets: the number of requests of a connection has a limit", "[transport][libwebsockets]") {

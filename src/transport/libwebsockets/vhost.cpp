@@ -263,6 +263,7 @@ int Vhost::dispatch(lws* wsi, lws_callback_reasons reason, void* in, std::size_t
   Connection* const connection = find(wsi);
   if (connection == nullptr) return 0;
   if (reason == LWS_CALLBACK_CLOSED || reason == LWS_CALLBACK_CLOSED_HTTP) return connection->end(), followed(0);
+  if (reason == LWS_CALLBACK_TIMER && connection->is_dying()) return connection->on_timer();
   if (!is_open()) return -1;
   WebSocket* const websocket = connection->websocket();
   const auto* const bytes = static_cast<const char*>(in);
@@ -313,12 +314,13 @@ void Vhost::remove(lws* wsi) noexcept {
 int Vhost::filter(int descriptor) {
   const auto& limits = options_.limits;
   if (stopping_) return -1;
-  const auto reserved = std::count_if(connections_.begin(), connections_.end(), [](const Connection* c) { return c->serves_only_stops(); });
+  const auto taken = static_cast<std::size_t>(std::count_if(
+      connections_.begin(), connections_.end(), [](const Connection* c) { return !c->serves_only_stops() && !c->is_dying(); }));
   char peer[64] = "";
   lws_get_peer_simple_fd(descriptor, peer, sizeof peer);
   const auto counted = addresses_.find(client_key(peer));
   const bool full = scarce_ || (counted != addresses_.end() && counted->second >= limits.max_connections_per_address) ||
-                    (connections_.size() - static_cast<std::size_t>(reserved) >= limits.max_connections && !make_room());
+                    (taken >= limits.max_connections && !make_room());
   next_is_reserved_ = full && make_reserve();
   return full && !next_is_reserved_ ? -1 : 0;
 }
@@ -333,7 +335,7 @@ bool Vhost::make_reserve() {
     if (connection->is_incomplete() && (oldest == nullptr || connection->idle_since() < oldest->idle_since())) oldest = connection;
   }
   if (reserved < options_.limits.reserved_connections) return true;
-  if (oldest != nullptr) oldest->kill();
+  if (oldest != nullptr) oldest->give_way();
   return oldest != nullptr;
 }
 
@@ -366,9 +368,10 @@ void Vhost::fill_reserve() {
 bool Vhost::make_room() {
   Connection* oldest = nullptr;
   for (auto* const connection : connections_) {
-    if (connection->is_idle() && !connection->serves_only_stops() && (oldest == nullptr || connection->idle_since() < oldest->idle_since())) oldest = connection;
+    if (!connection->is_idle() || connection->serves_only_stops() || connection->is_dying()) continue;
+    if (oldest == nullptr || connection->idle_since() < oldest->idle_since()) oldest = connection;
   }
-  if (oldest != nullptr) oldest->kill();
+  if (oldest != nullptr) oldest->give_way();
   return oldest != nullptr;
 }
 
