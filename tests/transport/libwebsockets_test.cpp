@@ -511,6 +511,24 @@ TEST_CASE("libwebsockets: a stop is served although many come at once and keep t
   CHECK(std::count_if(slow.begin(), slow.end(), [](const RawClient& client) { return !client.ended; }) <= (full ? 4 : 7));
 }
 
+TEST_CASE("libwebsockets: a poll does not accept all who wait", "[transport][libwebsockets]") {
+  TestHost host(make());
+  std::vector<RawClient> clients;
+  for (int i = 0; i < 100; ++i) {
+    clients.push_back(host.client());
+    clients.back().send(get("/"));
+    clients.back().step();
+  }
+  std::size_t most = 0;
+  for (int turn = 0; turn < 10'000 && host.handler.requests < clients.size(); ++turn) {
+    const auto before = host.handler.requests;
+    host.server->poll(std::chrono::microseconds(0), milliseconds(0));
+    most = std::max(most, host.handler.requests - before);
+  }
+  CHECK(host.handler.requests == clients.size());
+  CHECK(most <= 32);
+}
+
 TEST_CASE("libwebsockets: the number of requests of a connection has a limit", "[transport][libwebsockets]") {
   TestHost host(make([](transport::TransportOptions& options) { options.limits.max_requests_per_connection = 2; }));
   auto client = host.client();

@@ -128,11 +128,9 @@ Result<void> OwnContext::start(engine::Handler& handler) {
   info.port = CONTEXT_PORT_NO_LISTEN;
   info.options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS | LWS_SERVER_OPTION_SKIP_SERVER_CANONICAL_NAME |
                  LWS_SERVER_OPTION_VALIDATE_UTF8 | (options_.tls ? LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT : 0);
-  // Of the reserved ones as many again may be about to close. A connection without a header table would wait until another one ends.
-  const auto connections = static_cast<unsigned>(limits.max_connections + 2 * limits.reserved_connections);
-  info.fd_limit_per_thread = connections + other_descriptors;
+  info.fd_limit_per_thread = static_cast<unsigned>(vhost_->max_clients()) + other_descriptors;
   info.max_http_header_data2 = static_cast<unsigned>(std::min<std::size_t>(limits.max_header_bytes, 65535));
-  info.max_http_header_pool2 = info.fd_limit_per_thread;
+  info.max_http_header_pool2 = info.fd_limit_per_thread;  // a connection without a header table would wait until another one ends
   info.timeout_secs = static_cast<unsigned>(to_seconds(limits.header_timeout));
   info.pt_serv_buf_size = 16 * 1024;
   context_ = lws_create_context(&info);
@@ -148,6 +146,7 @@ Result<void> OwnContext::start(engine::Handler& handler) {
 
 /// One round of events. With a time that is not negative, libwebsockets waits for the next of them.
 void OwnContext::serve(milliseconds wait) {
+  vhost_->begin_round();
   if (wait <= milliseconds(0)) {
     lws_service(context_, -1);
     return;

@@ -22,6 +22,7 @@ namespace lrt::libwebsockets {
 namespace {
 
 constexpr const char* name = "lrt";
+constexpr std::size_t accepts_per_round = 16;
 
 /// Binds a socket for a moment: libwebsockets does not say why it cannot listen.
 Result<void> check_address(const std::string& address, std::uint16_t port, bool& is_v6) {
@@ -51,6 +52,12 @@ Result<void> check_address(const std::string& address, std::uint16_t port, bool&
 Vhost* owner_of(lws* wsi) noexcept {
   lws_vhost* const vhost = wsi != nullptr ? lws_get_vhost(wsi) : nullptr;
   return vhost != nullptr ? static_cast<Vhost*>(lws_vhost_user(vhost)) : nullptr;
+}
+
+/// At once, also from outside of the connection's callbacks.
+void allow_reading(lws* wsi, bool allowed) noexcept {
+  lws_rx_flow_control(wsi, LWS_RXFLOW_REASON_USER_BOOL | LWS_RXFLOW_REASON_FLAG_PROCESS_NOW |
+                               (allowed ? LWS_RXFLOW_REASON_APPLIES_ENABLE : LWS_RXFLOW_REASON_APPLIES_DISABLE));
 }
 
 }  // namespace
@@ -310,9 +317,19 @@ void Vhost::remove(lws* wsi) noexcept {
   delete connection;
 }
 
-/// Returns 0 for a client that may come in.
+void Vhost::begin_round() {
+  if (accepts_left_ == 0 && listening_wsi_ != nullptr) {
+    if (connections_.size() >= max_clients()) return;  // those that are about to close come first
+    allow_reading(listening_wsi_, true);
+  }
+  accepts_left_ = std::min(accepts_per_round, max_clients() - connections_.size());
+}
+
+/// Returns 0 for a client that may come in. While the listening socket is not to be read, libwebsockets ends its loop of accepts.
 int Vhost::filter(int descriptor) {
   const auto& limits = options_.limits;
+  if (accepts_left_ && *accepts_left_ > 0 && --*accepts_left_ == 0)
+    allow_reading(listening_wsi_, false);
   if (stopping_) return -1;
   const auto taken = static_cast<std::size_t>(std::count_if(
       connections_.begin(), connections_.end(), [](const Connection* c) { return !c->serves_only_stops() && !c->is_dying(); }));

@@ -69,6 +69,11 @@ class Vhost {
   bool release_descriptor();
   void fill_reserve();
 
+  /// Limits what the next call of lws_service() accepts: without that libwebsockets accepts all who wait.
+  void begin_round();
+  /// Clients at most, also those that are about to close: of the reserved ones as many again.
+  std::size_t max_clients() const noexcept { return options_.limits.max_connections + 2 * options_.limits.reserved_connections; }
+
   bool is_open() const noexcept { return handler_ != nullptr; }
   std::uint16_t port() const noexcept;
   bool has_connections() const noexcept { return !connections_.empty(); }
@@ -122,6 +127,7 @@ class Vhost {
   bool next_is_reserved_ = false;  ///< what filter() has decided of the client that is being accepted
   std::vector<int> reserve_;       ///< descriptors for clients that come when there are no others
   bool scarce_ = false;            ///< the next client gets one of the reserve
+  std::optional<std::size_t> accepts_left_;  ///< in this round; none on a host's context, whose rounds are not known
   std::size_t events_ = 0;
   bool woken_ = false;
   bool stopping_ = false;
