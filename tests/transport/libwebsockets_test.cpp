@@ -729,6 +729,31 @@ TEST_CASE("libwebsockets: a handshake whose response is deferred opens at once",
   }
 }
 
+TEST_CASE("libwebsockets: a poll does not write to all who wait", "[transport][libwebsockets][websocket]") {
+  ChannelHost host;
+  std::vector<std::unique_ptr<WebSocketClient>> clients;
+  for (int i = 0; i < 60; ++i) {
+    clients.push_back(std::make_unique<WebSocketClient>(host.server->port()));
+    clients.back()->send(clients.back()->handshake("/"));
+    REQUIRE(host.run(*clients.back(), [&] { return clients.back()->status == 101; }));
+  }
+  for (const auto& client : host.handler.open) host.handler.say(client.first, "a message");
+  const auto unwritten = [&] {
+    std::size_t count = 0;
+    for (const auto& client : host.handler.open) count += client.second.queue.size();
+    return count;
+  };
+  REQUIRE(unwritten() == clients.size());
+  std::size_t most = 0;
+  for (int turn = 0; turn < 10'000 && unwritten() > 0; ++turn) {
+    const auto before = unwritten();
+    host.server->poll(std::chrono::microseconds(0), milliseconds(0));
+    most = std::max(most, before - unwritten());
+  }
+  CHECK(unwritten() == 0);
+  CHECK(most <= 32);
+}
+
 TEST_CASE("libwebsockets: stop closes WebSockets with 1001", "[transport][libwebsockets][websocket]") {
   ChannelHost host([](transport::TransportOptions& options) { options.limits.stop_timeout = milliseconds(50); });
   WebSocketClient client(host.server->port());

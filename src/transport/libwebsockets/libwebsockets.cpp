@@ -167,6 +167,7 @@ milliseconds OwnContext::poll(std::chrono::microseconds budget, milliseconds wai
   const auto end = SteadyClock::now() + budget;
   wait = std::min(wait, max_wait);
   if (const auto due = next_deadline()) wait = std::min(wait, until(*due, now().steady));
+  if (vhost_->has_more()) wait = milliseconds(0);
   for (auto events = vhost_->events();; events = vhost_->events()) {
     serve(wait);
     if (vhost_->events() == events) relieve();
@@ -178,7 +179,7 @@ milliseconds OwnContext::poll(std::chrono::microseconds budget, milliseconds wai
   auto rest = vhost_->has_connections() ? timer_period : max_wait;
   rest = milliseconds(lws_service_adjust_timeout(context_, static_cast<int>(rest.count()), 0));
   if (const auto due = next_deadline()) rest = std::min(rest, until(*due, now().steady));
-  return rest;
+  return vhost_->has_more() ? milliseconds(0) : rest;
 }
 
 /// A client that sends while it does not take its response makes libwebsockets return from every wait: that is not to cost all of a processor.
@@ -252,6 +253,10 @@ milliseconds HostContext::poll(std::chrono::microseconds, milliseconds) {
   if (!is_open()) return milliseconds::max();
   reload_if_requested();
   vhost_->deliver();
+  if (vhost_->has_more()) {
+    request_turn();
+    return milliseconds(0);
+  }
   const auto due = next_deadline();
   if (!due) {
     turn_.cancel();

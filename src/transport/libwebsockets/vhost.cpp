@@ -23,6 +23,7 @@ namespace {
 
 constexpr const char* name = "lrt";
 constexpr std::size_t accepts_per_round = 16;
+constexpr int deliveries_per_round = 16;
 
 /// Binds a socket for a moment: libwebsockets does not say why it cannot listen.
 Result<void> check_address(const std::string& address, std::uint16_t port, bool& is_v6) {
@@ -175,12 +176,16 @@ bool Vhost::is_busy() const noexcept {
 
 bool Vhost::deliver() {
   const auto now = clock_.now();
-  if (!std::exchange(woken_, false) && tickets.empty() && channels.empty()) {
+  const bool goes_on = std::exchange(has_more_, false);
+  if (!std::exchange(woken_, false) && !goes_on && tickets.empty() && channels.empty()) {
     const auto due = handler_->next_deadline();
     if (!due || *due > now.steady) return false;
   }
   bool gave = false;
-  while (auto reply = handler_->next_reply(now)) {
+  int left = deliveries_per_round;
+  for (; left > 0; --left) {
+    auto reply = handler_->next_reply(now);
+    if (!reply) break;
     const auto found = tickets.find(static_cast<std::uint64_t>(reply->ticket));
     if (found != tickets.end()) {
       Connection& connection = *found->second;
@@ -191,13 +196,16 @@ bool Vhost::deliver() {
       handler_->closed(*reply->channel);
     }
   }
-  while (const auto channel = handler_->next_ready(now)) {
+  for (; left > 0; --left) {
+    const auto channel = handler_->next_ready(now);
+    if (!channel) break;
     const auto found = channels.find(static_cast<std::uint64_t>(*channel));
     if (found == channels.end()) continue;
     found->second->push();
     gave = true;
   }
-  return gave;
+  has_more_ = left == 0;
+  return gave || has_more_;
 }
 
 std::string_view Vhost::date(TimePoint now) {

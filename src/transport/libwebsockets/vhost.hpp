@@ -55,8 +55,10 @@ class Vhost {
   /// After close(): the caller has destroyed the context, and the vhost with it.
   void forget() { self_.reset(); }
 
-  /// Gives to the connections what the handler has for them. True if something was given.
+  /// Gives to the connections what the handler has for them, a few at a time. True if something was given.
   bool deliver();
+  /// deliver() stopped before the handler had nothing more.
+  bool has_more() const noexcept { return has_more_; }
   /// No new connections; every response is the last one of its connection, WebSockets begin to close.
   void begin_stop();
   /// Responses or closing handshakes are under way.
@@ -130,6 +132,7 @@ class Vhost {
   std::optional<std::size_t> accepts_left_;  ///< in this round; none on a host's context, whose rounds are not known
   std::size_t events_ = 0;
   bool woken_ = false;
+  bool has_more_ = false;
   bool stopping_ = false;
 };
 
