@@ -138,7 +138,7 @@ class PushedProperty : public model::PropertyHandle<PushedProperty<T>, T> {
   /// Passes the present value to the engine. A bit-identical value is not a change (SPEC 3.8).
   /// @par Time  No lock. No allocation if T is trivially destructible (numbers, structs of numbers): about 40 ns, independent of the number
   ///            of subscribers. One system call if the property is observed and the engine sleeps, see
-  ///            subscription::SubscriptionOptions::scan_period and always_scan.
+  ///            subscription::SubscriptionOptions::scan_period and always_scan; or if it is urgent().
   /// @par Implements  R0.11, R0.12
   void publish(const T& value) noexcept {
     assert(slot_ && "lrt: the handle is empty; assign what Thing::property returns");
@@ -150,6 +150,12 @@ class PushedProperty : public model::PropertyHandle<PushedProperty<T>, T> {
   /// subscription::SubscriptionOptions::max_kept_bytes. That limit does not apply to `samples`; 0: only the newest value is kept.
   PushedProperty& keep(std::size_t samples) {
     return this->edit("keep", [&](auto& s) { s.slot->keep(samples); });
+  }
+  /// While the property is observed, each publish() wakes the engine by a system call, so that the value is sent at once. For events that come at
+  /// irregular times and must not wait. Without it the engine learns when a regular publish() is due, and finds an irregular one after at most
+  /// subscription::SubscriptionOptions::scan_period.
+  PushedProperty& urgent() {
+    return this->edit("urgent", [](auto& s) { s.slot->set_urgent(); });
   }
   /// Counts a repeated value as a change.
   PushedProperty& every_sample() {

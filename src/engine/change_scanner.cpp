@@ -19,7 +19,7 @@ bool has_change(const PropertyResource& property) {
 }  // namespace
 
 void ChangeScanner::watch(PropertyResource& property) {
-  properties_.push_back(&property);
+  properties_.push_back({&property, {}});
   if (model::SlotBase* slot = property.spec->slot.get()) {
     property.seen_lost = slot->lost();
     slot->set_observed(true);
@@ -34,7 +34,7 @@ void ChangeScanner::unwatch(PropertyResource& property) {
   if (property.spec->slot) property.spec->slot->set_observed(false);
   else property.spec->changes->set_observed(false);
   samples_.clear(property.next_sample);
-  properties_.erase(std::find(properties_.begin(), properties_.end(), &property));
+  properties_.erase(std::find_if(properties_.begin(), properties_.end(), [&](const Watched& w) { return w.property == &property; }));
 }
 
 void ChangeScanner::watch(InvocationResource& invocation) {
@@ -61,48 +61,86 @@ void ChangeScanner::start() noexcept {
   wake_signal_->stay_awake();
   scanning_ = true;
   idle_scans_ = 0;
-  next_scan_ = {};
+  next_scan_ = earliest_scan_ = {};
 }
 
 bool ChangeScanner::is_due(TimePoint now) const noexcept {
-  if (scanning_) return next_scan_ <= now.steady;
+  if (wake_signal_->is_urgent() || scanning_) return earliest_scan_ <= now.steady;
   return !wake_signal_->asleep() && !watches_nothing();
 }
 
 bool ChangeScanner::has_changes() const {
   return availability_signal_->has_change() ||
-         std::any_of(properties_.begin(), properties_.end(), [](const PropertyResource* p) { return has_change(*p); }) ||
+         std::any_of(properties_.begin(), properties_.end(), [](const Watched& w) { return has_change(*w.property); }) ||
          std::any_of(invocations_.begin(), invocations_.end(),
                      [](const InvocationResource* i) { return !i->finished() && i->control->fraction() != i->progress; });
 }
 
 void ChangeScanner::scan(TimePoint now, bool had_changes) {
-  scanning_ = true;
-  next_scan_ = now.steady + options_.scan_period;
-  const Instant until = values_.catch_up_end();  // of all properties together
-  bool changes = had_changes;
-  changes |= take_availability();
-  for (PropertyResource* property : properties_) {
-    if (property->spec->slot ? !property->spec->slot->has_change() : !property->spec->changes->take()) continue;
-    changes = true;
-    values_.refresh_observed(*property, until);
-  }
+  wake_signal_->take_urgent();
+  bool irregular = had_changes;
+  irregular |= take_availability();
+  irregular |= scan_properties(now);
   for (InvocationResource* invocation : invocations_) {
     const double before = invocation->progress;
     invocation->refresh();
-    changes |= invocation->progress != before;
+    irregular |= invocation->progress != before;
   }
+  idle_scans_ = irregular ? 0 : idle_scans_ + 1;
   // A fifth of the time at most, however much clients have subscribed to.
   const Instant after = clock_.now().steady;
-  next_scan_ = std::max(next_scan_, after + 4 * (after - now.steady));
-  idle_scans_ = changes ? 0 : idle_scans_ + 1;
-  if (watches_nothing()) {
-    scanning_ = false;
-  } else if (!options_.always_scan && idle_scans_ > options_.idle_scans_before_sleep) {
-    wake_signal_->sleep();
-    if (has_changes()) wake_signal_->stay_awake();  // published between the scan and the sleep
-    else scanning_ = false;
+  earliest_scan_ = std::max(now.steady + options_.scan_period / 5, after + 4 * (after - now.steady));
+  std::optional<Instant> next = due_by_rhythm();
+  if (options_.always_scan || idle_scans_ <= options_.idle_scans_before_sleep) {
+    const Instant periodical = now.steady + options_.scan_period;
+    next = next ? std::min(*next, periodical) : periodical;
   }
+  scanning_ = next && !watches_nothing();
+  if (scanning_) {
+    wake_signal_->stay_awake();
+    next_scan_ = std::max(*next, earliest_scan_);
+  } else if (!watches_nothing()) {
+    wake_signal_->sleep();
+    if (!has_changes()) return;
+    wake_signal_->stay_awake();  // published between the scan and the sleep
+    scanning_ = true;
+    next_scan_ = earliest_scan_;
+  }
+}
+
+/// Returns whether a value was found that came at an irregular time.
+bool ChangeScanner::scan_properties(TimePoint now) {
+  const Instant until = values_.catch_up_end();  // of all properties together
+  bool irregular = false;
+  for (Watched& watched : properties_) {
+    PropertyResource& property = *watched.property;
+    const bool pushed = property.spec->slot != nullptr;
+    if (pushed ? !property.spec->slot->has_change() : !property.spec->changes->take()) {
+      watched.rhythm.missed(now.steady);
+      continue;
+    }
+    values_.refresh_observed(property, until);
+    irregular |= !pushed;
+    if (!pushed || property.spec->slot->is_urgent()) continue;
+    // The wall clock may have been set since, and a value that the user's code encodes comes later.
+    const auto age = now.utc - property.modified;
+    const bool known = age >= std::chrono::seconds(0) && age < std::chrono::seconds(1);
+    watched.rhythm.found(known ? now.steady - std::chrono::duration_cast<PublishRhythm::Duration>(age) : now.steady, now.steady);
+    irregular |= !watched.rhythm.is_regular();
+  }
+  return irregular;
+}
+
+std::optional<ChangeScanner::Instant> ChangeScanner::due_by_rhythm() const {
+  std::optional<Instant> first;
+  for (const Watched& w : properties_)
+    if (const auto due = w.rhythm.due(); due && !is_slow(w.rhythm) && (!first || *due < *first)) first = due;
+  if (!first) return std::nullopt;
+  // Those that are published in one step of the loop are found together.
+  Instant last = *first;
+  for (const Watched& w : properties_)
+    if (const auto due = w.rhythm.due(); due && *due < *first + options_.scan_period / 5) last = std::max(last, *due);
+  return last;
 }
 
 bool ChangeScanner::take_availability() {
@@ -133,7 +171,9 @@ void ChangeScanner::read_samples(TimePoint now) {
 
 std::optional<ChangeScanner::Instant> ChangeScanner::next_deadline() const {
   std::optional<Instant> first = samples_.next();
-  if (scanning_ && (!first || next_scan_ < *first)) first = next_scan_;
+  const auto take = [&first](Instant due) { first = first ? std::min(*first, due) : due; };
+  if (wake_signal_->is_urgent()) take(earliest_scan_);
+  else if (scanning_) take(next_scan_);
   return first;
 }
 

@@ -429,6 +429,9 @@ std::optional<std::chrono::steady_clock::time_point> Engine::next_deadline() con
 
 void Engine::abandon(Ticket ticket) noexcept { impl_->parts.pending.abandon(ticket); }
 std::optional<Channel> Engine::next_ready(TimePoint now) { return impl_->stopped ? std::nullopt : impl_->parts.subscriptions.next_ready(now); }
+void Engine::take_ready(std::vector<ReadyChannel>& channels, TimePoint now) {
+  if (!impl_->stopped) impl_->parts.subscriptions.take_ready(channels, now);
+}
 std::optional<Push> Engine::next_push(Channel channel, TimePoint now) { return impl_->parts.subscriptions.next_push(channel, now); }
 void Engine::closed(Channel channel) noexcept { impl_->parts.subscriptions.closed(channel); }
 

@@ -552,7 +552,8 @@ void Subscriptions::notify_of_structure() {
 
 // ------------------------------------------------------------------------------------- WebSockets and event streams
 
-std::optional<Channel> Subscriptions::next_ready(TimePoint now) {
+/// Finds what has changed.
+void Subscriptions::scan(TimePoint now) {
   try {
     while (const auto channel = next_notifications_.take_due(now.steady)) {
       SubscriptionResource& s = *find(*channel);
@@ -577,6 +578,10 @@ std::optional<Channel> Subscriptions::next_ready(TimePoint now) {
     fills_queues_ = false;
     responses_.log(LogLevel::error, std::string("observers could not be notified of a change: ") + e.what());
   }
+}
+
+std::optional<Channel> Subscriptions::next_ready(TimePoint now) {
+  scan(now);
   for (std::deque<Channel>* list : {&urgent_, &ready_}) {  // commands and closes first
     while (!list->empty()) {
       const Channel first = list->front();
@@ -585,6 +590,12 @@ std::optional<Channel> Subscriptions::next_ready(TimePoint now) {
     }
   }
   return std::nullopt;
+}
+
+void Subscriptions::take_ready(std::vector<ReadyChannel>& channels, TimePoint now) {
+  scan(now);
+  for (const Channel channel : std::exchange(urgent_, {})) channels.push_back({channel, true});
+  for (const Channel channel : std::exchange(ready_, {})) channels.push_back({channel, false});
 }
 
 std::optional<Push> Subscriptions::next_push(Channel channel, TimePoint now) {

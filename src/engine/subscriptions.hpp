@@ -72,6 +72,7 @@ class Subscriptions {
 
   // Transports.
   std::optional<Channel> next_ready(TimePoint now);
+  void take_ready(std::vector<ReadyChannel>& channels, TimePoint now);
   std::optional<Push> next_push(Channel channel, TimePoint now);
   void closed(Channel channel);
   std::optional<Instant> next_deadline() const;
@@ -95,6 +96,7 @@ class Subscriptions {
   std::optional<http::Response> refused_receiver(const Context& context, const std::string& url) const;
   std::optional<http::Response> too_many(const Context& context, Protocol protocol) const;
   std::optional<http::Response> read_query(const Context& context, SubscriptionRequest& request) const;
+  void scan(TimePoint now);
   Representations::Attempt open(Context& context, SubscriptionRequest request, bool current);
   Outcome make_callback(Context& context, SubscriptionRequest request);
   http::Response stream_response(const Context& context) const;

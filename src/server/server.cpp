@@ -251,6 +251,18 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   std::optional<engine::Push> next_push(engine::Channel channel, TimePoint now) override {
     return with_engine([&] { return engine_.next_push(channel, now); });
   }
+  void take_ready(std::vector<engine::ReadyChannel>& channels, TimePoint now) override {
+    with_engine([&] {
+      const std::size_t before = channels.size();
+      engine_.take_ready(channels, now);
+      channels.erase(std::remove_if(channels.begin() + static_cast<std::ptrdiff_t>(before), channels.end(),
+                                    [&](const engine::ReadyChannel& ready) { return guests_.take(ready.channel); }),
+                     channels.end());
+    });
+  }
+  void take_pushes(std::vector<engine::PushRequest>& requests, std::vector<engine::Push>& pushes, TimePoint now) override {
+    with_engine([&] { engine_.take_pushes(requests, pushes, now); });
+  }
   void closed(engine::Channel channel) noexcept override {
     const std::lock_guard lock(mutex_);
     engine_.closed(channel);

@@ -1,6 +1,7 @@
 // The server under tests/bench/http_load: one pushed property, optionally among many things and published at 1 kHz.
 //
-//   pushed_server [--things 1] [--publish] [--period 1000 (us)] [--keep N] [--tick] [--transport http|libwebsockets] [--tls DIR]
+//   pushed_server [--things 1] [--publish] [--period 1000 (us)] [--keep N] [--tick] [--in-poll] [--urgent]
+//                 [--transport http|libwebsockets] [--tls DIR]
 //
 // The property is at /arm/joint/angle. Ends on SIGINT or SIGTERM and prints its resident memory.
 
@@ -22,7 +23,7 @@ volatile std::sig_atomic_t ended = 0;
 
 int main(int argc, char** argv) {
   std::size_t things = 1;
-  bool publish = false, tick = false;
+  bool publish = false, tick = false, urgent = false;
   std::size_t keep = 0;
   long period = 1000;
   lrt::Options options;
@@ -33,9 +34,11 @@ int main(int argc, char** argv) {
     else if (arg == "--period" && i + 1 < argc) period = std::atol(argv[++i]);
     else if (arg == "--keep" && i + 1 < argc) keep = static_cast<std::size_t>(std::atol(argv[++i]));
     else if (arg == "--tick") tick = true;
+    else if (arg == "--in-poll") options.threads.io = lrt::Io::in_poll;
+    else if (arg == "--urgent") urgent = true;
     else if (arg == "--transport" && i + 1 < argc) bench::use_transport(argv[++i], options);
     else if (arg == "--tls" && i + 1 < argc) bench::use_tls(argv[++i], options);
-    else return std::fprintf(stderr, "usage: pushed_server [--things N] [--publish] [--period US] [--keep N] [--tick] [--transport NAME] "
+    else return std::fprintf(stderr, "usage: pushed_server [--things N] [--publish] [--period US] [--keep N] [--tick] [--in-poll] [--urgent] [--transport NAME] "
                                      "[--tls DIR]\n"), 2;
   }
   std::signal(SIGINT, [](int) { ended = 1; });
@@ -50,6 +53,7 @@ int main(int argc, char** argv) {
   lrt::Thing joint{"arm/joint"};
   auto angle = joint.property<double>("angle", lrt::unit::radian);
   if (keep > 0) angle.keep(keep);
+  if (urgent) angle.urgent();
   angle.publish(0.5);
   server->add(std::move(joint)).value();
   for (std::size_t i = 1; i < things; ++i) {
@@ -64,7 +68,7 @@ int main(int argc, char** argv) {
   auto next = std::chrono::steady_clock::now();
   while (!ended) {
     if (publish) angle.publish(t += 0.001);
-    server->poll();
+    server->poll(std::chrono::microseconds(200));
     next += std::chrono::microseconds(publish ? period : 50'000);
     std::this_thread::sleep_until(next);
   }

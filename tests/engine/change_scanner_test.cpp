@@ -28,7 +28,7 @@ class CountingWaker final : public Waker {
   std::atomic<int> count{0};
 };
 
-/// One pushed and one pulled property under a scanner.
+/// A pushed, a pulled and an urgent property under a scanner.
 struct Scanned {
   Scanned() {
     options.subscriptions.scan_period = milliseconds(10);
@@ -37,10 +37,12 @@ struct Scanned {
     pushed = thing.property<int>("pushed");
     pulled = thing.property("pulled", [this] { return ++reads; });
     pulled->sample(milliseconds(100));
+    urgent = thing.property<int>("urgent");
+    urgent->urgent();
     node = std::make_unique<ThingNode>(std::move(thing).release());
     for (Resource* r : node->resources()) registry.add(*r);
     for (const auto& p : node->properties) {
-      if (p->spec->slot) p->spec->slot->attach(scanner.wake_signal());
+      if (p->spec->slot) p->spec->slot->attach(scanner.wake_signal()), p->spec->slot->set_clock(clock);
       else p->spec->changes->attach(scanner.wake_signal());
     }
     scanner.wake_signal()->set_waker(waker);
@@ -65,7 +67,7 @@ struct Scanned {
   PropertyValues values{calls, registry, options, clock};
   ChangeScanner scanner{values, registry, calls, options.subscriptions, clock};
   std::shared_ptr<CountingWaker> waker = std::make_shared<CountingWaker>();
-  std::optional<PushedProperty<int>> pushed;
+  std::optional<PushedProperty<int>> pushed, urgent;
   std::optional<PulledProperty<int>> pulled;
   std::unique_ptr<ThingNode> node;
   int reads = 0;
@@ -103,6 +105,69 @@ TEST_CASE("the scanner sleeps after scans without a change, and publish() wakes 
   s.pushed->publish(3);
   CHECK(s.waker->count == before + 1);  // it scans by itself
   s.scanner.unwatch(s.of(0));
+}
+
+TEST_CASE("a property that is published at short regular intervals is scanned when it is due, without a system call", "[engine][control loop]") {
+  Scanned s;
+  s.scanner.watch(s.of(0));
+  const int before = s.waker->count;
+  for (int i = 1; i <= 50; ++i) {
+    s.clock.advance(milliseconds(20));
+    s.pushed->publish(i);
+    s.clock.advance(milliseconds(1));
+    s.scanner.scan(s.clock.now(), false);
+    CHECK(*s.of(0).value.integer() == i);
+  }
+  REQUIRE(s.scanner.next_deadline());
+  const auto wait = *s.scanner.next_deadline() - s.clock.now().steady;
+  CHECK(wait > milliseconds(14));
+  CHECK(wait <= milliseconds(20));
+  CHECK(s.scanner.is_scanning());
+  CHECK(s.waker->count == before);
+  s.clock.advance(milliseconds(3));
+  CHECK(s.scanner.is_due(s.clock.now()));  // whoever comes by may scan, too
+  s.scanner.unwatch(s.of(0));
+}
+
+TEST_CASE("between values at long regular intervals the scanner sleeps", "[engine][control loop]") {
+  Scanned s;
+  s.scanner.watch(s.of(0));
+  for (int i = 1; i <= 10; ++i) {
+    s.clock.advance(milliseconds(60));
+    s.pushed->publish(i);
+    for (int scan = 0; scan < 4; ++scan) s.scan();  // 40 ms
+  }
+  for (int i = 11; i <= 20; ++i) {
+    s.clock.advance(milliseconds(100));
+    const int before = s.waker->count;
+    s.pushed->publish(i);
+    CHECK(s.waker->count == before + 1);
+    CHECK(s.scanner.is_due(s.clock.now()));
+    s.scanner.scan(s.clock.now(), false);
+    CHECK(*s.of(0).value.integer() == i);
+    CHECK_FALSE(s.scanner.is_scanning());
+  }
+  s.scanner.unwatch(s.of(0));
+}
+
+TEST_CASE("each urgent value wakes the engine while it is observed, and is scanned soon", "[engine][control loop]") {
+  Scanned s;
+  s.urgent->publish(1);
+  CHECK(s.waker->count == 0);
+  s.scanner.watch(s.of(2));
+  s.scan();
+  for (int i = 2; i <= 5; ++i) {
+    const int before = s.waker->count;
+    s.urgent->publish(i);
+    CHECK(s.waker->count == before + 1);
+    REQUIRE(s.scanner.next_deadline());
+    CHECK(*s.scanner.next_deadline() <= s.clock.now().steady + milliseconds(2));
+    s.clock.advance(milliseconds(2));
+    CHECK(s.scanner.is_due(s.clock.now()));
+    s.scanner.scan(s.clock.now(), false);
+    CHECK(*s.of(2).value.integer() == i);
+  }
+  s.scanner.unwatch(s.of(2));
 }
 
 TEST_CASE("a scanner with nothing to watch stops", "[engine][control loop]") {

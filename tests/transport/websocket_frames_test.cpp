@@ -18,6 +18,7 @@
 
 using namespace lrt;
 using namespace lrt::test;
+using transport::OutputParts;
 using transport::WebSocketFramer;
 using transport::WebSocketFrames;
 
@@ -34,6 +35,15 @@ struct Pace {
 constexpr Pace paces[] = {{all, all}, {1, all}, {all, 1}, {1, 1}, {3, 2}};
 
 std::string str(const Pace& pace) { return "in " + std::to_string(pace.in) + ", out " + std::to_string(pace.out); }
+
+/// The bytes to write, joined.
+std::string output_of(const WebSocketFrames& frames) {
+  OutputParts parts;
+  frames.add_output(parts);
+  std::string bytes;
+  for (std::size_t i = 0; i < parts.size(); ++i) bytes.append(static_cast<const char*>(parts.data()[i].iov_base), parts.data()[i].iov_len);
+  return bytes;
+}
 
 /// Owns frames as the transport does, and holds them to the promises of their header at each step.
 class Owner {
@@ -61,7 +71,7 @@ class Owner {
       }
       check();
       if (!held && drain()) continue;
-      if (frames->state() == WebSocketFrames::State::open && frames->output().empty() && !replies_.empty()) {
+      if (frames->state() == WebSocketFrames::State::open && !frames->has_output() && !replies_.empty()) {
         frames->send(std::move(replies_.front()), heard[heard.size() - replies_.size()].second);
         replies_.erase(replies_.begin());
         check();
@@ -76,7 +86,7 @@ class Owner {
   }
   void send(std::string bytes, bool text = true) {
     REQUIRE(frames->state() == WebSocketFrames::State::open);
-    REQUIRE(frames->output().empty());
+    REQUIRE_FALSE(frames->has_output());
     frames->send(std::make_shared<const std::string>(std::move(bytes)), text);
     go();
   }
@@ -105,12 +115,10 @@ class Owner {
  private:
   bool drain() {
     bool any = false;
-    while (!frames->output().empty()) {
-      const auto [first, second, third] = frames->output();
-      REQUIRE(third.empty());
-      const auto size = std::min(pace_.out, first.size() + second.size());
-      const auto from_first = std::min(size, first.size());
-      written_.append(first.substr(0, from_first)).append(second.substr(0, size - from_first));
+    while (frames->has_output()) {
+      const std::string output = output_of(*frames);
+      const auto size = std::min(pace_.out, output.size());
+      written_.append(output, 0, size);
       frames->sent(size);
       check();
       any = true;
@@ -128,7 +136,7 @@ class Owner {
     REQUIRE((last_ != WebSocketFrames::State::closed || state == WebSocketFrames::State::closed));
     last_ = state;
     if (!is_over()) return;
-    REQUIRE(frames->output().empty());
+    REQUIRE_FALSE(frames->has_output());
     REQUIRE_FALSE(frames->wants_input());
     REQUIRE_FALSE(frames->next());
     REQUIRE(frames->state() == state);
@@ -176,7 +184,7 @@ TEST_CASE("the key of RFC 6455 1.3 is accepted with the value given there", "[tr
   REQUIRE(handshake.frames);
   CHECK(handshake.frames->state() == WebSocketFrames::State::open);
   CHECK(handshake.frames->wants_input());
-  CHECK(handshake.frames->output().empty());
+  CHECK_FALSE(handshake.frames->has_output());
   CHECK(framer.accept("AAAAAAAAAAAAAAAAAAAAAA==", 100).accept == accept_of("AAAAAAAAAAAAAAAAAAAAAA=="));
 }
 
@@ -301,14 +309,54 @@ TEST_CASE("a large message is sent from where it is", "[transport][R0.12]") {
   Owner owner(framer);
   const auto message = std::make_shared<const std::string>(text_of(100000));
   owner.frames->send(message, true);
-  const auto output = owner.frames->output();
-  CHECK(output.first.size() == 10);
-  CHECK((output.second.data() == message->data()));
+  OutputParts output;
+  owner.frames->add_output(output);
+  REQUIRE(output.size() == 2);
+  CHECK(output.data()[0].iov_len == 10);
+  CHECK(output.data()[1].iov_base == message->data());
   CHECK(message.use_count() > 1);
   owner.go();
   CHECK(message.use_count() == 1);
   REQUIRE(owner.said.size() == 1);
   CHECK((owner.said[0].payload == *message));
+}
+
+TEST_CASE("messages are sent together, in their order, before a pong", "[transport][R0.12]") {
+  WebSocketFramer framer;
+  for (const auto& pace : paces) {
+    INFO(str(pace));
+    Owner owner(framer, 4096, pace);
+    owner.held = true;
+    const std::vector<std::size_t> sizes{0, 1, 125, 126, 127, 65535, 65536, 70000};
+    for (const std::size_t size : sizes) owner.frames->send(std::make_shared<const std::string>(text_of(size)), size % 2 == 0);
+    if (pace.out == all) {
+      OutputParts output;
+      owner.frames->add_output(output);
+      CHECK(output.size() == 2 * sizes.size() - 1);  // one message is empty
+    }
+    owner.hear(Frame{Frame::ping, "p"});
+    owner.held = false;
+    owner.go();
+    REQUIRE(owner.said.size() == sizes.size() + 1);
+    for (std::size_t i = 0; i < sizes.size(); ++i) {
+      CHECK(owner.said[i].opcode == (sizes[i] % 2 == 0 ? Frame::text : Frame::binary));
+      CHECK((owner.said[i].payload == text_of(sizes[i])));
+    }
+    CHECK(owner.said.back().opcode == Frame::pong);
+  }
+}
+
+TEST_CASE("more messages than fit into one system call are sent by several", "[transport][R0.12]") {
+  WebSocketFramer framer;
+  Owner owner(framer);
+  for (int i = 0; i < 100; ++i) owner.frames->send(std::make_shared<const std::string>(std::to_string(i)), true);
+  OutputParts output;
+  owner.frames->add_output(output);
+  CHECK(output.size() == 64);
+  owner.go();
+  REQUIRE(owner.said.size() == 100);
+  for (std::size_t i = 0; i < 100; ++i) CHECK(owner.said[i].payload == std::to_string(i));
+  CHECK_FALSE(owner.frames->has_output());
 }
 
 TEST_CASE("output stays the same until a call or sent() changes it", "[transport][R0.12]") {
@@ -318,15 +366,13 @@ TEST_CASE("output stays the same until a call or sent() changes it", "[transport
   owner.send("0123456789");
   const std::string frame = "\x81\x0A" "0123456789";
   for (std::size_t left = frame.size(); left > 0; --left) {
-    const auto output = owner.frames->output();
-    REQUIRE(std::string(output.first).append(output.second) == frame.substr(frame.size() - left));
+    REQUIRE(output_of(*owner.frames) == frame.substr(frame.size() - left));
     REQUIRE(owner.state() == WebSocketFrames::State::open);
     owner.frames->sent(1);
   }
-  CHECK(owner.frames->output().empty());
+  CHECK_FALSE(owner.frames->has_output());
   owner.send("");
-  const auto output = owner.frames->output();
-  CHECK(std::string(output.first).append(output.second) == std::string("\x81\0", 2));
+  CHECK(output_of(*owner.frames) == std::string("\x81\0", 2));
 }
 
 // ------------------------------------------------------------------------------------------------------------------------ limits
@@ -485,7 +531,7 @@ TEST_CASE("a client that pings and does not read makes nothing grow, and has its
   owner.hear(bytes.substr(bytes.size() / 2));
   CHECK_FALSE(owner.frames->wants_input());
   CHECK_FALSE(owner.input.empty());
-  CHECK(owner.frames->output().first.size() + owner.frames->output().second.size() <= 2 * 127);
+  CHECK(output_of(*owner.frames).size() <= 2 * 127);
   owner.held = false;
   owner.go();
   CHECK(owner.input.empty());
@@ -508,7 +554,7 @@ TEST_CASE("a ping of ours is empty, and its pong is no message", "[transport][R0
   for (const auto& pace : paces) {
     Owner owner(framer, 4096, pace);
     owner.frames->ping();
-    CHECK_FALSE(owner.frames->output().empty());
+    CHECK(owner.frames->has_output());
     owner.hear(part(Frame::text, "a", false));
     REQUIRE(owner.said.size() == 1);
     CHECK(owner.said[0].opcode == Frame::ping);
@@ -554,8 +600,7 @@ TEST_CASE("it is closing until the response to a close has been sent", "[transpo
   owner.held = true;
   owner.hear(closing(1000));
   CHECK(owner.state() == WebSocketFrames::State::closing);
-  const auto output = owner.frames->output();
-  for (auto left = output.first.size() + output.second.size(); left > 1; --left) owner.frames->sent(1);
+  for (auto left = output_of(*owner.frames).size(); left > 1; --left) owner.frames->sent(1);
   CHECK(owner.state() == WebSocketFrames::State::closing);
   owner.frames->sent(1);
   CHECK(owner.state() == WebSocketFrames::State::closed);
@@ -689,10 +734,10 @@ TEST_CASE("our close comes after the message that is being sent", "[transport][R
     owner.close(1011, "again");
     CHECK(owner.state() == WebSocketFrames::State::closing);
     std::string rest;
-    while (!owner.frames->output().empty()) {
-      const auto output = owner.frames->output();
-      rest.append(output.first).append(output.second);
-      owner.frames->sent(output.first.size() + output.second.size());
+    while (owner.frames->has_output()) {
+      const std::string output = output_of(*owner.frames);
+      rest += output;
+      owner.frames->sent(output.size());
     }
     rest.insert(0, "\x81");
     FrameReader reader;
@@ -705,7 +750,7 @@ TEST_CASE("our close comes after the message that is being sent", "[transport][R
     CHECK(close.payload == close_payload(1001, "bye"));
     owner.hear(closing(1001));
     CHECK(owner.state() == WebSocketFrames::State::closed);
-    CHECK(owner.frames->output().empty());
+    CHECK_FALSE(owner.frames->has_output());
   }
 }
 
@@ -817,12 +862,12 @@ TEST_CASE("frames can be destroyed at any time, and others go on", "[transport][
         owner.held = held;
         owner.hears_one = act == 1;
         owner.hear(script.substr(0, size / 2));
-        const bool can_say = owner.state() == WebSocketFrames::State::open && owner.frames->output().empty();
+        const bool can_say = owner.state() == WebSocketFrames::State::open && !owner.frames->has_output();
         if (act == 2 && can_say) owner.send(text_of(100));
         if (act == 3 && can_say) owner.frames->ping();
         if (act == 4) owner.close(1001);
         owner.hear(script.substr(size / 2, size - size / 2));
-        if (size % 3 == 0) owner.frames->sent(owner.frames->output().empty() ? 0 : 1);
+        if (size % 3 == 0) owner.frames->sent(owner.frames->has_output() ? 1 : 0);
       }
   other.echoes = true;
   other.hear(text("still here"));

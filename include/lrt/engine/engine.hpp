@@ -157,6 +157,7 @@ class Engine final : public Handler {
   void abandon(Ticket ticket) noexcept override;
   std::optional<Channel> next_ready(TimePoint now) override;
   std::optional<Push> next_push(Channel channel, TimePoint now) override;
+  void take_ready(std::vector<ReadyChannel>& channels, TimePoint now) override;
   void closed(Channel channel) noexcept override;
 
   // Web callbacks: as with WebSockets the engine names a channel once, and the deliverer calls next_notification() until it returns nullopt.

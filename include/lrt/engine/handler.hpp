@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include <lrt/base/clock.hpp>
 #include <lrt/http/message.hpp>
@@ -63,11 +64,26 @@ struct Push {
   std::string reason{};                        ///< of the close; UTF-8, at most 123 bytes
 };
 
+/// A channel that has a push.
+struct ReadyChannel {
+  Channel channel;
+  bool urgent = false;  ///< a command or a close: before the others
+};
+
+/// What a transport can send on a channel now, and how much of that there is.
+struct PushRequest {
+  Channel channel;
+  std::size_t max = 1;        ///< pushes that the transport takes
+  std::size_t max_bytes = 0;  ///< after a push by which their messages reach this, it takes no more
+  std::size_t given = 0;      ///< set by take_pushes()
+  bool more = false;          ///< the same: there may be more. If not, next_ready() will name the channel again
+};
+
 /// What a transport serves: requests in, responses out, messages to subscribers; no I/O.
 ///
 /// Messages are pulled: the handler says once that a channel has something (next_ready), the transport takes it when it can write
-/// (next_push), until there is nothing more; then the handler will name the channel anew. A client that does not read costs one
-/// message on its way and nothing else.
+/// (next_push), until there is nothing more; then the handler will name the channel anew. A client that does not read costs what the
+/// transport has taken for it, which is one message or a few short ones, and nothing else.
 ///
 /// @par Threads  all functions are called by the transport, from one thread at a time.
 class Handler {
@@ -111,6 +127,27 @@ class Handler {
   virtual std::optional<Push> next_push(Channel channel, TimePoint now) {
     (void)channel, (void)now;
     return std::nullopt;
+  }
+  /// next_ready() until nullopt: appends them all. For transports with many clients.
+  virtual void take_ready(std::vector<ReadyChannel>& channels, TimePoint now) {
+    while (const auto channel = next_ready(now)) channels.push_back({*channel});
+  }
+  /// next_push() for many channels at once: appends the pushes of the first request, then those of the second, and so on. The last push of a
+  /// channel may be a close.
+  virtual void take_pushes(std::vector<PushRequest>& requests, std::vector<Push>& pushes, TimePoint now) {
+    for (PushRequest& request : requests) {
+      std::size_t bytes = 0;
+      request.given = 0;
+      request.more = true;
+      while (request.more && request.given < request.max && (request.given == 0 || bytes < request.max_bytes)) {
+        auto push = next_push(request.channel, now);
+        request.more = push && push->close == 0;
+        if (!push) break;
+        bytes += push->message ? push->message->size() : 0;
+        ++request.given;
+        pushes.push_back(*std::move(push));
+      }
+    }
   }
   /// A complete message of the client. next_push() may have something afterwards.
   virtual void received(Channel channel, std::string_view message, bool text, TimePoint now) {

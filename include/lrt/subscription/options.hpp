@@ -71,10 +71,12 @@ struct SubscriptionOptions {
   std::chrono::microseconds max_catch_up_time{5000};
   /// Default of PulledProperty::sample: the period at which observed pulled properties are read. 0: only after PulledProperty::changed().
   std::chrono::milliseconds sample_period{100};
-  /// While observed properties are being published, the engine scans them for changes at this period, and publish() makes no system call. If
-  /// a scan takes long, the period is extended: scans take at most a fifth of the time.
+  /// While observed properties are published at irregular times, the engine scans them for changes at this period, and publish() makes no
+  /// system call. Where the intervals are regular and at most four times as long, it scans when the next publish() is due; where they are
+  /// longer, it sleeps. If a scan takes long, the period is extended: scans take at most a fifth of the time.
   std::chrono::microseconds scan_period{500};
-  /// After so many scans without a change the engine sleeps. The next publish() of an observed property wakes it with one system call.
+  /// After so many scans without an irregular change the engine sleeps, unless something is published at short regular intervals. The next
+  /// publish() of an observed property wakes it with one system call.
   unsigned idle_scans_before_sleep = 20;
   /// The engine does not sleep while a resource is observed, so publish() never makes a system call.
   bool always_scan = false;

@@ -10,23 +10,22 @@
 namespace lrt::transport {
 namespace {
 
-/// Messages of one turn.
-constexpr int pushes_per_turn = 8;
+/// A client that does not read costs so much, or one message.
+constexpr std::size_t max_bytes_at_once = 16 * 1024;
+/// Of a client that may have more messages, before the others have theirs.
+constexpr int turns_at_once = 8;
 /// Bytes that the system accepts for a channel beyond the client's window. Without this limit it accepts megabytes: a client that
 /// reads slowly would get values of minutes ago, and one that does not read would occupy that memory.
 constexpr int unsent_bytes = 32 * 1024;
 
 }  // namespace
 
-ssize_t Client::send(const Socket& socket, TlsStream* tls, const Output& output) {
-  if (output.second.empty() && tls == nullptr) return ::send(socket.descriptor(), output.first.data(), output.first.size(), MSG_NOSIGNAL);
-  iovec parts[3] = {{const_cast<char*>(output.first.data()), output.first.size()},
-                    {const_cast<char*>(output.second.data()), output.second.size()},
-                    {const_cast<char*>(output.third.data()), output.third.size()}};
-  if (tls != nullptr) return tls->send(parts, 3);
+ssize_t Client::send(const Socket& socket, TlsStream* tls, const OutputParts& output) {
+  if (tls != nullptr) return tls->send(output.data(), output.size());
+  if (output.size() == 1) return ::send(socket.descriptor(), output.data()->iov_base, output.data()->iov_len, MSG_NOSIGNAL);
   msghdr message{};
-  message.msg_iov = parts;
-  message.msg_iovlen = 3;
+  message.msg_iov = const_cast<iovec*>(output.data());
+  message.msg_iovlen = output.size();
   return ::sendmsg(socket.descriptor(), &message, MSG_NOSIGNAL);
 }
 
@@ -68,14 +67,23 @@ void Client::close_channel() noexcept {
 
 void Client::push_some(TimePoint now) {
   Linked<TurnTag>::unlink();
-  for (int turn = 0; turn < pushes_per_turn; ++turn) {
-    if (!channel_ || !wants_message()) return;
-    auto push = loop_.context.handler->next_push(*channel_, now);
-    if (!push) return;
-    send_message(*std::move(push), now);
+  PushRound& round = loop_.pushes;
+  for (int turn = 0; turn < turns_at_once; ++turn) {
+    if (max_messages() == 0) return;
+    round.clear();
+    round.add(*this);
+    loop_.context.handler->take_pushes(round.requests, round.pushes, now);
+    const engine::PushRequest request = round.requests.front();
+    send_messages(round.pushes.data(), request.given, now);
+    if (!request.more) return;
     if (loop_.readiness.is_over()) break;
   }
-  if (channel_ && wants_message()) loop_.turns.push_back(*this);
+  if (max_messages() > 0) loop_.turns.push_back(*this);
+}
+
+void PushRound::add(Client& client) {
+  requests.push_back({*client.channel(), client.max_messages(), max_bytes_at_once});
+  clients.push_back(&client);
 }
 
 }  // namespace lrt::transport

@@ -12,14 +12,17 @@
 namespace lrt::transport {
 
 /// A client's place in the loop: an HTTP connection, or the WebSocket that it became. Either may carry a channel of the handler: an event
-/// stream or a WebSocket's messages, which are pulled from the handler, one on its way at a time.
+/// stream or a WebSocket's messages, which are pulled from the handler when those before have been sent.
 class Client : public Watched, public Linked<TurnTag>, public std::enable_shared_from_this<Client> {
  public:
   virtual ~Client() = default;
 
-  /// Sends what the handler has for the channel, as long as the client takes it and for one turn.
-  void push(TimePoint now) {
-    push_some(now);
+  /// How many messages of its channel it takes now; 0: none, or it has no channel.
+  std::size_t max_messages() const noexcept { return channel_ ? room_for_messages() : 0; }
+  std::optional<engine::Channel> channel() const noexcept { return channel_; }
+  /// Sends messages of its channel, at most max_messages().
+  void push(engine::Push* pushes, std::size_t count, TimePoint now) {
+    send_messages(pushes, count, now);
     update(now);
   }
 
@@ -36,7 +39,7 @@ class Client : public Watched, public Linked<TurnTag>, public std::enable_shared
 
   /// As send(2).
   /// @param tls  nullptr: plain
-  static ssize_t send(const Socket& socket, TlsStream* tls, const Output& output);
+  static ssize_t send(const Socket& socket, TlsStream* tls, const OutputParts& output);
 
   /// Enters the loop's list.
   void join();
@@ -48,12 +51,12 @@ class Client : public Watched, public Linked<TurnTag>, public std::enable_shared
   /// From now on push() is called when the handler has something for the channel.
   void open_channel(engine::Channel channel, const Socket& socket);
   void close_channel() noexcept;
-  std::optional<engine::Channel> channel() const noexcept { return channel_; }
+  /// Sends what the handler has for the channel, as long as the client takes it and for one turn.
   void push_some(TimePoint now);
 
-  /// The channel is open, and everything before has been sent.
-  virtual bool wants_message() const noexcept = 0;
-  virtual void send_message(engine::Push push, TimePoint now) = 0;
+  /// More than 0: the channel is open, and everything before has been sent.
+  virtual std::size_t room_for_messages() const noexcept = 0;
+  virtual void send_messages(engine::Push* pushes, std::size_t count, TimePoint now) = 0;
   /// Follows the present state: what the loop should wait for, and whether the connection ends.
   virtual void update(TimePoint now) = 0;
 

@@ -230,8 +230,9 @@ void Connection::write_and_update(TimePoint now) {
   update(now);
 }
 
-void Connection::send_message(engine::Push push, TimePoint now) {
-  session_.push(std::move(push), now);
+void Connection::send_messages(engine::Push* pushes, std::size_t count, TimePoint now) {
+  if (count == 0) return;
+  session_.push(std::move(*pushes), now);
   write(now);
 }
 
@@ -244,7 +245,9 @@ void Connection::write(TimePoint now) {
       if (tls_ && tls_->owes() && tls_->flush() != 0) blocked_ = true;
       return;
     }
-    const auto sent = send(socket_, tls_.get(), output);
+    OutputParts parts;
+    for (const std::string_view part : {output.first, output.second, output.third}) parts.add(part);
+    const auto sent = send(socket_, tls_.get(), parts);
     if (sent < 0) {
       if (errno == EINTR) continue;
       if (errno == EINPROGRESS && tls_) return;  // on_ready() goes on

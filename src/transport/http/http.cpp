@@ -28,6 +28,10 @@ constexpr milliseconds precise_wait{100};
 /// How long stop() waits for clients to close their connections.
 constexpr milliseconds stop_linger_time{100};
 
+/// How many clients get messages under one lock of the handler, and what one of them takes, at most for most: within a budget it limits how many.
+constexpr std::size_t max_round = 32;
+constexpr std::chrono::microseconds push_time{10};
+
 /// Rounded up, so that a wait does not end just before `due`.
 milliseconds until(Deadlines::Instant due, Deadlines::Instant now) {
   return due <= now ? milliseconds(0) : std::chrono::ceil<milliseconds>(due - now);
@@ -78,6 +82,7 @@ class HttpTransport final : public Transport {
   void deliver(TimePoint now);
   void deliver_replies(TimePoint now);
   void deliver_pushes(TimePoint now);
+  void enqueue(const engine::ReadyChannel& ready);
   void expire(TimePoint now);
   std::optional<Deadlines::Instant> next_due() const;
   void close_all();
@@ -137,11 +142,11 @@ milliseconds HttpTransport::poll(std::chrono::microseconds budget, milliseconds 
   auto& readiness = loop_.readiness;
   readiness.delete_deferred();
   wait = left_ || readiness.has_left() ? milliseconds(0) : prepare_wait(wait);
-  // Half of the budget is for deferred responses and channels, however many requests there are.
+  // At least half of the budget is for deferred responses and channels, however many requests there are.
   const bool has_replies = !loop_.tickets.empty() || !loop_.channels.empty();
   readiness.set_budget(has_replies ? budget / 2 : budget);
   const bool all = readiness.serve(static_cast<int>(wait.count()));
-  if (has_replies) readiness.set_budget(budget / 2);
+  if (has_replies) readiness.set_budget(budget / 2 + readiness.budget_left());
   const auto now = loop_.clock.now();
   deliver(now);
   expire(now);
@@ -149,7 +154,6 @@ milliseconds HttpTransport::poll(std::chrono::microseconds budget, milliseconds 
   const bool left = left_ || readiness.has_left();
   const auto due = next_due();
   if (descriptor_used_) set_alarm(left, due);
-  else alarm_.clear();
   if (left || !all) return milliseconds(0);
   return due ? until(*due, now.steady) : milliseconds::max();
 }
@@ -161,9 +165,9 @@ milliseconds HttpTransport::prepare_wait(milliseconds wait) {
   wait = std::min(wait, longest_wait);
   if (const auto due = next_due()) wait = std::min(wait, until(*due, now));
   if (wait <= milliseconds(0)) return milliseconds(0);
-  if (wait > precise_wait) return wait;
-  const auto due = loop_.context.handler->next_deadline();
+  const auto due = wait > precise_wait ? std::nullopt : loop_.context.handler->next_deadline();
   if (due && *due > now && *due < now + wait) alarm_.set(*due, now);
+  else alarm_.clear();
   return wait;
 }
 
@@ -205,22 +209,46 @@ void HttpTransport::deliver_replies(TimePoint now) {
   }
 }
 
-/// Serves at least one channel that is ready and one in turn, even if the replies have used the budget up.
+/// The clients take turns, in one order over all calls: if the budget ends a call, the next goes on where it ended. At least one client is served,
+/// even if the replies have used the budget up.
 void HttpTransport::deliver_pushes(TimePoint now) {
   auto& handler = *loop_.context.handler;
-  while (const auto channel = handler.next_ready(now)) {
-    const auto found = loop_.channels.find(static_cast<std::uint64_t>(*channel));
-    if (found != loop_.channels.end()) found->second->push(now);
-    if (loop_.readiness.is_over()) {
-      left_ = true;
-      break;
-    }
-  }
+  loop_.ready.clear();
+  handler.take_ready(loop_.ready, now);
+  for (std::size_t i = loop_.ready.size(); i-- > 0;)  // so that the first urgent one is at the front
+    if (loop_.ready[i].urgent) enqueue(loop_.ready[i]);
+  for (const engine::ReadyChannel& ready : loop_.ready)
+    if (!ready.urgent) enqueue(ready);
+  PushRound& round = loop_.pushes;
   while (!loop_.turns.empty()) {
-    loop_.turns.front().push(now);
+    round.clear();
+    const std::size_t clients = loop_.readiness.steps_left(push_time, max_round);
+    while (!loop_.turns.empty() && round.clients.size() < clients) {
+      Client& client = loop_.turns.front();
+      static_cast<Linked<TurnTag>&>(client).unlink();
+      if (client.max_messages() > 0) round.add(client);  // else it asks again when it can
+    }
+    handler.take_pushes(round.requests, round.pushes, now);
+    engine::Push* next = round.pushes.data();
+    for (std::size_t i = 0; i < round.clients.size(); ++i) {
+      const engine::PushRequest& request = round.requests[i];
+      Client& client = *round.clients[i];
+      if (request.given > 0) client.push(next, request.given, now);
+      next += request.given;
+      if (request.more && client.max_messages() > 0) loop_.turns.push_back(client);
+    }
     if (loop_.readiness.is_over()) break;
   }
+  round.clear();
   left_ = left_ || !loop_.turns.empty();
+}
+
+void HttpTransport::enqueue(const engine::ReadyChannel& ready) {
+  const auto found = loop_.channels.find(static_cast<std::uint64_t>(ready.channel));
+  if (found == loop_.channels.end()) return;
+  Client& client = *found->second;
+  if (ready.urgent) loop_.turns.push_front(client);
+  else if (!static_cast<Linked<TurnTag>&>(client).is_linked()) loop_.turns.push_back(client);
 }
 
 /// After reading, so that a client is not late because the host did not poll.

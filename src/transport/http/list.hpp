@@ -43,16 +43,22 @@ class List {
   T& front() noexcept { return static_cast<T&>(*root_.next_); }
   const T& front() const noexcept { return static_cast<const T&>(*root_.next_); }
   /// Removes it from the list that it is in.
-  void push_back(T& item) noexcept {
-    Linked<Tag>& entry = item;
-    entry.unlink();
-    entry.previous_ = root_.previous_;
-    entry.next_ = &root_;
-    root_.previous_->next_ = &entry;
-    root_.previous_ = &entry;
+  void push_back(T& item) noexcept { insert_before(root_, item); }
+  /// Removes it from the list that it is in.
+  void push_front(T& item) noexcept {
+    static_cast<Linked<Tag>&>(item).unlink();
+    insert_before(*root_.next_, item);
   }
 
  private:
+  static void insert_before(Linked<Tag>& next, T& item) noexcept {
+    Linked<Tag>& entry = item;
+    entry.unlink();
+    entry.previous_ = next.previous_;
+    entry.next_ = &next;
+    next.previous_->next_ = &entry;
+    next.previous_ = &entry;
+  }
   struct Root final : Linked<Tag> {};
   Root root_;
 };

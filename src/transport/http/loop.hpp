@@ -35,6 +35,20 @@ using ReservedOrder = List<Connection, ReservedTag>;
 struct TurnTag;
 using TurnOrder = List<Client, TurnTag>;
 
+/// What some clients get at once. Kept, so that a round allocates nothing.
+struct PushRound {
+  /// @pre Client::max_messages() is more than 0
+  void add(Client& client);
+  void clear() noexcept {
+    requests.clear();
+    clients.clear();
+    pushes.clear();
+  }
+  std::vector<engine::PushRequest> requests;
+  std::vector<Client*> clients;  ///< of the same index
+  std::vector<engine::Push> pushes;
+};
+
 /// Clients over the limit that get a full 503 and linger, at one time; those beyond are closed at once.
 constexpr std::size_t max_refused = 64;
 
@@ -65,6 +79,8 @@ struct Loop {
   std::unordered_map<std::uint64_t, Connection*> tickets;    ///< that wait for a deferred response
   std::unordered_map<std::uint64_t, Client*> channels;
   TurnOrder turns;
+  PushRound pushes;
+  std::vector<engine::ReadyChannel> ready;
   ReservedOrder reserved;
   std::size_t reserved_count = 0;                            ///< connections that serve only stops, in `reserved` or not
   std::size_t refused = 0;                                   ///< connections over the limit that are being sent a 503

@@ -1,5 +1,7 @@
 #include "src/transport/http/readiness.hpp"
 
+#include <algorithm>
+
 #include "src/transport/http/client.hpp"
 
 namespace lrt::transport {
@@ -53,6 +55,18 @@ bool Readiness::is_over() noexcept {
   const auto now = std::chrono::steady_clock::now();
   if (!end_) end_ = now + budget_;
   return now >= *end_;
+}
+
+std::chrono::microseconds Readiness::budget_left() const noexcept {
+  if (!end_) return budget_;
+  const auto left = std::chrono::duration_cast<std::chrono::microseconds>(*end_ - std::chrono::steady_clock::now());
+  return std::max(left, std::chrono::microseconds(0));
+}
+
+std::size_t Readiness::steps_left(std::chrono::microseconds step, std::size_t max) noexcept {
+  begin_budget();
+  const auto left = *end_ - std::chrono::steady_clock::now();
+  return left <= step ? 1 : std::min(max, static_cast<std::size_t>(left / step));
 }
 
 /// At the first step, not after it: two handshakes must not fit into a budget that one of them exceeds.

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -81,6 +82,10 @@ class Readiness {
   }
   /// Whether the budget that set_budget() gave is used up.
   bool is_over() noexcept;
+  /// What of the budget is not used.
+  std::chrono::microseconds budget_left() const noexcept;
+  /// How many steps of that time the budget allows still; at least 1.
+  std::size_t steps_left(std::chrono::microseconds step, std::size_t max) noexcept;
 
  private:
   bool serve_round();

@@ -134,10 +134,10 @@ void WebSocket::take_messages(TimePoint now) {
     if (message && phase_ == Phase::open) count(now);
     if (is_too_much()) begin_close(1008, "too many messages", now);
     else if (message && phase_ == Phase::open) loop_.context.handler->received(*channel(), message->bytes, message->text, now);
-    const bool has_output = !output().empty();
+    const bool had_output = has_output();
     const bool free = write(now);
     if (message && free) push_some(now);
-    if (!message && !(has_output && free)) return;
+    if (!message && !(had_output && free)) return;
     if (loop_.readiness.is_over()) {
       unfinished_ = true;
       return loop_.readiness.later(*this);
@@ -172,15 +172,17 @@ void WebSocket::discard() {
 
 // ---------------------------------------------------------------------------------------------------------------- writing
 
-void WebSocket::send_message(engine::Push push, TimePoint now) {
-  if (push.close != 0) return begin_close(push.close, push.reason, now);
-  frames_->send(push.message ? std::move(push.message) : empty_message(), push.text);
+void WebSocket::send_messages(engine::Push* pushes, std::size_t count, TimePoint now) {
+  for (engine::Push* push = pushes; push != pushes + count; ++push) {
+    if (push->close != 0) return begin_close(push->close, push->reason, now);
+    frames_->send(push->message ? std::move(push->message) : empty_message(), push->text);
+  }
   write(now);
 }
 
-Output WebSocket::output() const noexcept {
-  if (phase_ == Phase::opening) return {std::string_view(header_).substr(header_sent_), {}};
-  return frames_->output();
+void WebSocket::add_output(OutputParts& parts) const noexcept {
+  if (phase_ == Phase::opening) parts.add(std::string_view(header_).substr(header_sent_));
+  else frames_->add_output(parts);
 }
 
 /// Sends the output and follows the state of the frames. Returns true if nothing is left of it and the connection is open.
@@ -194,7 +196,8 @@ bool WebSocket::write(TimePoint now) {
 void WebSocket::send_all(TimePoint now) {
   bool anew = !progress_.is_linked();
   for (;;) {
-    const auto output = this->output();
+    OutputParts output;
+    add_output(output);
     if (output.empty()) {
       if (tls_ && tls_->owes() && tls_->flush() != 0) return block(anew, now);
       if (!owes_ping_ || phase_ != Phase::open) return loop_.deadlines.clear(progress_);

@@ -43,6 +43,9 @@ class WebSocket final : public Client {
   void close() override;
 
  private:
+  /// With one system call.
+  static constexpr std::size_t max_messages_at_once = 30;
+
   enum class Phase : unsigned char {
     opening,    ///< the 101 is being sent
     open,
@@ -74,11 +77,12 @@ class WebSocket final : public Client {
   bool wants_input() const noexcept;
   bool has_more() const noexcept;
 
-  bool wants_message() const noexcept override { return phase_ == Phase::open && !blocked_ && output().empty(); }
-  void send_message(engine::Push push, TimePoint now) override;
+  std::size_t room_for_messages() const noexcept override { return phase_ == Phase::open && !blocked_ && !frames_->has_output() ? max_messages_at_once : 0; }
+  void send_messages(engine::Push* pushes, std::size_t count, TimePoint now) override;
   bool write(TimePoint now);
   void send_all(TimePoint now);
-  Output output() const noexcept;
+  bool has_output() const noexcept { return phase_ == Phase::opening ? header_sent_ < header_.size() : frames_->has_output(); }
+  void add_output(OutputParts& parts) const noexcept;
   void sent(std::size_t bytes);
   void block(bool anew, TimePoint now);
 

@@ -32,6 +32,9 @@ using beast::error_code;
 /// Capacity of a buffer that is kept for the next message of the client.
 constexpr std::size_t kept_capacity = 8 * 1024;
 
+/// Places for messages that are kept while there are none.
+constexpr std::size_t kept_messages = 1;
+
 /// RFC 6455 5.5: a control frame has at most 125 bytes, two of a close are its code.
 constexpr std::size_t max_reason_bytes = 123;
 
@@ -184,7 +187,10 @@ class Wire {
   }
 
   bool is_writing() const noexcept { return writer_ != nullptr; }
-  Output output() const noexcept { return writer_ ? Output{parts_[0], parts_[1]} : Output{}; }
+  void add_output(OutputParts& parts) const noexcept {
+    if (!writer_) return;
+    for (const std::string_view part : parts_) parts.add(part);
+  }
   void sent(std::size_t bytes) {
     const auto first = std::min(bytes, parts_[0].size());
     parts_[0].remove_prefix(first);
@@ -229,7 +235,8 @@ class BeastFrames final : public WebSocketFrames {
   void send(std::shared_ptr<const std::string> message, bool text) override;
   void ping() override;
   void close(std::uint16_t code, std::string_view reason) override;
-  Output output() const noexcept override { return wire().output(); }
+  bool has_output() const noexcept override { return !over_ && (!outgoing_.empty() || wire().is_writing()); }
+  void add_output(OutputParts& parts) const noexcept override;
   void sent(std::size_t bytes) override;
   State state() const noexcept override {
     if (over_) return *over_;
@@ -247,8 +254,18 @@ class BeastFrames final : public WebSocketFrames {
   void begin_close(std::uint16_t code, std::string_view reason);
   void finish(const error_code& error);
 
+  /// A message and its header: a server's frame has no mask, so the bytes of the message are shared by all clients that get it.
+  struct Outgoing {
+    std::shared_ptr<const std::string> message;
+    std::array<char, 10> header;
+    unsigned char header_size;
+    std::size_t size() const noexcept { return header_size + message->size(); }
+  };
+
   Queue& queue_;
-  std::shared_ptr<const std::string> sending_;
+  std::vector<Outgoing> outgoing_;      ///< sent before what Beast writes, which are control frames
+  std::size_t first_ = 0;               ///< of outgoing_, not yet sent
+  std::size_t first_sent_ = 0;          ///< bytes of that
   std::string kept_;  ///< received bytes behind a message that next() has not returned, or that wait for output() to be sent
   std::size_t used_ = 0;
   beast::flat_buffer message_;  ///< of the client, as far as it was received
@@ -353,15 +370,30 @@ void BeastFrames::feed_kept() {
 
 // ---------------------------------------------------------------------------------------------------------------- writing
 
+/// RFC 6455 5.2: a final frame without extensions. Beast would make its write operation for it, which costs more than the frame.
 void BeastFrames::send(std::shared_ptr<const std::string> message, bool text) {
   assert(state() == State::open && !wire().is_writing());
-  sending_ = std::move(message);
-  stream_.binary(!text);
-  stream_.async_write(sending_ ? asio::buffer(*sending_) : asio::const_buffer(), [this](const error_code& error, std::size_t) {
-    sending_.reset();
-    if (error) finish(error);
-  });
-  queue_.run();
+  Outgoing& out = outgoing_.emplace_back();
+  const std::uint64_t size = message->size();
+  const int length_bytes = size < 126 ? 0 : size <= 0xFFFF ? 2 : 8;
+  out.header[0] = static_cast<char>(0x80 | (text ? 1 : 2));
+  out.header[1] = static_cast<char>(length_bytes == 0 ? size : length_bytes == 2 ? 126U : 127U);
+  for (int i = 0; i < length_bytes; ++i) out.header[static_cast<std::size_t>(2 + i)] = static_cast<char>(size >> (8 * (length_bytes - 1 - i)));
+  out.header_size = static_cast<unsigned char>(2 + length_bytes);
+  out.message = std::move(message);
+}
+
+void BeastFrames::add_output(OutputParts& parts) const noexcept {
+  std::size_t skip = first_sent_;
+  for (std::size_t i = first_; i < outgoing_.size(); ++i) {
+    if (parts.room() < 2) return;
+    const Outgoing& out = outgoing_[i];
+    const std::size_t of_header = std::min<std::size_t>(skip, out.header_size);
+    parts.add(std::string_view(out.header.data(), out.header_size).substr(of_header));
+    parts.add(std::string_view(*out.message).substr(skip - of_header));
+    skip = 0;
+  }
+  if (parts.room() >= 2) wire().add_output(parts);
 }
 
 void BeastFrames::ping() {
@@ -373,6 +405,19 @@ void BeastFrames::ping() {
 }
 
 void BeastFrames::sent(std::size_t bytes) {
+  if (bytes == 0) return;
+  for (; first_ < outgoing_.size(); ++first_, first_sent_ = 0) {
+    const std::size_t left = outgoing_[first_].size() - first_sent_;
+    if (bytes < left) {
+      first_sent_ += bytes;
+      return;
+    }
+    bytes -= left;
+    outgoing_[first_].message.reset();
+  }
+  outgoing_.clear();
+  if (outgoing_.capacity() > kept_messages) std::vector<Outgoing>().swap(outgoing_);
+  first_ = 0;
   if (bytes == 0 || !wire().is_writing()) return;
   wire().sent(bytes);
   feed_kept();

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include <lrt/transport/session.hpp>
+#include "src/transport/http/output_parts.hpp"
 
 namespace lrt::transport {
 
@@ -43,16 +43,17 @@ class WebSocketFrames {
   /// False while received bytes wait until output() has been sent.
   virtual bool wants_input() const noexcept = 0;
 
-  /// One message as one frame. Only in the state `open` and when output() is empty. The message is not copied.
+  /// One message as one frame. Only in the state `open`, and when there is no output but of messages. The message is not copied.
   virtual void send(std::shared_ptr<const std::string> message, bool text) = 0;
-  /// An empty ping, under the same conditions.
+  /// An empty ping. Only in the state `open`, and when there is no output.
   virtual void ping() = 0;
   /// Begins the closing handshake after the bytes of output(). Further messages of the client are read and dropped.
   /// @param reason  UTF-8; cut after the last character that ends within 123 bytes (RFC 6455 5.5)
   virtual void close(std::uint16_t code, std::string_view reason) = 0;
 
-  /// The bytes to write now; valid until the next call of another function.
-  virtual Output output() const noexcept = 0;
+  virtual bool has_output() const noexcept = 0;
+  /// Adds bytes to write now; valid until the next call of another function.
+  virtual void add_output(OutputParts& parts) const noexcept = 0;
   virtual void sent(std::size_t bytes) = 0;
 
   virtual State state() const noexcept = 0;

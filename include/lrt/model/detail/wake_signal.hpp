@@ -10,7 +10,8 @@
 
 namespace lrt::model {
 
-/// Wakes the engine while it sleeps; costs one atomic load while it is awake. Many threads signal, one thread sleeps.
+/// Wakes the engine while it sleeps; costs one atomic load while it is awake. Urgent signals wake it always. Many threads signal, one thread
+/// sleeps.
 ///
 /// The engine scans for changes periodically. Before it stops, it calls sleep() and scans once more. A change made after that scan finds
 /// asleep() true. Each side stores its own flag and then loads the flag of the other side; all four operations are sequentially consistent,
@@ -24,7 +25,19 @@ class WakeSignal {
     if (Waker* waker = waker_.load(std::memory_order_acquire)) waker->wake();
   }
 
+  /// Requests a scan at once.
+  /// @par Threads  Any.
+  /// @par Time     Wait-free, no allocation. One system call, unless one before it has not been noticed yet.
+  void signal_urgently() noexcept {
+    urgent_.store(true, std::memory_order_release);
+    asleep_.store(false, std::memory_order_seq_cst);
+    if (Waker* waker = waker_.load(std::memory_order_acquire)) waker->wake();
+  }
+
   // For the engine.
+  bool is_urgent() const noexcept { return urgent_.load(std::memory_order_acquire); }
+  /// To be called before the scan.
+  void take_urgent() noexcept { urgent_.exchange(false, std::memory_order_acq_rel); }
   void sleep() noexcept { asleep_.store(true, std::memory_order_seq_cst); }
   void stay_awake() noexcept { asleep_.store(false, std::memory_order_seq_cst); }
   bool asleep() const noexcept { return asleep_.load(std::memory_order_seq_cst); }
@@ -36,7 +49,7 @@ class WakeSignal {
   }
 
  private:
-  std::atomic<bool> asleep_{false};
+  std::atomic<bool> asleep_{false}, urgent_{false};
   std::atomic<Waker*> waker_{nullptr};
   std::mutex mutex_;  // guards wakers_
   std::vector<std::shared_ptr<Waker>> wakers_;
@@ -49,17 +62,21 @@ class ChangeSource {
 
   // For the engine.
   void attach(std::shared_ptr<WakeSignal> wake_signal) { attached_ = std::move(wake_signal); }
+  /// Each change wakes the engine. Call before the first.
+  void set_urgent() noexcept { urgent_ = true; }
+  bool is_urgent() const noexcept { return urgent_; }
   /// @pre attach() was called, if `observed`
   void set_observed(bool observed) noexcept { wake_signal_.store(observed ? attached_.get() : nullptr, std::memory_order_seq_cst); }
 
  protected:
   void signal() noexcept {
-    if (WakeSignal* wake_signal = wake_signal_.load(std::memory_order_seq_cst)) wake_signal->signal();
+    if (WakeSignal* wake_signal = wake_signal_.load(std::memory_order_seq_cst)) urgent_ ? wake_signal->signal_urgently() : wake_signal->signal();
   }
 
  private:
   std::shared_ptr<WakeSignal> attached_;
   std::atomic<WakeSignal*> wake_signal_{nullptr};
+  bool urgent_ = false;
 };
 
 /// A flag that the host sets: PulledProperty::changed() requests that a property is read again, Action::available() that the availability of the
