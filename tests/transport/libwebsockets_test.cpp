@@ -4,6 +4,7 @@
 
 #include <libwebsockets.h>
 
+#include <algorithm>
 #include <deque>
 #include <functional>
 #include <map>
@@ -467,6 +468,67 @@ TEST_CASE("libwebsockets: a stop is served when all connections are taken, also 
   CHECK(host.handler.open.size() == 3);
 }
 
+TEST_CASE("libwebsockets: a stop is served although many come at once and keep their connections", "[transport][libwebsockets][R0.1]") {
+  const bool full = GENERATE(false, true);  // all connections wait for responses, so that only the reserved ones are left
+  CAPTURE(full);
+  TestHost host(make([](transport::TransportOptions& options) {
+    options.limits.max_connections = 3;
+    options.limits.reserved_connections = 4;
+    options.limits.header_timeout = std::chrono::hours(1);
+    options.limits.idle_timeout = std::chrono::hours(1);
+  }));
+  std::vector<RawClient> waiting, slow;
+  for (int i = 0; full && i < 3; ++i) {
+    waiting.push_back(host.client());
+    waiting.back().send(get("/defer"));
+    REQUIRE(host.run_until_handled(waiting.back(), host.handler.requests + 1));
+  }
+  const std::vector<std::string> texts = GENERATE(values<std::vector<std::string>>({
+      {"POST /stop HTTP/1.1\r\nHo"},
+      {"POST /stop HTTP/1.1\r\nHost: a\r\nContent-Length: 2\r\n\r\n{"},  // the body is not complete
+      {"GET / HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n"},  // the connection is not closed, nor is that of the next
+      {"FOO /stop HTTP/1.1\r\n\r\n"},
+      {"", "POST /stop HTTP/1.1\r\nHo", "GET /defer HTTP/1.1\r\nHost: a\r\n\r\n"},
+  }));
+  CAPTURE(texts);
+  const auto come = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      slow.push_back(host.client());
+      slow.back().send(texts[static_cast<std::size_t>(i) % texts.size()]);
+      slow.back().step();
+    }
+  };
+  for (int i = 0; i < 5; ++i) {
+    come(i == 0 ? 200 : 30);
+    auto stop = host.client();
+    stop.send("POST /stop HTTP/1.1\r\nHost: a\r\nConnection: close\r\nContent-Length: 2\r\n\r\n{}");
+    REQUIRE(host.run_to_end(stop));
+    CHECK(statuses(parse_answers(stop.received)) == std::vector{200});
+  }
+  CHECK(host.handler.open.size() <= 3);
+  host.settle();
+  for (auto& client : slow) client.step();
+  CHECK(std::count_if(slow.begin(), slow.end(), [](const RawClient& client) { return !client.ended; }) <= (full ? 4 : 7));
+}
+
+TEST_CASE("libwebsockets: a poll does not accept all who wait", "[transport][libwebsockets]") {
+  TestHost host(make());
+  std::vector<RawClient> clients;
+  for (int i = 0; i < 100; ++i) {
+    clients.push_back(host.client());
+    clients.back().send(get("/"));
+    clients.back().step();
+  }
+  std::size_t most = 0;
+  for (int turn = 0; turn < 10'000 && host.handler.requests < clients.size(); ++turn) {
+    const auto before = host.handler.requests;
+    host.server->poll(std::chrono::microseconds(0), milliseconds(0));
+    most = std::max(most, host.handler.requests - before);
+  }
+  CHECK(host.handler.requests == clients.size());
+  CHECK(most <= 32);
+}
+
 TEST_CASE("libwebsockets: the number of requests of a connection has a limit", "[transport][libwebsockets]") {
   TestHost host(make([](transport::TransportOptions& options) { options.limits.max_requests_per_connection = 2; }));
   auto client = host.client();
@@ -665,6 +727,31 @@ TEST_CASE("libwebsockets: a handshake whose response is deferred opens at once",
     client.end();
     REQUIRE(host.run(client, [&] { return host.handler.abandoned == host.handler.tickets; }));
   }
+}
+
+TEST_CASE("libwebsockets: a poll does not write to all who wait", "[transport][libwebsockets][websocket]") {
+  ChannelHost host;
+  std::vector<std::unique_ptr<WebSocketClient>> clients;
+  for (int i = 0; i < 60; ++i) {
+    clients.push_back(std::make_unique<WebSocketClient>(host.server->port()));
+    clients.back()->send(clients.back()->handshake("/"));
+    REQUIRE(host.run(*clients.back(), [&] { return clients.back()->status == 101; }));
+  }
+  for (const auto& client : host.handler.open) host.handler.say(client.first, "a message");
+  const auto unwritten = [&] {
+    std::size_t count = 0;
+    for (const auto& client : host.handler.open) count += client.second.queue.size();
+    return count;
+  };
+  REQUIRE(unwritten() == clients.size());
+  std::size_t most = 0;
+  for (int turn = 0; turn < 10'000 && unwritten() > 0; ++turn) {
+    const auto before = unwritten();
+    host.server->poll(std::chrono::microseconds(0), milliseconds(0));
+    most = std::max(most, before - unwritten());
+  }
+  CHECK(unwritten() == 0);
+  CHECK(most <= 32);
 }
 
 TEST_CASE("libwebsockets: stop closes WebSockets with 1001", "[transport][libwebsockets][websocket]") {

@@ -31,11 +31,12 @@ namespace lrt::transport {
 /// of one byte, and does not send pending messages before it responds to a close. What http::check_request() refuses is refused here, too.
 /// A strict proxy in front closes these gaps.
 ///
-/// Of Limits: max_body_bytes, connections (an idle connection is closed for the new one, else the new one is closed without a response),
+/// Of Limits: max_body_bytes, connections (an idle connection is closed for the new one; a request that arrives on it meanwhile gets 503, a stop is served),
 /// max_connections_per_address (the new one is closed), max_requests_per_connection, body_timeout, max_websocket_message_bytes, and max_websocket_messages without pings. max_header_bytes
 /// up to 65535, for the values and the unknown fields; more closes the connection without a response, and so does the end of header_timeout. In whole seconds,
 /// rounded up: header_timeout, idle_timeout, write_timeout, ping_interval, pong_timeout. Not: max_line_bytes, linger_timeout, max_linger_bytes, close_timeout; a
-/// client that does not take part in the closing of its connection keeps it for twice header_timeout. All times are the machine's, not TransportOptions::clock's.
+/// client that does not take part in the closing of its connection keeps it for twice header_timeout, unless another one needs it.
+/// All times are the machine's, not TransportOptions::clock's.
 ///
 /// libwebsockets ignores SIGPIPE in the whole process. Its log is the whole process's, too: while a transport lives on an lws_context of its
 /// own, warnings and errors go to TransportOptions::log of the last that was started.

@@ -74,13 +74,13 @@ int Connection::on_request() {
   // libwebsockets takes what follows POST, PUT and PATCH without Content-Length for a body that has no end.
   const bool delimited = request.find("Content-Length").has_value() ||
                          (request.method != "POST" && request.method != "PUT" && request.method != "PATCH");
-  reusable_ = !only_stops_ && delimited && framing_.keep_alive && requests_ < limits.max_requests_per_connection;
+  reusable_ = !only_stops_ && !dying_ && delimited && framing_.keep_alive && requests_ < limits.max_requests_per_connection;
   incoming_.strip_framing_fields();
   request.header_judged = false;
   request.body = {};
   request.can_upgrade = false;
   request.can_stream = !vhost_.is_stopping();
-  if (only_stops_ && !vhost_.handler().is_stop(request)) return refuse({503, "too many connections"}, "1");
+  if ((only_stops_ || dying_) && !vhost_.handler().is_stop(request)) return refuse({503, "too many connections"}, "1");
   return framing_.length == 0 ? dispatch() : receive_body();
 }
 
@@ -97,7 +97,7 @@ int Connection::receive_body() {
   ignores_body_ = verdict.ignores_body;
   discarded_body_bytes_ = 0;
   phase_ = Phase::reading;
-  lws_set_timer_usecs(wsi_, to_microseconds(vhost_.options().limits.body_timeout));
+  if (!dying_) lws_set_timer_usecs(wsi_, to_microseconds(vhost_.options().limits.body_timeout));
   if (framing_.expects_continue) {
     constexpr std::string_view interim = "HTTP/1.1 100 Continue\r\n\r\n";
     unsigned char* const bytes = vhost_.scratch(interim.size());
@@ -161,7 +161,7 @@ int Connection::on_upgrade() {
   if (!refusal && (framing_.chunked || framing_.length > 0)) refusal = http::Refusal{400, "WebSocket: expected no body"};
   if (!refusal) refusal = http::check_websocket(request);
   if (!refusal && is_pipelined()) refusal = pipelined();
-  if (!refusal && only_stops_) refusal = http::Refusal{503, "too many connections"};
+  if (!refusal && (only_stops_ || dying_)) refusal = http::Refusal{503, "too many connections"};
   if (!refusal && request.find("Sec-WebSocket-Protocol"))
     refusal = http::Refusal{400, "Sec-WebSocket-Protocol: expected none, this server has no subprotocols"};
   if (refusal) return refuse(*std::move(refusal));
@@ -188,7 +188,9 @@ int Connection::on_upgrade() {
 }
 
 int Connection::on_timer() {
-  if (phase_ == Phase::streaming) {
+  if (dying_) {
+    if (phase_ != Phase::waiting && phase_ != Phase::writing) kill();
+  } else if (phase_ == Phase::streaming) {
     owes_comment_ = true;
     wait_for_writable();
   } else if (phase_ == Phase::reading) {
@@ -312,6 +314,7 @@ int Connection::finish() {
   }
   phase_ = Phase::idle;
   idle_since_ = vhost_.now().steady;
+  if (dying_) give_way();
   if (!reusable_) return -1;
   return lws_http_transaction_completed(wsi_) != 0 ? -1 : 0;
 }
@@ -357,8 +360,16 @@ bool Connection::is_busy() const noexcept {
   return phase_ == Phase::waiting || phase_ == Phase::writing || phase_ == Phase::upgraded;
 }
 
-void Connection::kill() noexcept {
+/// libwebsockets calls on_timer() in the next round, before it reads; what has arrived by then is read before the connection ends.
+void Connection::give_way() noexcept {
   dying_ = true;
+  lws_set_timer_usecs(wsi_, 1);
+}
+
+/// The time is set again until the connection has ended: libwebsockets replaces it by header_timeout when it gives the connection a header table,
+/// and when it waits for the client to close.
+void Connection::kill() noexcept {
+  give_way();
   lws_set_timeout(wsi_, PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC);
 }
 

@@ -57,6 +57,8 @@ class Connection {
   /// Beyond the limit: serves one request that stops the robot, and refuses others.
   void serve_only_stops() noexcept { only_stops_ = true; }
   bool serves_only_stops() const noexcept { return only_stops_; }
+  /// Another client needs its place: ends it soon. A stop that arrives before that is served, and another request refused.
+  void give_way() noexcept;
   /// Ends it soon, without a word.
   void kill() noexcept;
   bool is_dying() const noexcept { return dying_; }

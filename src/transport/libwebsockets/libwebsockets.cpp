@@ -128,11 +128,9 @@ Result<void> OwnContext::start(engine::Handler& handler) {
   info.port = CONTEXT_PORT_NO_LISTEN;
   info.options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS | LWS_SERVER_OPTION_SKIP_SERVER_CANONICAL_NAME |
                  LWS_SERVER_OPTION_VALIDATE_UTF8 | (options_.tls ? LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT : 0);
-  // Of the reserved ones as many again may be about to close.
-  const auto connections = static_cast<unsigned>(limits.max_connections + 2 * limits.reserved_connections);
-  info.fd_limit_per_thread = connections + other_descriptors;
+  info.fd_limit_per_thread = static_cast<unsigned>(vhost_->max_clients()) + other_descriptors;
   info.max_http_header_data2 = static_cast<unsigned>(std::min<std::size_t>(limits.max_header_bytes, 65535));
-  info.max_http_header_pool2 = connections;
+  info.max_http_header_pool2 = info.fd_limit_per_thread;  // a connection without a header table would wait until another one ends
   info.timeout_secs = static_cast<unsigned>(to_seconds(limits.header_timeout));
   info.pt_serv_buf_size = 16 * 1024;
   context_ = lws_create_context(&info);
@@ -148,6 +146,7 @@ Result<void> OwnContext::start(engine::Handler& handler) {
 
 /// One round of events. With a time that is not negative, libwebsockets waits for the next of them.
 void OwnContext::serve(milliseconds wait) {
+  vhost_->begin_round();
   if (wait <= milliseconds(0)) {
     lws_service(context_, -1);
     return;
@@ -168,6 +167,7 @@ milliseconds OwnContext::poll(std::chrono::microseconds budget, milliseconds wai
   const auto end = SteadyClock::now() + budget;
   wait = std::min(wait, max_wait);
   if (const auto due = next_deadline()) wait = std::min(wait, until(*due, now().steady));
+  if (vhost_->has_more()) wait = milliseconds(0);
   for (auto events = vhost_->events();; events = vhost_->events()) {
     serve(wait);
     if (vhost_->events() == events) relieve();
@@ -179,7 +179,7 @@ milliseconds OwnContext::poll(std::chrono::microseconds budget, milliseconds wai
   auto rest = vhost_->has_connections() ? timer_period : max_wait;
   rest = milliseconds(lws_service_adjust_timeout(context_, static_cast<int>(rest.count()), 0));
   if (const auto due = next_deadline()) rest = std::min(rest, until(*due, now().steady));
-  return rest;
+  return vhost_->has_more() ? milliseconds(0) : rest;
 }
 
 /// A client that sends while it does not take its response makes libwebsockets return from every wait: that is not to cost all of a processor.
@@ -253,6 +253,10 @@ milliseconds HostContext::poll(std::chrono::microseconds, milliseconds) {
   if (!is_open()) return milliseconds::max();
   reload_if_requested();
   vhost_->deliver();
+  if (vhost_->has_more()) {
+    request_turn();
+    return milliseconds(0);
+  }
   const auto due = next_deadline();
   if (!due) {
     turn_.cancel();

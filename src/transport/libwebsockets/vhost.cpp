@@ -22,6 +22,8 @@ namespace lrt::libwebsockets {
 namespace {
 
 constexpr const char* name = "lrt";
+constexpr std::size_t accepts_per_round = 16;
+constexpr int deliveries_per_round = 16;
 
 /// Binds a socket for a moment: libwebsockets does not say why it cannot listen.
 Result<void> check_address(const std::string& address, std::uint16_t port, bool& is_v6) {
@@ -51,6 +53,12 @@ Result<void> check_address(const std::string& address, std::uint16_t port, bool&
 Vhost* owner_of(lws* wsi) noexcept {
   lws_vhost* const vhost = wsi != nullptr ? lws_get_vhost(wsi) : nullptr;
   return vhost != nullptr ? static_cast<Vhost*>(lws_vhost_user(vhost)) : nullptr;
+}
+
+/// At once, also from outside of the connection's callbacks.
+void allow_reading(lws* wsi, bool allowed) noexcept {
+  lws_rx_flow_control(wsi, LWS_RXFLOW_REASON_USER_BOOL | LWS_RXFLOW_REASON_FLAG_PROCESS_NOW |
+                               (allowed ? LWS_RXFLOW_REASON_APPLIES_ENABLE : LWS_RXFLOW_REASON_APPLIES_DISABLE));
 }
 
 }  // namespace
@@ -168,12 +176,16 @@ bool Vhost::is_busy() const noexcept {
 
 bool Vhost::deliver() {
   const auto now = clock_.now();
-  if (!std::exchange(woken_, false) && tickets.empty() && channels.empty()) {
+  const bool goes_on = std::exchange(has_more_, false);
+  if (!std::exchange(woken_, false) && !goes_on && tickets.empty() && channels.empty()) {
     const auto due = handler_->next_deadline();
     if (!due || *due > now.steady) return false;
   }
   bool gave = false;
-  while (auto reply = handler_->next_reply(now)) {
+  int left = deliveries_per_round;
+  for (; left > 0; --left) {
+    auto reply = handler_->next_reply(now);
+    if (!reply) break;
     const auto found = tickets.find(static_cast<std::uint64_t>(reply->ticket));
     if (found != tickets.end()) {
       Connection& connection = *found->second;
@@ -184,13 +196,16 @@ bool Vhost::deliver() {
       handler_->closed(*reply->channel);
     }
   }
-  while (const auto channel = handler_->next_ready(now)) {
+  for (; left > 0; --left) {
+    const auto channel = handler_->next_ready(now);
+    if (!channel) break;
     const auto found = channels.find(static_cast<std::uint64_t>(*channel));
     if (found == channels.end()) continue;
     found->second->push();
     gave = true;
   }
-  return gave;
+  has_more_ = left == 0;
+  return gave || has_more_;
 }
 
 std::string_view Vhost::date(TimePoint now) {
@@ -263,6 +278,7 @@ int Vhost::dispatch(lws* wsi, lws_callback_reasons reason, void* in, std::size_t
   Connection* const connection = find(wsi);
   if (connection == nullptr) return 0;
   if (reason == LWS_CALLBACK_CLOSED || reason == LWS_CALLBACK_CLOSED_HTTP) return connection->end(), followed(0);
+  if (reason == LWS_CALLBACK_TIMER && connection->is_dying()) return connection->on_timer();
   if (!is_open()) return -1;
   WebSocket* const websocket = connection->websocket();
   const auto* const bytes = static_cast<const char*>(in);
@@ -309,16 +325,27 @@ void Vhost::remove(lws* wsi) noexcept {
   delete connection;
 }
 
-/// Returns 0 for a client that may come in.
+void Vhost::begin_round() {
+  if (accepts_left_ == 0 && listening_wsi_ != nullptr) {
+    if (connections_.size() >= max_clients()) return;  // those that are about to close come first
+    allow_reading(listening_wsi_, true);
+  }
+  accepts_left_ = std::min(accepts_per_round, max_clients() - connections_.size());
+}
+
+/// Returns 0 for a client that may come in. While the listening socket is not to be read, libwebsockets ends its loop of accepts.
 int Vhost::filter(int descriptor) {
   const auto& limits = options_.limits;
+  if (accepts_left_ && *accepts_left_ > 0 && --*accepts_left_ == 0)
+    allow_reading(listening_wsi_, false);
   if (stopping_) return -1;
-  const auto reserved = std::count_if(connections_.begin(), connections_.end(), [](const Connection* c) { return c->serves_only_stops(); });
+  const auto taken = static_cast<std::size_t>(std::count_if(
+      connections_.begin(), connections_.end(), [](const Connection* c) { return !c->serves_only_stops() && !c->is_dying(); }));
   char peer[64] = "";
   lws_get_peer_simple_fd(descriptor, peer, sizeof peer);
   const auto counted = addresses_.find(client_key(peer));
   const bool full = scarce_ || (counted != addresses_.end() && counted->second >= limits.max_connections_per_address) ||
-                    (connections_.size() - static_cast<std::size_t>(reserved) >= limits.max_connections && !make_room());
+                    (taken >= limits.max_connections && !make_room());
   next_is_reserved_ = full && make_reserve();
   return full && !next_is_reserved_ ? -1 : 0;
 }
@@ -333,7 +360,7 @@ bool Vhost::make_reserve() {
     if (connection->is_incomplete() && (oldest == nullptr || connection->idle_since() < oldest->idle_since())) oldest = connection;
   }
   if (reserved < options_.limits.reserved_connections) return true;
-  if (oldest != nullptr) oldest->kill();
+  if (oldest != nullptr) oldest->give_way();
   return oldest != nullptr;
 }
 
@@ -366,9 +393,10 @@ void Vhost::fill_reserve() {
 bool Vhost::make_room() {
   Connection* oldest = nullptr;
   for (auto* const connection : connections_) {
-    if (connection->is_idle() && !connection->serves_only_stops() && (oldest == nullptr || connection->idle_since() < oldest->idle_since())) oldest = connection;
+    if (!connection->is_idle() || connection->serves_only_stops() || connection->is_dying()) continue;
+    if (oldest == nullptr || connection->idle_since() < oldest->idle_since()) oldest = connection;
   }
-  if (oldest != nullptr) oldest->kill();
+  if (oldest != nullptr) oldest->give_way();
   return oldest != nullptr;
 }
 

@@ -55,8 +55,10 @@ class Vhost {
   /// After close(): the caller has destroyed the context, and the vhost with it.
   void forget() { self_.reset(); }
 
-  /// Gives to the connections what the handler has for them. True if something was given.
+  /// Gives to the connections what the handler has for them, a few at a time. True if something was given.
   bool deliver();
+  /// deliver() stopped before the handler had nothing more.
+  bool has_more() const noexcept { return has_more_; }
   /// No new connections; every response is the last one of its connection, WebSockets begin to close.
   void begin_stop();
   /// Responses or closing handshakes are under way.
@@ -68,6 +70,11 @@ class Vhost {
   /// It may send a stop. Then fill_reserve() must be called.
   bool release_descriptor();
   void fill_reserve();
+
+  /// Limits what the next call of lws_service() accepts: without that libwebsockets accepts all who wait.
+  void begin_round();
+  /// Clients at most, also those that are about to close: of the reserved ones as many again.
+  std::size_t max_clients() const noexcept { return options_.limits.max_connections + 2 * options_.limits.reserved_connections; }
 
   bool is_open() const noexcept { return handler_ != nullptr; }
   std::uint16_t port() const noexcept;
@@ -122,8 +129,10 @@ class Vhost {
   bool next_is_reserved_ = false;  ///< what filter() has decided of the client that is being accepted
   std::vector<int> reserve_;       ///< descriptors for clients that come when there are no others
   bool scarce_ = false;            ///< the next client gets one of the reserve
+  std::optional<std::size_t> accepts_left_;  ///< in this round; none on a host's context, whose rounds are not known
   std::size_t events_ = 0;
   bool woken_ = false;
+  bool has_more_ = false;
   bool stopping_ = false;
 };
 
