@@ -28,7 +28,7 @@ constexpr milliseconds precise_wait{100};
 /// How long stop() waits for clients to close their connections.
 constexpr milliseconds stop_linger_time{100};
 
-/// How many clients get messages under one lock of the handler, and what one of them takes, at most for most: within a budget it limits how many.
+/// Clients that get messages under one lock of the handler. Fewer where the budget does not allow so many, at push_time each.
 constexpr std::size_t max_round = 32;
 constexpr std::chrono::microseconds push_time{10};
 
