@@ -17,7 +17,7 @@
 
 namespace lrt::test {
 
-/// GET /stream is an event stream, /later one after accept(), /forced one whether the transport can or not, /ended one that has ended already;
+/// GET /stream is an event stream, /later one after accept(), /websocket a WebSocket, /forced one whether the transport can or not, /ended one that has ended already;
 /// anything else says hello. Calls that a transport must not make are kept in `wrong`.
 class StreamHandler : public engine::Handler {
  public:
@@ -26,6 +26,7 @@ class StreamHandler : public engine::Handler {
     could_stream = request.can_stream;
     const std::string path(request.target);
     http::Response response;
+    if (path == "/websocket" && request.can_upgrade) return engine::Upgraded{new_channel(), response};
     if (path == "/later" && request.can_stream) {
       tickets.push_back(engine::Ticket{++last_});
       return engine::Deferred{tickets.back()};

@@ -547,3 +547,18 @@ TEST_CASE("event streams come over TLS, large messages too", "[transport][stream
   side.write(hello);
   REQUIRE(host.run({}, [&] { return step(), statuses(parse_answers(received)) == std::vector{200}; }));
 }
+
+TEST_CASE("a stream ends and its connection becomes a WebSocket while others get their messages", "[transport][R0.12]") {
+  Host host;
+  auto first = host.open(request + "GET /websocket HTTP/1.1\r\nHost: a\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+                                   "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
+  auto second = host.open(), third = host.open();
+  const auto channels = host.handler.channels;
+  host.handler.push(channels[0], StreamHandler::end());
+  for (const std::size_t i : {1U, 2U}) host.handler.push(channels[i], "data: 1\n\n");
+  REQUIRE(host.run({&first, &second, &third}, [&] {
+    return first.received.find("HTTP/1.1 101") != std::string::npos && second.received.find("data: 1") != std::string::npos &&
+           third.received.find("data: 1") != std::string::npos;
+  }));
+  CHECK(host.handler.open.size() == 3);
+}

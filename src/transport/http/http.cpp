@@ -219,7 +219,8 @@ void HttpTransport::deliver_pushes(TimePoint now) {
     if (loop_.ready[i].urgent) enqueue(loop_.ready[i]);
   for (const engine::ReadyChannel& ready : loop_.ready)
     if (!ready.urgent) enqueue(ready);
-  PushRound& round = loop_.pushes;
+  // Taken out: the end of a stream may make way for a WebSocket, which then asks for its first message.
+  PushRound round = std::exchange(loop_.pushes, {});
   while (!loop_.turns.empty()) {
     round.clear();
     const std::size_t clients = loop_.readiness.steps_left(push_time, max_round);
@@ -240,6 +241,7 @@ void HttpTransport::deliver_pushes(TimePoint now) {
     if (loop_.readiness.is_over()) break;
   }
   round.clear();
+  loop_.pushes = std::move(round);
   left_ = left_ || !loop_.turns.empty();
 }
 
