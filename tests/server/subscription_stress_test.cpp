@@ -20,10 +20,11 @@
 #include <vector>
 
 #include "tests/support/catch.hpp"
+#include "tests/support/sanitizer.hpp"
 #include "tests/support/socket.hpp"
 #include "tests/support/websocket.hpp"
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if LRT_TEST_SANITIZED
 extern "C" std::size_t __sanitizer_get_current_allocated_bytes();  // sanitizer/allocator_interface.h, which g++ 12 on Debian comes without
 #define LRT_TEST_HEAP_IS_COUNTED 1
 #endif

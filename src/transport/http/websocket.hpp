@@ -26,9 +26,9 @@ namespace lrt::transport {
 /// @par Implements  R0.12, R0.14, RFC 6455
 class WebSocket final : public Client {
  public:
-  /// @param tls  nullptr: plain
   /// May throw; take() follows.
   WebSocket(Loop& loop, Session::Upgrade upgrade);
+  /// @param tls  nullptr: plain
   void take(Socket socket, Addresses::Place place, std::unique_ptr<TlsStream> tls) noexcept;
 
   /// To be called when it has its place in the loop's list. Sends the 101.

@@ -22,8 +22,8 @@ class WebSocketFrames {
  public:
   enum class State : unsigned char {
     open,
-    closing,  ///< one side has sent a close; that of the other is awaited, or still in output()
-    closed,   ///< the closing handshake is complete, and output() has been sent
+    closing,  ///< one side has sent a close; that of the other is awaited, or still in the output
+    closed,   ///< the closing handshake is complete, and the output has been sent
     failed,   ///< the connection cannot be used any more
   };
   struct Message {
@@ -40,14 +40,14 @@ class WebSocketFrames {
   /// The next complete message of the client. Bytes that break RFC 6455 begin the closing handshake: 1002, 1007, and 1009 for a message over
   /// the limit.
   virtual std::optional<Message> next() = 0;
-  /// False while received bytes wait until output() has been sent.
+  /// False while received bytes wait until the output has been sent.
   virtual bool wants_input() const noexcept = 0;
 
   /// One message as one frame. Only in the state `open`, and when there is no output but of messages. The message is not copied.
   virtual void send(std::shared_ptr<const std::string> message, bool text) = 0;
   /// An empty ping. Only in the state `open`, and when there is no output.
   virtual void ping() = 0;
-  /// Begins the closing handshake after the bytes of output(). Further messages of the client are read and dropped.
+  /// Begins the closing handshake after the output. Further messages of the client are read and dropped.
   /// @param reason  UTF-8; cut after the last character that ends within 123 bytes (RFC 6455 5.5)
   virtual void close(std::uint16_t code, std::string_view reason) = 0;
 
