@@ -1,11 +1,11 @@
-// WebSocket subscribers for tests/bench: how long after publish() a value arrives, and how many are missed.
+// WebSocket subscribers for tests/bench: how long after publish() a value arrives, how many are missed, and how fair the server is.
 //
 //   push_load --port N [--path /arm/joint/angle] [--clients 50] [--seconds 5] [--stalled 0] [--buffer 0] [--pid SERVER] [--tls]
 //
 // The server publishes a number that grows by 0.001 at each step (pushed_server --publish). Latency is from dcterms:modified, which is
 // the time of publish(), to recv() here, by the same clock. With --buffer each socket's receive buffer has so many bytes: when clients are
 // slower than the server, what waits there is old. `--stalled` further clients open a socket and never read. With --pid the
-// server's CPU per message is printed, read from /proc.
+// server's CPU per message is printed. The last figures are the messages of the client that got the fewest, and the most.
 
 #include <sys/epoll.h>
 
@@ -145,6 +145,8 @@ int main(int argc, char** argv) {
   const double measured = std::chrono::duration<double>(Clock::now() - warm).count();
   const double spent = pid ? bench::cpu_microseconds(pid) - cpu : 0;
   long published = 0;
+  const auto fewer = [](const Client& a, const Client& b) { return a.messages < b.messages; };
+  const auto [fewest, most] = std::minmax_element(all.begin(), all.end(), fewer);
   for (const Client& c : all)
     if (c.messages > 0) published += c.last - c.first + 1;
   if (latencies.empty()) return std::printf("%d clients: nothing arrived\n", clients), 1;
@@ -153,5 +155,5 @@ int main(int argc, char** argv) {
   std::printf("%d clients, %d stalled: %.0f messages/s, latency median %.3f ms, 99 %% %.3f ms, max %.3f ms, missed %ld of %ld", clients, stalled,
               static_cast<double>(messages) / measured, at(0.5), at(0.99), at(1), published - messages, published);
   if (pid) std::printf(", server CPU %.2f us per message", spent / static_cast<double>(messages));
-  std::printf("\n");
+  std::printf(", each client %ld to %ld\n", fewest->messages, most->messages);
 }
