@@ -13,7 +13,7 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
-#include <ctime>
+#include <cstring>
 #include <vector>
 
 #include "tests/bench/cpu.hpp"
@@ -30,19 +30,28 @@ struct Client {
   long first = -1, last = -1, messages = 0;
 };
 
-std::string_view quoted_after(std::string_view text, std::string_view word) {
-  const std::size_t at = text.find(word);
-  if (at == std::string_view::npos) return {};
-  const std::size_t from = text.find_first_of("\"0123456789-", at + word.size()) + (text[text.find_first_of("\"0123456789-", at + word.size())] == '"');
-  return text.substr(from, text.find_first_of("\"^ ;\n", from) - from);
+/// The text after a predicate, from its first digit or sign on.
+std::string_view number_after(std::string_view text, std::string_view predicate) {
+  const auto* const at = static_cast<const char*>(::memmem(text.data(), text.size(), predicate.data(), predicate.size()));
+  if (!at) return {};
+  text.remove_prefix(static_cast<std::size_t>(at - text.data()) + predicate.size());
+  if (!text.empty() && text.front() == '"') text.remove_prefix(1);
+  return text;
 }
 
 /// Microseconds since 1970 of "2026-11-21T10:38:39.000125Z".
 double time_of(std::string_view text) {
-  std::tm tm{};
-  const std::string zone(text);
-  if (!::strptime(zone.c_str(), "%Y-%m-%dT%H:%M:%S", &tm)) return 0;
-  return static_cast<double>(::timegm(&tm)) * 1e6 + std::atof(zone.c_str() + 19) * 1e6;
+  if (text.size() < 27) return 0;
+  const auto digits = [&](std::size_t at, std::size_t count) {
+    long value = 0;
+    for (const char c : text.substr(at, count)) value = 10 * value + (c - '0');
+    return value;
+  };
+  // Days since 1970 in the Gregorian calendar; the year begins in March.
+  const long month = digits(5, 2), year = digits(0, 4) - (month <= 2 ? 1 : 0);
+  const long days = 365 * year + year / 4 - year / 100 + year / 400 + (153 * (month + (month > 2 ? -3 : 9)) + 2) / 5 + digits(8, 2) - 1 - 719'468;
+  const long seconds = ((24 * days + digits(11, 2)) * 60 + digits(14, 2)) * 60 + digits(17, 2);
+  return static_cast<double>(seconds) * 1e6 + static_cast<double>(digits(20, 6));
 }
 
 /// As bench::open_websocket(), plain or TLS.
@@ -130,15 +139,16 @@ int main(int argc, char** argv) {
         }
         for (std::string_view payload; bench::next_frame(bytes, payload);) {
           if (payload.empty() || !measuring) continue;
-          latencies.push_back(static_cast<float>(now - time_of(quoted_after(payload, "dcterms:modified "))));
-          const long number = std::lround(std::atof(std::string(quoted_after(payload, "vom:numericalValue ")).c_str()) * 1000);
+          latencies.push_back(static_cast<float>(now - time_of(number_after(payload, "dcterms:modified "))));
+          const std::string_view text = number_after(payload, "vom:numericalValue ");
+          const long number = text.empty() ? 0 : std::lround(std::strtod(text.data(), nullptr) * 1000);  // a character follows it
           if (client.first < 0) client.first = number;
           client.last = number;
           ++client.messages;
           ++messages;
         }
-        const std::string rest(bytes);
-        client.received = rest;
+        if (bytes.empty()) client.received.clear();
+        else client.received = std::string(bytes);  // it may be part of itself
       } while (client.stream.pending());
     }
   }
