@@ -1,4 +1,3 @@
-#include "src/base/ascii.hpp"
 #include "src/engine/subscriptions.hpp"
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/ascii.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
 
@@ -106,11 +106,14 @@ SubscriptionResource* Subscriptions::find(Channel channel) const {
 // -------------------------------------------------------------------------------------------------------------- requests
 
 bool names_event_stream(const http::Request& request) {
-  if (!request.can_stream || !request.find("Accept")) return false;
-  std::string accept = request.joined("Accept");
-  for (char& c : accept)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return accept.find(event_stream_type) != std::string::npos;
+  if (!request.can_stream) return false;
+  const auto names_it = [](std::string_view accept) {
+    const auto same = [](char a, char b) { return detail::lower(a) == b; };
+    return std::search(accept.begin(), accept.end(), event_stream_type.begin(), event_stream_type.end(), same) != accept.end();
+  };
+  return std::any_of(request.fields.begin(), request.fields.end(), [&](const http::Field& field) {
+    return field.value.size() >= event_stream_type.size() && http::iequals(field.name, "Accept") && names_it(field.value);
+  });
 }
 
 std::optional<Protocol> Subscriptions::requested_protocol(const Context& context) const {

@@ -12,7 +12,7 @@ using namespace lrt::engine;
 namespace {
 
 Representation made(Resource& resource, std::size_t base, Variant variant, std::size_t page, std::size_t bytes) {
-  return {&resource, base, variant, page, 1, 1, {}, {}, {}, std::make_shared<const std::string>(bytes, 'x')};
+  return {&resource, base, variant, page, 1, 1, {}, std::make_shared<const std::string>(bytes, 'x')};
 }
 
 }  // namespace
