@@ -341,7 +341,12 @@ rdf::Dataset Representations::dataset_of(const Resource& resource, std::size_t b
   return dataset;
 }
 
-const std::shared_ptr<const std::string>& Representations::event_of(Representation& kept) {
+const subscription::Item& Representations::message_of(Representation& kept) {
+  if (!kept.message) kept.message = std::make_shared<const subscription::Message>(subscription::Message{kept.body, kept.tag});
+  return kept.message;
+}
+
+const subscription::Item& Representations::event_of(Representation& kept) {
   if (kept.event) return kept.event;
   const std::string& body = *kept.body;
   std::string event = "id: " + kept.tag + "\n";
@@ -355,7 +360,7 @@ const std::shared_ptr<const std::string>& Representations::event_of(Representati
   }
   event += "\n";
   cache_.grown(event.size());
-  kept.event = std::make_shared<const std::string>(std::move(event));
+  kept.event = std::make_shared<const subscription::Message>(subscription::Message{std::make_shared<const std::string>(std::move(event)), kept.tag});
   return kept.event;
 }
 

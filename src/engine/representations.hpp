@@ -55,8 +55,10 @@ class Representations {
   /// The representation in one variant, as it is now.
   /// @par Errors  unsupported_syntax, limit_exceeded: the variant cannot carry the value; others: it could not be made
   Result<Representation*> make(Resource& resource, std::size_t base, Variant variant, std::size_t page = 1);
-  /// The representation as one event of an event stream.
-  const std::shared_ptr<const std::string>& event_of(Representation& representation);
+  /// The representation as a message to subscribers.
+  const subscription::Item& message_of(Representation& representation);
+  /// The same as one event of an event stream.
+  const subscription::Item& event_of(Representation& representation);
   /// 406 of a GET or HEAD if none of the media types is accepted, whatever the values are.
   std::optional<http::Response> unacceptable(const Context& context) const;
   /// If-Match and If-None-Match of a PUT, POST or DELETE: the response if they exclude it.

@@ -21,6 +21,7 @@
 
 #include "src/base/function_ref.hpp"
 #include "src/engine/variants.hpp"
+#include "src/subscription/backlog.hpp"
 
 namespace lrt::model {
 struct ResourceSpec;
@@ -66,10 +67,10 @@ struct Representation {
   bool is_page = false;                        ///< HTML, which is not kept
   http::Fields links{};                        ///< those of the fields that only the structure changes, made for the first response
   PreparedFields prepared{};
-  std::shared_ptr<const std::string> event{};  ///< as an event of an event stream, made for the first subscriber
+  subscription::Item message{}, event{};       ///< for a WebSocket or callback, for an event stream; made for the first subscriber
 
   std::size_t bytes() const noexcept {
-    return sizeof *this + links.block().size() + prepared.bytes() + tag.size() + body->size() + (event ? event->size() : 0);
+    return sizeof *this + links.block().size() + prepared.bytes() + tag.size() + body->size() + (event ? event->body->size() : 0);
   }
 };
 
