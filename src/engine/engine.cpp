@@ -265,12 +265,12 @@ std::optional<http::Response> Engine::Impl::denied(const Context& context, const
 /// A page elsewhere has made a browser send this (RFC 6454 7), and may not.
 bool Engine::Impl::is_from_foreign_page(const Context& context) const {
   const http::Request& request = context.request();
+  const auto origin = request.find("Origin");
+  if (!origin) return false;
   if (is_safe(request.method)) {
     const bool subscribes = (request.can_upgrade && http::requests_upgrade(request, "websocket")) || names_event_stream(request);
     if (!subscribes) return false;
   }
-  const auto origin = request.find("Origin");
-  if (!origin) return false;
   if (request.count("Origin") == 1 && parts.bases.is_own_origin(*origin, context.base, request)) return false;
   return !parts.cors.may_command(*origin);
 }

@@ -12,12 +12,12 @@ import json
 import os
 import platform
 import re
+import socket
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
-import urllib.request
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 PATH = "/arm/joint/angle"
@@ -76,32 +76,45 @@ def number(pattern, text):
     return float(found[1].replace(",", ""))
 
 
-def response_bytes(port):
-    """Bytes of the body, and of the whole response."""
-    with urllib.request.urlopen(f"http://127.0.0.1:{port}{PATH}", timeout=10) as response:
-        body = response.read()
-        fields = sum(len(name) + len(value) + 4 for name, value in response.getheaders())
-        return len(body), len("HTTP/1.1 200 OK\r\n") + fields + 2 + len(body)
+def raw_response(port, fields=""):
+    """The bytes of a response to a GET on a connection of its own."""
+    with socket.create_connection(("127.0.0.1", port), timeout=10) as connection:
+        connection.sendall(f"GET {PATH} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n{fields}\r\n".encode())
+        received = b""
+        while True:
+            received += connection.recv(65536)
+            header, end, body = received.partition(b"\r\n\r\n")
+            length = re.search(rb"\r\nContent-Length: (\d+)", header)
+            if end and len(body) >= (int(length[1]) if length else 0):
+                return received
 
 
 def get(bench):
-    """GET of a Property: CPU of the server for a request."""
+    """GET of a Property: CPU of the server for a request. The bare program sends the same bytes."""
     requests = int(20_000 * bench.seconds)
-    with bench.server("pushed_server") as quiet, bench.server("pushed_server", "--publish") as changing:
-        with bench.server("epoll_constant", "--total", response_bytes(quiet[0])[1]) as constant:
-            load = lambda at, connections: number(r"server CPU ([\d.]+)", bench.client(
-                "http_load", "--port", at[0], "--pid", at[1], "--path", PATH, "--connections", connections, "--requests", requests))
+    with bench.server("pushed_server") as quiet, bench.server("pushed_server", "--publish") as changing, tempfile.TemporaryDirectory() as folder:
+        tag = re.search(rb"\r\nETag: (\S+)", raw_response(quiet[0]))[1].decode()
+        files = [os.path.join(folder, name) for name in ("ok", "not_modified")]
+        for file, fields in zip(files, ("", f"If-None-Match: {tag}\r\n")):
+            with open(file, "wb") as out:
+                out.write(raw_response(quiet[0], fields))
+        with bench.server("epoll_constant", "--response", files[0]) as constant, bench.server("epoll_constant", "--response", files[1]) as not_modified:
+            load = lambda at, connections, *more: number(r"server CPU ([\d.]+)", bench.client(
+                "http_load", "--port", at[0], "--pid", at[1], "--path", PATH, "--connections", connections, "--requests", requests, *more))
             for connections in (1, 8, 64):
                 rounds = [[load(at, connections) for at in (constant, quiet, changing)] for _ in range(bench.rounds)]
                 limit, same, other = map(list, zip(*rounds))
                 bench.row("get", f"{connections} connections, the value stays", "CPU us", same, limit, 1.15)
                 bench.row("get", f"{connections} connections, published at 1 kHz", "CPU us", other, limit)
+                rounds = [[load(at, connections, "--if-none-match", tag) for at in (not_modified, quiet)] for _ in range(bench.rounds)]
+                limit, same = map(list, zip(*rounds))
+                bench.row("get", f"{connections} connections, 304", "CPU us", same, limit, 1.05)
 
 
 def push(bench):
     """One property at 1 kHz to many WebSockets."""
     with bench.server("pushed_server", "--publish", "--keep", 64) as lrt:
-        with bench.server("epoll_broadcast", "--payload", response_bytes(lrt[0])[0]) as bare:
+        with bench.server("epoll_broadcast", "--payload", len(raw_response(lrt[0]).partition(b"\r\n\r\n")[2])) as bare:
             for clients, path, aims in ((1, PATH, (75, 100)), (50, PATH, (7, 250)), (200, PATH, (None, None)), (1000, PATH, (None, None)),
                                         (1000, PATH + "?queueLength=256", (None, None))):
                 texts = [[bench.client("push_load", "--port", at[0], "--pid", at[1], "--clients", clients, "--seconds", bench.seconds,

@@ -81,7 +81,7 @@ class SubscriptionResource final : public Resource, public Observer {
 
   // Of a callback.
   subscription::RetryPolicy retry;
-  std::optional<subscription::Item> under_way;
+  subscription::Item under_way;
   bool must_confirm = false;                 ///< nothing is sent before the receiver has confirmed
   bool has_confirmed;                        ///< the receiver has confirmed, perhaps before a restart
   bool confirming = false;                   ///< the receiver has been asked, and has not responded yet

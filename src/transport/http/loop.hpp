@@ -18,7 +18,6 @@
 #include "src/transport/http/list.hpp"
 #include "src/transport/http/readiness.hpp"
 #include "src/transport/http/tls.hpp"
-#include "src/transport/http/websocket_frames.hpp"
 
 namespace lrt::transport {
 
@@ -70,7 +69,6 @@ struct Loop {
   const Clock& clock;
   Readiness readiness;
   SessionContext context;
-  WebSocketFramer framer;
   TlsContext tls;  ///< used when options.tls is set
   Addresses addresses;
   Deadlines deadlines;
