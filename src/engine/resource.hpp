@@ -18,6 +18,7 @@
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
+#include <lrt/security.hpp>
 
 #include "src/base/function_ref.hpp"
 #include "src/engine/variants.hpp"
@@ -142,6 +143,8 @@ class Resource {
 
   // What it allows (R0.5).
   virtual Methods methods() const noexcept { return {}; }
+  /// What a client needs for methods that are not safe.
+  virtual security::Right right_to_change() const noexcept { return security::Right::write; }
   virtual Outcome put(Context& context, Parts& parts);
   virtual Outcome post(Context& context, Parts& parts);
   virtual Outcome remove(Context& context, Parts& parts);

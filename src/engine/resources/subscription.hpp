@@ -40,6 +40,7 @@ class SubscriptionResource final : public Resource, public Observer {
                        Subscriptions& owner, const EngineOptions& options, std::size_t& queued_bytes);
 
   Methods methods() const noexcept override;
+  security::Right right_to_change() const noexcept override { return security::Right::subscribe; }
   /// DELETE cancels. With If-Match it is cancelled only if its counters have not moved (R0.11).
   Outcome remove(Context& context, Parts& parts) override;
   void describe(const Description& d) const override;
@@ -102,6 +103,7 @@ class SubscriptionsResource final : public Resource {
  public:
   using Resource::Resource;
   Methods methods() const noexcept override;
+  security::Right right_to_change() const noexcept override { return security::Right::subscribe; }
   /// POST of a description creates a callback subscription (SPEC 3.5).
   Outcome post(Context& context, Parts& parts) override;
   std::string input_shape() const override;
