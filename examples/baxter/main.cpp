@@ -1,7 +1,7 @@
 // Baxter's right arm as Linked Robotic Things: a 1 kHz control loop that also polls the server. right_arm.urdf describes the arm.
 //
 //   baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]... [--cors ORIGIN]... [--demo]
-//          [--allow-callback HOST]... [--subscriptions FILE] [--transport NAME] [--tls DIR]
+//          [--allow-callback HOST]... [--subscriptions FILE] [--transport NAME] [--tls DIR] [--tokens FILE]
 //
 // --bind ADDRESS          an address or a host name to listen on; default: 127.0.0.1
 // --public-base URL       by which clients know the robot behind a reverse proxy (examples/reverse_proxy)
@@ -12,6 +12,7 @@
 // --subscriptions FILE    stores web callbacks across restarts
 // --transport NAME        http or libwebsockets, if it is built
 // --tls DIR               HTTPS with DIR/server.pem and DIR/server-key.pem (examples/make-certificate.sh DIR); SIGHUP reloads them
+// --tokens FILE           lets in only those who send a token of the file, a line "NAME ROLE TOKEN" each: reader, operator, administrator
 
 #include <charconv>
 #include <chrono>
@@ -73,6 +74,8 @@ int main(int argc, char** argv) {
       options.security.tls.emplace();
       options.security.tls->certificate_file = folder + "/server.pem";
       options.security.tls->key_file = folder + "/server-key.pem";
+    } else if (arg == "--tokens" && i + 1 < argc) {
+      options.security.token_file = argv[++i];
     } else if (arg == "--port" && i + 1 < argc) {
       const std::string text = argv[++i];
       const char* const end = text.data() + text.size();
@@ -81,7 +84,7 @@ int main(int argc, char** argv) {
     } else {
       std::fprintf(stderr, "usage: baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]...\n"
                            "              [--cors ORIGIN]... [--demo] [--allow-callback HOST]... [--subscriptions FILE]\n"
-                           "              [--transport http|libwebsockets] [--tls DIR]\n");
+                           "              [--transport http|libwebsockets] [--tls DIR] [--tokens FILE]\n");
       return arg == "--help" ? 0 : 2;
     }
   }

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,6 +17,7 @@
 #include <lrt/delivery/deliverer.hpp>
 #include <lrt/engine/engine.hpp>
 #include <lrt/rdf/codec.hpp>
+#include <lrt/security.hpp>
 #include <lrt/subscription/options.hpp>
 #include <lrt/transport/transport.hpp>
 
@@ -44,7 +46,21 @@ struct Listen {
 struct Security {
   /// Certificate and key. If set, the port accepts HTTPS only.
   std::optional<transport::TlsOptions> tls;
-  /// Judges each request. Empty: all clients may do everything. Called once for each request, when its header section is complete and before
+  /// A file with the tokens of principals and their roles, as security::Tokens reads them. Looked at once a second: a token that is no longer in it
+  /// is refused from then on, and if the file cannot be read, the tokens of before stay and the log says so. A client sends its token as
+  /// `Authorization: Bearer TOKEN`, or as the password of HTTP Basic, which is accepted over TLS only; a browser does so on its own.
+  std::string token_file;
+  /// Principals by the subject of their client certificate (RFC 2253), as http::Request::client_certificate has it. Needs `tls` with a
+  /// client_ca_file.
+  std::map<std::string, security::Principal> certificates;
+  /// Finds the principal of a request that has neither a known token nor a known certificate: for JWT, cookies and so on.
+  security::Authenticate authenticate;
+  /// What each role may do, in the whole server.
+  security::Roles roles = security::default_roles();
+  /// What clients may do without credentials if `token_file`, `certificates` or `authenticate` is set. By default nothing: they get 401.
+  security::Rights anyone{};
+  /// Judges each request, after the above. Empty: all clients that are let in by it may do what their roles say, and everything if none of it is
+  /// set. Called once for each request, when its header section is complete and before
   /// its body is received (`body` is empty), on the thread that serves it, without a lock of lrt. The verdict holds until the response.
   engine::Authorizer authorize;
   std::string challenge = "Bearer";  ///< WWW-Authenticate of a 401

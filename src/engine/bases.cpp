@@ -146,8 +146,9 @@ std::size_t Bases::intern(std::string base, bool served) {
 }
 
 Upgrades Bases::upgrades(std::string_view base) const {
+  if (guest_ports_.empty() || !public_base_.empty()) return upgrades_;
   const auto parts = http::split_target(base);
-  const auto host = public_base_.empty() && parts ? http::parse_host(parts->authority) : std::nullopt;
+  const auto host = parts ? http::parse_host(parts->authority) : std::nullopt;
   if (!host) return upgrades_;
   const std::uint16_t port = host->port ? *host->port : parts->secure ? 443 : 80;
   const bool is_guest = port != port_ && std::find(guest_ports_.begin(), guest_ports_.end(), port) != guest_ports_.end();

@@ -71,9 +71,9 @@ bool Cors::depends_on_origin() const {
 }
 
 std::optional<http::Response> Cors::preflight(const http::Request& request) const {
+  if (request.method != "OPTIONS") return std::nullopt;
   const auto origin = origin_of(request);
-  if (request.method != "OPTIONS" || !origin || !request.find("Access-Control-Request-Method") || !may_read(*origin))
-    return std::nullopt;
+  if (!origin || !request.find("Access-Control-Request-Method") || !may_read(*origin)) return std::nullopt;
   http::Response response;
   response.status = 204;
   response.fields.add("Access-Control-Allow-Methods",
@@ -84,6 +84,7 @@ std::optional<http::Response> Cors::preflight(const http::Request& request) cons
 }
 
 void Cors::add_fields(const http::Request& request, http::Response& response) const {
+  if (response.fields.has(http::Fields::Known::content_type_options)) return;
   if (response.status != 101) protect(request, response);
   if (depends_on_origin()) {
     const auto vary = response.fields.find("Vary");

@@ -28,7 +28,7 @@ class Cors {
   /// The response to a preflight request of an origin that may do something here; nullopt: it is none. It does not depend on the resource,
   /// because a preflight request has no credentials: an authorizer must not judge it, and it must not reveal what exists.
   std::optional<http::Response> preflight(const http::Request& request) const;
-  /// Adds what the page of this request, or a cache, must know of a response.
+  /// Adds what the page of this request, or a cache, must know of a response. A response that has X-Content-Type-Options has all of it.
   void add_fields(const http::Request& request, http::Response& response) const;
 
  private:

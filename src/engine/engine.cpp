@@ -32,9 +32,9 @@ class Engine::Impl {
     parts.bodies.set_continue([this](Ticket ticket, Context& context) { continue_request(ticket, context); });
   }
 
-  HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Access>& access, TimePoint now);
+  HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Caller>& caller, TimePoint now);
   bool is_stop(const http::Request& request) const;
-  Outcome handle(const http::Request& request, const Result<Access>& access, TimePoint now);
+  Outcome handle(const http::Request& request, const Result<Caller>& caller, TimePoint now);
   Result<void> add(std::vector<Thing> things);
   Result<void> remove(std::string_view path);
   void remove_with_children(ThingNode& thing);
@@ -46,34 +46,38 @@ class Engine::Impl {
   bool stopped = false;
 
  private:
-  /// Carries out what follows for a request that `access` admits, unless the engine has stopped.
+  /// Carries out what follows for a request that `caller` may send, unless the engine has stopped.
   template <class Next>
   auto judge(Context& context, Next next) -> decltype(next());
   void add_cors(const Context& context, std::optional<http::Response>& response) const;
   void add_cors(const Context& context, Outcome& outcome) const;
-  Outcome route(Context& context, const Result<Access>& access);
+  Outcome route(Context& context, const Result<Caller>& caller);
   Outcome dispatch(Context& context);
   void continue_request(Ticket ticket, Context& kept);
-  std::optional<http::Response> find(Context& context, const Result<Access>& access);
+  std::optional<http::Response> find(Context& context, const Result<Caller>& caller);
   std::optional<http::Response> refused_body(Context& context, std::optional<std::uint64_t> body_bytes);
   std::optional<http::Response> too_large(const Context& context, std::uint64_t body_bytes) const;
   std::optional<http::Response> failed_known_precondition(const Context& context);
   bool is_allowed(const Context& context) const;
   std::size_t max_body_bytes(const Context& context) const;
   http::Response method_not_allowed(const Context& context) const;
-  std::optional<http::Response> denied(const Context& context, const Result<Access>& access) const;
+  std::optional<http::Response> denied(const Context& context, const Result<Caller>& caller) const;
+  http::Response unauthenticated(const Context& context, const Caller& caller) const;
+  http::Response forbidden(const Context& context) const;
+  std::optional<http::Response> refused_right(const Context& context, const Caller& caller) const;
+  security::Right needed_right(const Context& context) const;
   bool is_from_foreign_page(const Context& context) const;
   std::string_view local_path(std::string_view path) const;
   std::optional<http::Response> find_resource(Context& context, const http::Target& target) const;
   std::optional<http::Response> read_page(Context& context, std::string_view query) const;
 };
 
-HeaderVerdict Engine::Impl::judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Access>& access,
+HeaderVerdict Engine::Impl::judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Caller>& caller,
                                          TimePoint now) {
   Context context(request, now);
   HeaderVerdict verdict;
   verdict.response = judge(context, [&]() -> std::optional<http::Response> {
-    if (auto response = find(context, access)) return response;
+    if (auto response = find(context, caller)) return response;
     if (!context.resource) return std::nullopt;  // of the target *
     verdict.max_body_bytes = max_body_bytes(context);
     verdict.ignores_body = context.resource->is_stop();
@@ -90,9 +94,9 @@ bool Engine::Impl::is_stop(const http::Request& request) const {
   return !find_resource(context, *target) && context.resource->is_stop();
 }
 
-Outcome Engine::Impl::handle(const http::Request& request, const Result<Access>& access, TimePoint now) {
+Outcome Engine::Impl::handle(const http::Request& request, const Result<Caller>& caller, TimePoint now) {
   Context context(request, now);
-  return judge(context, [&] { return route(context, access); });
+  return judge(context, [&] { return route(context, caller); });
 }
 
 template <class Next>
@@ -127,8 +131,8 @@ void Engine::Impl::add_cors(const Context& context, Outcome& outcome) const {
   if (auto* streamed = std::get_if<Streamed>(&outcome)) parts.cors.add_fields(context.request(), streamed->response);
 }
 
-Outcome Engine::Impl::route(Context& context, const Result<Access>& access) {
-  if (auto response = find(context, access)) return *std::move(response);
+Outcome Engine::Impl::route(Context& context, const Result<Caller>& caller) {
+  if (auto response = find(context, caller)) return *std::move(response);
   if (!context.resource) {
     http::Response response;
     response.status = 204;
@@ -143,7 +147,7 @@ Outcome Engine::Impl::route(Context& context, const Result<Access>& access) {
 }
 
 /// Finds base and resource of a request. The resource stays nullptr for the target "*".
-std::optional<http::Response> Engine::Impl::find(Context& context, const Result<Access>& access) {
+std::optional<http::Response> Engine::Impl::find(Context& context, const Result<Caller>& caller) {
   const http::Request& request = context.request();
   const auto target = http::split_target(request.target);
   if (!target) return parts.responses.problem(context, 400, "target: expected a path, an http(s) URI or *");
@@ -151,10 +155,11 @@ std::optional<http::Response> Engine::Impl::find(Context& context, const Result<
   if (!base) return parts.responses.problem(context, 421, base.error().message);
   context.base = *base;
   if (auto response = parts.cors.preflight(request)) return response;
-  if (auto response = denied(context, access)) return response;
+  if (auto response = denied(context, caller)) return response;
   const bool known = std::find(known_methods.begin(), known_methods.end(), request.method) != known_methods.end();
   if (known && target->path == "*") return std::nullopt;
   auto not_found = find_resource(context, *target);
+  if (auto response = refused_right(context, *caller)) return response;
   if (!known) return parts.responses.problem(context, 501, "unknown method \"" + std::string(request.method) + "\"");
   return not_found;
 }
@@ -243,34 +248,54 @@ void Engine::Impl::continue_request(Ticket ticket, Context& kept) {
   if (auto* response = std::get_if<http::Response>(&outcome)) parts.pending.respond(ticket, std::move(*response));
 }
 
-std::optional<http::Response> Engine::Impl::denied(const Context& context, const Result<Access>& access) const {
+std::optional<http::Response> Engine::Impl::denied(const Context& context, const Result<Caller>& caller) const {
   const http::Request& request = context.request();
   if (is_from_foreign_page(context))
     return parts.responses.problem(context, 403, "web pages of " + std::string(*request.find("Origin")) + " may not send this: the origin is not in allowed_origins of this server");
   if (!is_safe(request.method) && parts.subscriptions.is_refused_notification(request))
     return parts.responses.problem(context, 403, "this is a notification of another resource, which this server does not carry out: its sender is not in notification_senders");
-  if (!access) {
-    parts.responses.log(LogLevel::error, "the authorizer: " + access.error().message);
+  if (!caller) {
+    parts.responses.log(LogLevel::error, "the authorizer: " + caller.error().message);
     return parts.responses.problem(context, 500, "the authorizer failed");
   }
-  if (*access == Access::unauthenticated) {
-    http::Response response = parts.responses.problem(context, 401, "this server needs credentials; the field WWW-Authenticate says which");
-    response.fields.set("WWW-Authenticate", parts.options.challenge);
-    return response;
-  }
-  if (*access == Access::forbidden) return parts.responses.problem(context, 403, "these credentials do not allow " + std::string(request.method) + " here");
+  if (caller->access == Access::unauthenticated) return unauthenticated(context, *caller);
+  if (caller->access == Access::forbidden) return forbidden(context);
   return std::nullopt;
+}
+
+http::Response Engine::Impl::unauthenticated(const Context& context, const Caller& caller) const {
+  http::Response response = parts.responses.problem(context, 401, "this server needs credentials; the field WWW-Authenticate says which");
+  response.fields.set("WWW-Authenticate", caller.challenge.empty() ? parts.options.challenge : caller.challenge);
+  return response;
+}
+
+http::Response Engine::Impl::forbidden(const Context& context) const {
+  return parts.responses.problem(context, 403, "these credentials do not allow " + std::string(context.request().method) + " here");
+}
+
+/// Nobody who may not read learns what exists: without a resource that is as if there were one.
+std::optional<http::Response> Engine::Impl::refused_right(const Context& context, const Caller& caller) const {
+  const bool may = caller.rights.has(context.resource ? needed_right(context) : security::Right::read);
+  if (may) return std::nullopt;
+  return caller.principal ? forbidden(context) : unauthenticated(context, caller);
+}
+
+security::Right Engine::Impl::needed_right(const Context& context) const {
+  const std::string_view method = context.request().method;
+  if (!is_safe(method)) return context.resource->right_to_change();
+  const bool watches = method == "GET" && parts.subscriptions.requested_protocol(context);
+  return watches ? security::Right::subscribe : security::Right::read;
 }
 
 /// A page elsewhere has made a browser send this (RFC 6454 7), and may not.
 bool Engine::Impl::is_from_foreign_page(const Context& context) const {
   const http::Request& request = context.request();
+  const auto origin = request.find("Origin");
+  if (!origin) return false;
   if (is_safe(request.method)) {
     const bool subscribes = (request.can_upgrade && http::requests_upgrade(request, "websocket")) || names_event_stream(request);
     if (!subscribes) return false;
   }
-  const auto origin = request.find("Origin");
-  if (!origin) return false;
   if (request.count("Origin") == 1 && parts.bases.is_own_origin(*origin, context.base, request)) return false;
   return !parts.cors.may_command(*origin);
 }
@@ -387,24 +412,24 @@ void Engine::set_waker(std::shared_ptr<Waker> waker) {
   impl_->parts.calls.inbox()->set_waker(std::move(waker));
 }
 
-Result<Access> Engine::authorize(const http::Request& request) const {
-  const Authorizer& authorizer = impl_->parts.options.authorize;
-  if (!authorizer || request.header_judged) return Access::granted;
-  if (request.body.empty()) return guarded<Access>([&]() -> Result<Access> { return authorizer(request); });
+Result<Caller> Engine::authorize(const http::Request& request) const {
+  const Authentication& authorizer = impl_->parts.options.authorize;
+  if (!authorizer || request.header_judged) return Caller();
+  if (request.body.empty()) return guarded<Caller>([&]() -> Result<Caller> { return authorizer(request); });
   http::Request header = request;  // whether the body came along with it makes no difference
   header.body = {};
-  return guarded<Access>([&]() -> Result<Access> { return authorizer(header); });
+  return guarded<Caller>([&]() -> Result<Caller> { return authorizer(header); });
 }
 
-HeaderVerdict Engine::judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Access>& access, TimePoint now) {
-  return impl_->judge_header(request, body_bytes, access, now);
+HeaderVerdict Engine::judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Caller>& caller, TimePoint now) {
+  return impl_->judge_header(request, body_bytes, caller, now);
 }
 
 bool Engine::is_stop(const http::Request& request) noexcept {
   return guarded<bool>([&]() -> Result<bool> { return impl_->is_stop(request); }).value_or(false);
 }
 
-Outcome Engine::handle(const http::Request& request, const Result<Access>& access, TimePoint now) { return impl_->handle(request, access, now); }
+Outcome Engine::handle(const http::Request& request, const Result<Caller>& caller, TimePoint now) { return impl_->handle(request, caller, now); }
 
 std::optional<Reply> Engine::next_reply(TimePoint now) {
   Parts& parts = impl_->parts;

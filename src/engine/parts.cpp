@@ -54,7 +54,7 @@ Parts::Parts(EngineOptions given)
       saves(options.save_timeout, options.max_waiting_requests, pending, responses),
       values(calls, registry, options, clock),
       view{options, registry, bases, !options.callbacks.allow.empty()},
-      representations(options, view, responses, cache, values, pending),
+      representations(options, view, cors, responses, cache, values, pending),
       bodies(options, view, responses, calls, pending, ContextResource::location),
       scanner(values, registry, calls, options.subscriptions, clock),
       subscriptions(options, registry, bases, responses, bodies, representations, values, scanner, saves),

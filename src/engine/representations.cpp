@@ -29,6 +29,12 @@ bool wants_minimal_container(const Context& context) {
   return has(preferences.include, vocab::ldp::PreferMinimalContainer.text) || has(preferences.omit, vocab::ldp::PreferContainment.text);
 }
 
+/// All values of a field in one text. `joined` owns it if they are on several lines.
+std::string_view value_of(const http::Request& request, std::string_view name, std::string& joined) {
+  if (request.count(name) <= 1) return request.find(name).value_or(std::string_view());
+  return joined = request.joined(name);
+}
+
 }  // namespace
 
 std::size_t page_count(std::size_t members, std::size_t max_page_members) noexcept {
@@ -146,9 +152,8 @@ std::optional<http::Response> Representations::unacceptable(const Context& conte
                                               (options_.page ? ", " + std::string(page_type) : ""));
 }
 
-http::Response Representations::respond_with(const Representation& representation, const Context& context) const {
+http::Response Representations::respond_with(Representation& representation, const Context& context) {
   const http::Request& request = context.request();
-  const Resource& resource = *context.resource;
   const bool minimal = representation.page == minimal_page;
   // RFC 9110 13.2.2
   if (!context.ignores_conditions && request.find("If-Match")) {
@@ -157,28 +162,21 @@ http::Response Representations::respond_with(const Representation& representatio
     if (match == http::Match::no) return responses_.problem(context, 412, "If-Match: expected the present entity tag " + representation.tag + ", found " + std::string(request.joined("If-Match")));
   }
   if (!context.ignores_conditions && request.find("If-None-Match")) {
-    const http::Match match = http::matches(request.joined("If-None-Match"), representation.tag, true);
+    std::string joined;
+    const http::Match match = http::matches(value_of(request, "If-None-Match", joined), representation.tag, true);
     if (match == http::Match::malformed) return responses_.problem(context, 400, "If-None-Match: expected a list of entity tags or *");
     if (match == http::Match::yes) {
       http::Response response;
       response.status = 304;
-      responses_.add_types(response.fields, &resource);
-      response.fields.add("ETag", representation.tag);
-      response.fields.add("Vary", context.vary());
-      response.fields.add("Cache-Control", cache_control_of(context));
-      add_upgrade(response.fields, context);
+      const PreparedFields* prepared = prepared_fields(representation, context);
+      response.fields = prepared ? prepared->not_modified : not_modified_fields(representation, context);
       return response;
     }
   }
   http::Response response;
-  response.fields = representation.fields;
+  const PreparedFields* prepared = prepared_fields(representation, context);
+  response.fields = prepared ? prepared->ok : fields_of(representation, context);
   response.body = representation.body;
-  if (resource.document()) response.fields.set("Cache-Control", cache_control_of(context));
-  add_upgrade(response.fields, context);
-  if (context.first_link != 0) {
-    response.fields.remove("Link");
-    add_links(response.fields, resource, context.base, representation.page, context.first_link);
-  }
   if (minimal) response.fields.add("Preference-Applied", context.wants_minimal() ? "return=minimal" : "return=representation");
   // RFC 9110 14: a part, if the client has the rest of the same representation.
   const auto range_field = request.find("Range");
@@ -197,14 +195,78 @@ http::Response Representations::respond_with(const Representation& representatio
   return response;
 }
 
+/// All of a 200.
+http::Fields Representations::fields_of(Representation& representation, const Context& context) {
+  const Resource& resource = *representation.resource;
+  if (representation.links.block().empty()) {
+    representation.links = structure_fields(resource, representation.base, representation.page, resource.cache_control());
+    cache_.grown(representation.links.block().size());
+  }
+  http::Fields fields;
+  if (representation.is_page) {
+    options_.page->add_fields(fields);
+  } else {
+    fields.add("Content-Type", content_type(representation.variant, resource.variants().type_of(representation.variant)));
+  }
+  fields.add("ETag", representation.tag);
+  fields.append(representation.links);
+  if (!representation.is_page && !representation.variant.is_text()) {
+    http::LinkWriter links;
+    const std::string_view turtle = rdf::media_type(rdf::Syntax::turtle);
+    links.add(variant_iri(view_.bases[representation.base] + resource.path, turtle), "describedby", turtle);
+    links.finish(fields, {});
+  }
+  if (resource.document()) fields.set("Cache-Control", cache_control_of(context));
+  add_upgrade(fields, context);
+  if (context.first_link != 0) {
+    fields.remove("Link");
+    add_links(fields, resource, context.base, representation.page, context.first_link);
+  }
+  return fields;
+}
+
+http::Fields Representations::not_modified_fields(const Representation& representation, const Context& context) const {
+  http::Fields fields;
+  responses_.add_types(fields, context.resource);
+  fields.add("ETag", representation.tag);
+  fields.add("Vary", context.vary());
+  fields.add("Cache-Control", cache_control_of(context));
+  add_upgrade(fields, context);
+  return fields;
+}
+
+/// Those that many responses share; nullptr: the request has something that makes a difference.
+const PreparedFields* Representations::prepared_fields(Representation& representation, const Context& context) {
+  const http::Request& request = context.request();
+  const bool is_read = request.method == "GET" || request.method == "HEAD";
+  const bool is_whole = !representation.is_page && representation.page != minimal_page && context.first_link == 0 && !request.find("Range");
+  if (!is_read || !is_whole || context.resource->document() || request.find("Origin")) return nullptr;
+  PreparedFields& prepared = representation.prepared;
+  const std::string_view upgrade = upgrade_of(context);
+  if (!prepared.ok.block().empty() && prepared.upgrade == upgrade) return &prepared;
+  const std::size_t before = prepared.bytes();
+  PreparedFields made{fields_of(representation, context), not_modified_fields(representation, context), upgrade};
+  prepare(made.ok, 200, context);
+  prepare(made.not_modified, 304, context);
+  prepared = std::move(made);
+  cache_.grown(prepared.bytes() - before);
+  return &prepared;
+}
+
+/// Adds what browsers need to know of such a response, which no further step adds then.
+void Representations::prepare(http::Fields& fields, int status, const Context& context) const {
+  http::Response response;
+  response.status = status;
+  response.fields = std::move(fields);
+  cors_.add_fields(context.request(), response);
+  fields = std::move(response.fields);
+  fields.share();
+}
+
 // ------------------------------------------------------------------------------------------------------ representations
 
 Representation Representations::html_page(Resource& resource, std::size_t base, std::size_t page) const {
-  Representation made{&resource, base, {}, page, 0, 0, {}, {}, options_.page->tag(), options_.page->html()};
-  options_.page->add_fields(made.fields);
-  made.fields.add("ETag", made.tag);
-  made.fields.append(structure_fields(resource, base, page, "no-cache"));
-  return made;
+  return {&resource, base, {}, page, 0, 0, options_.page->tag(), options_.page->html(), true, structure_fields(resource, base, page, "no-cache")};
 }
 
 /// The fields of a 200 that only the structure changes.
@@ -228,20 +290,9 @@ Result<Representation*> Representations::make(Resource& resource, std::size_t ba
   Result<Bytes> body = body_of(resource, base, variant, page);
   if (!body) return Unexpected{std::move(body).error()};
 
-  Representation made{&resource, base, variant, page, state, structure, {}, {}, {}, *std::move(body)};
+  std::string tag = http::entity_tag(resource.variants().type_of(variant), **body);
+  Representation made{&resource, base, variant, page, state, structure, std::move(tag), *std::move(body)};
   if (kept && kept->structure == structure && resource.has_fixed_links()) made.links = std::move(kept->links);
-  if (made.links.block().empty()) made.links = structure_fields(resource, base, page, resource.cache_control());
-  const std::string_view type = resource.variants().type_of(variant);
-  made.tag = http::entity_tag(type, *made.body);
-  made.fields.add("Content-Type", content_type(variant, type));
-  made.fields.add("ETag", made.tag);
-  made.fields.append(made.links);
-  if (!variant.is_text()) {
-    http::LinkWriter links;
-    const std::string_view turtle = rdf::media_type(rdf::Syntax::turtle);
-    links.add(variant_iri(view_.bases[base] + resource.path, turtle), "describedby", turtle);
-    links.finish(made.fields, {});
-  }
   return &cache_.keep(std::move(made));
 }
 
@@ -290,7 +341,12 @@ rdf::Dataset Representations::dataset_of(const Resource& resource, std::size_t b
   return dataset;
 }
 
-const std::shared_ptr<const std::string>& Representations::event_of(Representation& kept) {
+const subscription::Item& Representations::message_of(Representation& kept) {
+  if (!kept.message) kept.message = std::make_shared<const subscription::Message>(subscription::Message{kept.body, kept.tag});
+  return kept.message;
+}
+
+const subscription::Item& Representations::event_of(Representation& kept) {
   if (kept.event) return kept.event;
   const std::string& body = *kept.body;
   std::string event = "id: " + kept.tag + "\n";
@@ -304,7 +360,7 @@ const std::shared_ptr<const std::string>& Representations::event_of(Representati
   }
   event += "\n";
   cache_.grown(event.size());
-  kept.event = std::make_shared<const std::string>(std::move(event));
+  kept.event = std::make_shared<const subscription::Message>(subscription::Message{std::make_shared<const std::string>(std::move(event)), kept.tag});
   return kept.event;
 }
 
@@ -401,12 +457,17 @@ std::string_view Representations::cache_control_of(const Context& context) const
   return context.resource->cache_control();
 }
 
-/// RFC 9110 7.8: how the resource can be watched on this connection.
 void Representations::add_upgrade(http::Fields& fields, const Context& context) const {
-  if (!context.resource->observable()) return;
+  if (const std::string_view upgrade = upgrade_of(context); !upgrade.empty()) fields.add("Upgrade", upgrade);
+}
+
+/// RFC 9110 7.8: how the resource can be watched on this connection.
+std::string_view Representations::upgrade_of(const Context& context) const {
+  if (!context.resource->observable()) return {};
   const Upgrades can = view_.bases.upgrades(view_.bases[context.base]);
   const bool websocket = can.websocket && context.request().local_port == 0, callback = can.callback && view_.makes_callbacks;
-  if (websocket || callback) fields.add("Upgrade", !callback ? "websocket" : !websocket ? "callback" : "websocket, callback");
+  if (websocket) return callback ? "websocket, callback" : "websocket";
+  return callback ? "callback" : "";
 }
 
 }  // namespace lrt::engine

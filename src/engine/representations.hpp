@@ -11,6 +11,7 @@
 #include <lrt/engine/engine.hpp>
 
 #include "src/engine/context.hpp"
+#include "src/engine/cors.hpp"
 #include "src/engine/description.hpp"
 #include "src/engine/pending_requests.hpp"
 #include "src/engine/property_values.hpp"
@@ -33,9 +34,9 @@ class Representations {
   using Step = std::function<Attempt(Context&, bool current)>;
   using Selected = std::variant<Representation*, http::Response, Missing>;
 
-  Representations(const EngineOptions& options, const EngineView& view, const Responses& responses, RepresentationCache& cache,
+  Representations(const EngineOptions& options, const EngineView& view, const Cors& cors, const Responses& responses, RepresentationCache& cache,
                   PropertyValues& values, PendingRequests& pending)
-      : options_(options), view_(view), responses_(responses), cache_(cache), values_(values), pending_(pending) {}
+      : options_(options), view_(view), cors_(cors), responses_(responses), cache_(cache), values_(values), pending_(pending) {}
 
   /// GET and HEAD.
   Outcome get(Context& context);
@@ -54,8 +55,10 @@ class Representations {
   /// The representation in one variant, as it is now.
   /// @par Errors  unsupported_syntax, limit_exceeded: the variant cannot carry the value; others: it could not be made
   Result<Representation*> make(Resource& resource, std::size_t base, Variant variant, std::size_t page = 1);
-  /// The representation as one event of an event stream.
-  const std::shared_ptr<const std::string>& event_of(Representation& representation);
+  /// The representation as a message to subscribers.
+  const subscription::Item& message_of(Representation& representation);
+  /// The same as one event of an event stream.
+  const subscription::Item& event_of(Representation& representation);
   /// 406 of a GET or HEAD if none of the media types is accepted, whatever the values are.
   std::optional<http::Response> unacceptable(const Context& context) const;
   /// If-Match and If-None-Match of a PUT, POST or DELETE: the response if they exclude it.
@@ -74,7 +77,11 @@ class Representations {
   }
 
  private:
-  http::Response respond_with(const Representation& representation, const Context& context) const;
+  http::Response respond_with(Representation& representation, const Context& context);
+  http::Fields fields_of(Representation& representation, const Context& context);
+  http::Fields not_modified_fields(const Representation& representation, const Context& context) const;
+  const PreparedFields* prepared_fields(Representation& representation, const Context& context);
+  void prepare(http::Fields& fields, int status, const Context& context) const;
   void go_on(Ticket ticket, Resource& resource, Encodings encodings, Step step);
   Result<Bytes> body_of(Resource& resource, std::size_t base, Variant variant, std::size_t page) const;
   Representation html_page(Resource& resource, std::size_t base, std::size_t page) const;
@@ -84,9 +91,11 @@ class Representations {
   void add_links(http::Fields& fields, const Resource& resource, std::size_t base, std::size_t page, std::size_t first = 0) const;
   std::string_view cache_control_of(const Context& context) const;
   void add_upgrade(http::Fields& fields, const Context& context) const;
+  std::string_view upgrade_of(const Context& context) const;
 
   const EngineOptions& options_;
   const EngineView& view_;
+  const Cors& cors_;
   const Responses& responses_;
   RepresentationCache& cache_;
   PropertyValues& values_;

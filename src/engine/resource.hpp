@@ -18,9 +18,11 @@
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
+#include <lrt/security.hpp>
 
 #include "src/base/function_ref.hpp"
 #include "src/engine/variants.hpp"
+#include "src/subscription/backlog.hpp"
 
 namespace lrt::model {
 struct ResourceSpec;
@@ -45,6 +47,14 @@ using Utc = std::chrono::system_clock::time_point;
 /// Names a resource for as long as the engine lives, also after it is gone. Never 0, never used twice.
 enum class ResourceId : std::uint64_t {};
 
+/// The fields of responses to requests that differ in nothing that these depend on. All those responses share their bytes.
+struct PreparedFields {
+  http::Fields ok, not_modified;  ///< of a 200 and of a 304; empty: not made yet
+  std::string_view upgrade{};     ///< value of Upgrade in them; empty: none
+
+  std::size_t bytes() const noexcept { return ok.block().size() + not_modified.block().size(); }
+};
+
 /// A representation as bytes with its header fields, kept while the resource's state and the cache's budget allow.
 struct Representation {
   Resource* resource;
@@ -52,15 +62,16 @@ struct Representation {
   Variant variant;
   std::size_t page;
   std::uint64_t state;      ///< Resource::state() when it was made
-  std::uint64_t structure;  ///< Registry::structure() when `links` were made
-  http::Fields links;       ///< those of the fields that only the structure changes
-  http::Fields fields;      ///< all of a 200
+  std::uint64_t structure;  ///< Registry::structure() when it was made
   std::string tag;
   std::shared_ptr<const std::string> body;
-  std::shared_ptr<const std::string> event{};  ///< as an event of an event stream, made for the first subscriber
+  bool is_page = false;                        ///< HTML, which is not kept
+  http::Fields links{};                        ///< those of the fields that only the structure changes, made for the first response
+  PreparedFields prepared{};
+  subscription::Item message{}, event{};       ///< for a WebSocket or callback, for an event stream; made for the first subscriber
 
   std::size_t bytes() const noexcept {
-    return sizeof *this + links.block().size() + fields.block().size() + tag.size() + body->size() + (event ? event->size() : 0);
+    return sizeof *this + links.block().size() + prepared.bytes() + tag.size() + body->size() + (event ? event->body->size() : 0);
   }
 };
 
@@ -132,6 +143,8 @@ class Resource {
 
   // What it allows (R0.5).
   virtual Methods methods() const noexcept { return {}; }
+  /// What a client needs for methods that are not safe.
+  virtual security::Right right_to_change() const noexcept { return security::Right::write; }
   virtual Outcome put(Context& context, Parts& parts);
   virtual Outcome post(Context& context, Parts& parts);
   virtual Outcome remove(Context& context, Parts& parts);

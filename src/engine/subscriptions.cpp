@@ -1,4 +1,3 @@
-#include "src/base/ascii.hpp"
 #include "src/engine/subscriptions.hpp"
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/ascii.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
 
@@ -106,11 +106,14 @@ SubscriptionResource* Subscriptions::find(Channel channel) const {
 // -------------------------------------------------------------------------------------------------------------- requests
 
 bool names_event_stream(const http::Request& request) {
-  if (!request.can_stream || !request.find("Accept")) return false;
-  std::string accept = request.joined("Accept");
-  for (char& c : accept)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return accept.find(event_stream_type) != std::string::npos;
+  if (!request.can_stream) return false;
+  const auto names_it = [](std::string_view accept) {
+    const auto same = [](char a, char b) { return detail::lower(a) == b; };
+    return std::search(accept.begin(), accept.end(), event_stream_type.begin(), event_stream_type.end(), same) != accept.end();
+  };
+  return std::any_of(request.fields.begin(), request.fields.end(), [&](const http::Field& field) {
+    return field.value.size() >= event_stream_type.size() && http::iequals(field.name, "Accept") && names_it(field.value);
+  });
 }
 
 std::optional<Protocol> Subscriptions::requested_protocol(const Context& context) const {
@@ -418,7 +421,7 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
     closing.code = code;
     closing.reason = std::move(reason);
     if (code != 1000)  // a cancelled subscription gets no more
-      while (auto item = s.backlog.take_item()) closing.items.push_back(*std::move(item));
+      while (auto item = s.backlog.take_item()) closing.items.push_back(std::move(item));
     urgent_.push_back(s.channel);
   }
   if (s.protocol == Protocol::callback) {
@@ -493,7 +496,7 @@ Representation* Subscriptions::represent(SubscriptionResource& s) {
 }
 
 subscription::Item Subscriptions::item_of(const SubscriptionResource& s, Representation& representation) {
-  return {s.protocol == Protocol::event_stream ? representations_.event_of(representation) : representation.body, representation.tag};
+  return s.protocol == Protocol::event_stream ? representations_.event_of(representation) : representations_.message_of(representation);
 }
 
 /// Names the channel to the transport or the deliverer, unless it was named already.
@@ -504,13 +507,14 @@ void Subscriptions::announce(SubscriptionResource& s) {
   (s.observed.is_urgent() ? urgent_ : ready_).push_back(s.channel);
 }
 
-std::optional<subscription::Item> Subscriptions::next_item(SubscriptionResource& s, TimePoint now) {
+/// nullptr: there is none that may be sent now.
+subscription::Item Subscriptions::next_item(SubscriptionResource& s, TimePoint now) {
   s.ready_announced = false;
   if (!s.backlog.empty() && now.steady < s.backlog.due()) {
     next_notifications_.set(s.next_notification, s.backlog.due(), s.channel);
-    return std::nullopt;
+    return nullptr;
   }
-  std::optional<subscription::Item> item = s.backlog.take_item();
+  subscription::Item item = s.backlog.take_item();
   if (!item && s.backlog.take_pending()) {
     if (!representations_.ready(s.observed, s.its_variant, true)) {
       // The user's encoders have to run first.
@@ -522,12 +526,12 @@ std::optional<subscription::Item> Subscriptions::next_item(SubscriptionResource&
         waiting->ready_announced = false;
         announce(*waiting);
       });
-      return std::nullopt;
+      return nullptr;
     }
     Representation* representation = represent(s);
     if (representation && representation->tag != s.last_tag) item = item_of(s, *representation);
   }
-  if (!item) return std::nullopt;
+  if (!item) return nullptr;
   s.ready_announced = true;
   s.last_tag = item->tag;
   s.backlog.sent(now.steady);
@@ -605,7 +609,7 @@ std::optional<Push> Subscriptions::next_push(Channel channel, TimePoint now) {
       auto item = next_item(*s, now);
       if (!item) return std::nullopt;
       ++s->delivered;
-      push.message = std::move(item->body);
+      push.message = item->body;
       push.text = s->its_variant.is_text();
       return push;
     }
@@ -615,7 +619,7 @@ std::optional<Push> Subscriptions::next_push(Channel channel, TimePoint now) {
       return push;
     }
     if (!closing->second.items.empty()) {
-      push.message = std::move(closing->second.items.front().body);
+      push.message = closing->second.items.front()->body;
       push.text = closing->second.text;
       closing->second.items.pop_front();
       return push;
@@ -702,7 +706,7 @@ void Subscriptions::delivered(Channel channel, const subscription::DeliveryResul
   SubscriptionResource* s = find(channel);
   if (!s || !(s->under_way || s->confirming)) return;  // cancelled meanwhile
   const bool confirming = std::exchange(s->confirming, false);
-  std::optional<subscription::Item> item = std::exchange(s->under_way, std::nullopt);
+  subscription::Item item = std::exchange(s->under_way, nullptr);
   s->ready_announced = false;
   if (confirming && result.confirmed) {
     s->has_confirmed = true;
@@ -738,7 +742,7 @@ void Subscriptions::delivered(Channel channel, const subscription::DeliveryResul
     return end(*s, 0, {});
   }
   if (s->queues() && !s->retry.suspended()) {
-    if (item) s->backlog.put_back(*std::move(item));
+    if (item) s->backlog.put_back(std::move(item));
   } else {
     s->backlog.drop_items();
     s->backlog.mark_pending();

@@ -107,7 +107,7 @@ class Subscriptions {
   Representation* represent(SubscriptionResource& s);
   subscription::Item item_of(const SubscriptionResource& s, Representation& representation);
   void announce(SubscriptionResource& s);
-  std::optional<subscription::Item> next_item(SubscriptionResource& s, TimePoint now);
+  subscription::Item next_item(SubscriptionResource& s, TimePoint now);
   void notify_of_structure();
   bool must_confirm(const std::string& url) const;
   subscription::Notification confirmation_of(SubscriptionResource& s) const;

@@ -1,7 +1,9 @@
 #include <lrt/http/message.hpp>
 
 #include <cassert>
+#include <charconv>
 #include <cstdint>
+#include <cstring>
 
 #include "src/base/ascii.hpp"
 
@@ -20,21 +22,47 @@ Field take_field(std::string_view& block) noexcept {
   return {line.substr(0, colon), detail::trim(line.substr(colon + 1))};
 }
 
+/// The bit of Fields::Known; 0: the name is not among them.
+std::uint8_t known_bit(std::string_view name) noexcept {
+  const auto bit = [name](std::string_view known, Fields::Known value) {
+    return iequals(name, known) ? static_cast<std::uint8_t>(value) : std::uint8_t{0};
+  };
+  switch (name.size()) {  // the size rules out most fields
+    case 4: return bit("Date", Fields::Known::date);
+    case 7: return bit("Upgrade", Fields::Known::upgrade);
+    case 14: return bit("Content-Length", Fields::Known::content_length);
+    case 17: return bit("Transfer-Encoding", Fields::Known::transfer_encoding);
+    case 22: return bit("X-Content-Type-Options", Fields::Known::content_type_options);
+    default: return 0;
+  }
+}
+
 void append_joined(std::string& out, bool& first, std::string_view value) {
   if (!first) out += ", ";
   first = false;
   out += value;
 }
 
-void append_number(std::string& out, std::uint64_t value) {
-  char digits[20];
-  std::size_t at = sizeof digits;
-  do {
-    digits[--at] = static_cast<char>('0' + value % 10);
-    value /= 10;
-  } while (value != 0);
-  out.append(digits + at, sizeof digits - at);
-}
+/// An IMF-fixdate has 29 bytes.
+constexpr std::size_t max_date = 64;
+
+/// What stands before the fields of a response, put together without a check for each part: status line, Date, one field of framing and
+/// Connection have less than 256 bytes.
+class Line {
+ public:
+  void put(std::string_view part) noexcept {
+    assert(part.size() <= sizeof bytes_ - size_);
+    std::memcpy(bytes_ + size_, part.data(), part.size());
+    size_ += part.size();
+  }
+  void put_number(std::uint64_t value) noexcept { size_ = static_cast<std::size_t>(std::to_chars(bytes_ + size_, bytes_ + sizeof bytes_, value).ptr - bytes_); }
+  std::string_view text() const noexcept { return {bytes_, size_}; }
+  std::size_t size() const noexcept { return size_; }
+
+ private:
+  char bytes_[256];
+  std::size_t size_ = 0;
+};
 
 }  // namespace
 
@@ -42,7 +70,7 @@ bool iequals(std::string_view a, std::string_view b) noexcept { return detail::i
 
 std::optional<std::string_view> Request::find(std::string_view name) const noexcept {
   for (const Field& field : fields) {
-    if (iequals(field.name, name)) return field.value;
+    if (detail::iequals_ascii(field.name, name)) return field.value;
   }
   return std::nullopt;
 }
@@ -67,14 +95,16 @@ void Fields::add(std::string_view name, std::string_view value) {
   assert(is_token);
   if (!is_token) return;
   value = detail::trim(value);
-  block_ += name;
-  block_ += ": ";
-  const std::size_t at = block_.size();
-  block_ += value;
-  for (std::size_t i = at; i < block_.size(); ++i) {
-    if (!detail::is(block_[i], detail::text)) block_[i] = ' ';
+  std::string& block = changeable();
+  block += name;
+  block += ": ";
+  const std::size_t at = block.size();
+  block += value;
+  for (std::size_t i = at; i < block.size(); ++i) {
+    if (!detail::is(block[i], detail::text)) block[i] = ' ';
   }
-  block_ += "\r\n";
+  block += "\r\n";
+  known_ |= known_bit(name);
 }
 
 void Fields::set(std::string_view name, std::string_view value) {
@@ -84,19 +114,41 @@ void Fields::set(std::string_view name, std::string_view value) {
 }
 
 void Fields::remove(std::string_view name) {
+  if (!find(name)) return;
+  std::string& block = changeable();
   std::size_t at = 0;
-  while (at < block_.size()) {
-    std::string_view rest = std::string_view(block_).substr(at);
+  while (at < block.size()) {
+    std::string_view rest = std::string_view(block).substr(at);
     const std::size_t before = rest.size();
     const bool hit = iequals(take_field(rest).name, name);
     const std::size_t length = before - rest.size();
-    if (hit) block_.erase(at, length);
+    if (hit) block.erase(at, length);
     else at += length;
   }
+  known_ = static_cast<std::uint8_t>(known_ & ~known_bit(name));
+}
+
+void Fields::append(const Fields& other) {
+  changeable() += other.block();
+  known_ |= other.known_;
+}
+
+void Fields::share() {
+  if (shared_) return;
+  shared_ = std::make_shared<const std::string>(std::move(own_));
+  own_.clear();
+}
+
+std::string& Fields::changeable() {
+  if (shared_) {
+    own_ = *shared_;
+    shared_.reset();
+  }
+  return own_;
 }
 
 std::optional<std::string_view> Fields::find(std::string_view name) const noexcept {
-  for (std::string_view rest = block_; !rest.empty();) {
+  for (std::string_view rest = block(); !rest.empty();) {
     const Field field = take_field(rest);
     if (iequals(field.name, name)) return field.value;
   }
@@ -106,7 +158,7 @@ std::optional<std::string_view> Fields::find(std::string_view name) const noexce
 std::string Fields::joined(std::string_view name) const {
   std::string result;
   bool first = true;
-  for (std::string_view rest = block_; !rest.empty();) {
+  for (std::string_view rest = block(); !rest.empty();) {
     const Field field = take_field(rest);
     if (iequals(field.name, name)) append_joined(result, first, field.value);
   }
@@ -115,7 +167,7 @@ std::string Fields::joined(std::string_view name) const {
 
 std::vector<Field> Fields::list() const {
   std::vector<Field> result;
-  for (std::string_view rest = block_; !rest.empty();) result.push_back(take_field(rest));
+  for (std::string_view rest = block(); !rest.empty();) result.push_back(take_field(rest));
   return result;
 }
 
@@ -172,20 +224,12 @@ std::string_view reason_phrase(int status) noexcept {
 }
 
 AddedFields added_fields(const Response& response, bool keep_alive, int version) noexcept {
-  bool has_date = false;
-  bool has_length = false;
-  bool has_transfer_encoding = false;
-  bool has_upgrade = false;
-  for (std::string_view rest = response.fields.block(); !rest.empty();) {
-    const std::string_view name = take_field(rest).name;
-    has_date = has_date || iequals(name, "Date");
-    has_length = has_length || iequals(name, "Content-Length");
-    has_transfer_encoding = has_transfer_encoding || iequals(name, "Transfer-Encoding");
-    has_upgrade = has_upgrade || iequals(name, "Upgrade");
-  }
+  using Known = Fields::Known;
+  const Fields& fields = response.fields;
+  const bool has_upgrade = fields.has(Known::upgrade);
   AddedFields added;
-  added.date = !has_date;
-  added.content_length = may_have_body(response.status) && !has_length && !has_transfer_encoding;
+  added.date = !fields.has(Known::date);
+  added.content_length = may_have_body(response.status) && !fields.has(Known::content_length) && !fields.has(Known::transfer_encoding);
   const bool is_final = response.status >= 200;  // an interim response ends nothing
   if (is_final && (!keep_alive || response.close)) added.connection = has_upgrade ? "close, Upgrade" : "close";
   else if (is_final && version == 10) added.connection = has_upgrade ? "keep-alive, Upgrade" : "keep-alive";
@@ -196,26 +240,28 @@ AddedFields added_fields(const Response& response, bool keep_alive, int version)
 void write_response_header(std::string& out, const Response& response, std::string_view date, bool keep_alive, int version,
                            BodyEnd end) {
   const AddedFields added = added_fields(response, keep_alive, version);
-  out += "HTTP/1.1 ";
-  append_number(out, static_cast<std::uint64_t>(response.status));
-  out += ' ';
-  out += reason_phrase(response.status);
+  Line line;
+  line.put("HTTP/1.1 ");
+  line.put_number(static_cast<std::uint64_t>(response.status));
+  line.put(" ");
+  line.put(reason_phrase(response.status));
   if (added.date) {
-    out += "\r\nDate: ";
-    out += date;
+    line.put("\r\nDate: ");
+    line.put(date.substr(0, max_date));
   }
-  if (end == BodyEnd::chunked) out += "\r\nTransfer-Encoding: chunked";
+  if (end == BodyEnd::chunked) line.put("\r\nTransfer-Encoding: chunked");
   if (end == BodyEnd::length && added.content_length) {
-    out += "\r\nContent-Length: ";
-    append_number(out, response.content().size());
+    line.put("\r\nContent-Length: ");
+    line.put_number(response.content().size());
   }
   if (!added.connection.empty()) {
-    out += "\r\nConnection: ";
-    out += added.connection;
+    line.put("\r\nConnection: ");
+    line.put(added.connection);
   }
-  out += "\r\n";
-  out += response.fields.block();
-  out += "\r\n";
+  line.put("\r\n");
+  const std::string& block = response.fields.block();
+  out.reserve(out.size() + line.size() + block.size() + 2);
+  out.append(line.text()).append(block).append("\r\n", 2);
 }
 
 }  // namespace lrt::http

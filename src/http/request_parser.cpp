@@ -213,8 +213,9 @@ std::optional<Refusal> check_framing(const Request& request, const FramingFields
   return std::nullopt;
 }
 
-/// Parses `header` without judging what its parts mean.
-std::optional<Refusal> parse_lines(std::string_view header, Request& request) {
+/// Parses `header` without judging what its parts mean, up to its empty line.
+/// @param size  of the header section
+std::optional<Refusal> parse_lines(std::string_view header, Request& request, std::size_t& size) {
   // request-line = method SP request-target SP HTTP-version CRLF (RFC 9112 3)
   if (header.empty() || header[0] == '\r' || header[0] == '\n') return Refusal{400, "request line: found an empty line at byte 0"};
   std::size_t at = method_end(header);
@@ -267,8 +268,7 @@ std::optional<Refusal> parse_lines(std::string_view header, Request& request) {
     request.fields.push_back({name, trim(header.substr(value_at, at - value_at))});
     at += 2;
   }
-  at += 2;
-  if (at != header.size()) return Refusal{400, "header section: found bytes after the empty line, at byte " + std::to_string(at)};
+  size = at + 2;
   return std::nullopt;
 }
 
@@ -280,8 +280,16 @@ std::optional<int> spoken_version(std::string_view http_version) noexcept {
 }
 
 std::optional<Refusal> parse_request_header(std::string_view header, Request& request, Framing& framing) {
-  if (auto refusal = parse_lines(header, request)) return refusal;
+  std::size_t size = 0;
+  if (auto refusal = parse_lines(header, request, size)) return refusal;
+  if (size != header.size()) return Refusal{400, "header section: found bytes after the empty line, at byte " + std::to_string(size)};
   return check_request(request, framing);
+}
+
+std::optional<std::size_t> parse_leading_header(std::string_view bytes, Request& request, Framing& framing) {
+  std::size_t size = 0;
+  if (parse_lines(bytes, request, size) || check_request(request, framing)) return std::nullopt;
+  return size;
 }
 
 std::optional<Refusal> check_request(const Request& request, Framing& framing) {

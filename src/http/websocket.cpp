@@ -1,6 +1,8 @@
 #include <lrt/http/websocket.hpp>
 
-#include <string>
+#include <array>
+#include <cstddef>
+#include <cstdint>
 
 #include "src/base/ascii.hpp"
 
@@ -30,6 +32,53 @@ bool is_key(std::string_view text) noexcept {
   return true;
 }
 
+constexpr std::uint32_t rotated(std::uint32_t word, unsigned bits) noexcept { return word << bits | word >> (32 - bits); }
+
+/// SHA-1 (RFC 3174). It protects nothing here: RFC 6455 1.3 shows by it that the server speaks WebSocket.
+std::array<unsigned char, 20> sha1(std::string message) {
+  const std::uint64_t bits = std::uint64_t{message.size()} * 8;
+  message += '\x80';
+  while (message.size() % 64 != 56) message += '\0';
+  for (int shift = 56; shift >= 0; shift -= 8) message += static_cast<char>(bits >> shift);
+  std::array<std::uint32_t, 5> hash{0x67452301, 0xEFCDAB89, 0x98BADCFE, 0x10325476, 0xC3D2E1F0};
+  for (std::size_t block = 0; block < message.size(); block += 64) {
+    std::array<std::uint32_t, 80> w{};
+    for (std::size_t i = 0; i < 64; ++i) w[i / 4] = w[i / 4] << 8 | static_cast<unsigned char>(message[block + i]);
+    for (std::size_t i = 16; i < 80; ++i) w[i] = rotated(w[i - 3] ^ w[i - 8] ^ w[i - 14] ^ w[i - 16], 1);
+    auto [a, b, c, d, e] = hash;
+    for (std::size_t i = 0; i < 80; ++i) {
+      std::uint32_t mixed = 0;
+      if (i < 20) mixed = ((b & c) | (~b & d)) + 0x5A827999;
+      else if (i < 40) mixed = (b ^ c ^ d) + 0x6ED9EBA1;
+      else if (i < 60) mixed = ((b & c) | (b & d) | (c & d)) + 0x8F1BBCDC;
+      else mixed = (b ^ c ^ d) + 0xCA62C1D6;
+      const std::uint32_t next = rotated(a, 5) + mixed + e + w[i];
+      e = d;
+      d = c;
+      c = rotated(b, 30);
+      b = a;
+      a = next;
+    }
+    const std::array<std::uint32_t, 5> added{a, b, c, d, e};
+    for (std::size_t i = 0; i < 5; ++i) hash[i] += added[i];
+  }
+  std::array<unsigned char, 20> bytes{};
+  for (std::size_t i = 0; i < 20; ++i) bytes[i] = static_cast<unsigned char>(hash[i / 4] >> (24 - 8 * (i % 4)));
+  return bytes;
+}
+
+/// RFC 4648 4
+std::string base64(const std::array<unsigned char, 20>& bytes) {
+  static constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const auto at = [&](std::size_t n) { return n < bytes.size() ? unsigned{bytes[n]} : 0U; };
+    const unsigned group = at(i) << 16 | at(i + 1) << 8 | at(i + 2);
+    for (unsigned n = 0; n < 4; ++n) text += i + n > bytes.size() ? '=' : digits[group >> (18 - 6 * n) & 63U];
+  }
+  return text;
+}
+
 }  // namespace
 
 bool requests_upgrade(const Request& request, std::string_view protocol) noexcept {
@@ -53,6 +102,10 @@ std::optional<Refusal> check_websocket(const Request& request) {
   if (keys != 1) return Refusal{400, "Sec-WebSocket-Key: expected one, found " + std::to_string(keys)};
   if (!is_key(*request.find("Sec-WebSocket-Key"))) return Refusal{400, "Sec-WebSocket-Key: expected 16 bytes in base64"};
   return std::nullopt;
+}
+
+std::string websocket_accept(std::string_view key) {
+  return base64(sha1(std::string(key) + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11"));
 }
 
 }  // namespace lrt::http

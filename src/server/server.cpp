@@ -17,6 +17,7 @@
 #include "src/base/thread.hpp"
 #include "src/page/page.hpp"
 #include "src/server/body_pool.hpp"
+#include "src/server/callers.hpp"
 #include "src/server/guest_requests.hpp"
 #include "src/server/listen_addresses.hpp"
 #include "src/server/log_queue.hpp"
@@ -59,6 +60,9 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (rest_.descriptor() < 0)
       return unexpected(Errc::io_error, "no event descriptor for the server: " + std::system_category().message(rest_.error()));
     if (Result<void> checked = engine_.check(); !checked) return checked;
+    auto callers = Callers::create(options_.security, waking_log(), clock_);
+    if (!callers) return Unexpected{std::move(callers).error()};
+    callers_ = *std::move(callers);
     Result<std::optional<SavedFile::Content>> saved = load();
     if (!saved) return Unexpected{saved.error()};
     if (Result<void> started = start_transport(); !started) return started;
@@ -201,8 +205,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
 
   // engine::Handler, on the transport's thread
   engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) override {
-    const Result<engine::Access> access = engine_.authorize(request);  // user code: without the lock
-    return with_engine([&] { return engine_.judge_header(request, body_bytes, access, now); });
+    const Result<engine::Caller> caller = engine_.authorize(request);  // user code: without the lock
+    return with_engine([&] { return engine_.judge_header(request, body_bytes, caller, now); });
   }
   engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes) {
     if (!process_.is_current()) return {refused(), 0};
@@ -213,8 +217,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     return engine_.is_stop(request);
   }
   engine::Outcome handle(const http::Request& request, TimePoint now) override {
-    const Result<engine::Access> access = engine_.authorize(request);  // user code: without the lock
-    return with_engine([&] { return engine_.handle(request, access, now); });
+    const Result<engine::Caller> caller = engine_.authorize(request);  // user code: without the lock
+    return with_engine([&] { return engine_.handle(request, caller, now); });
   }
   std::optional<engine::Reply> next_reply(TimePoint now) override {
     run_io_jobs();
@@ -286,9 +290,9 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   // Requests that came over an HTTP server of the host's, on its threads.
   http::Response serve(const http::Request& request, std::optional<engine::Channel>& channel) {
     if (!process_.is_current()) return refused();
-    const Result<engine::Access> access = engine_.authorize(request);
+    const Result<engine::Caller> caller = engine_.authorize(request);
     engine::Outcome outcome = with_engine([&] {
-      engine::Outcome made = engine_.handle(request, access, clock_.now());
+      engine::Outcome made = engine_.handle(request, caller, clock_.now());
       // Before the lock is let go: a reply may be there at once.
       if (const auto* deferred = std::get_if<engine::Deferred>(&made)) guests_.add(deferred->ticket);
       if (const auto* streamed = std::get_if<engine::Streamed>(&made)) guests_.add(streamed->channel);
@@ -373,10 +377,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     descriptor_is_used_ = can.on_host_loop;
     const Security& security = options_.security;
     if (security.tls && !can.tls) return unexpected(Errc::invalid_option, "the transport has no TLS");
-    if (!can.network || is_loopback(address) || security.tls || security.authorize || security.allow_unprotected_network) return {};
+    if (!can.network || is_loopback(address) || security.tls || callers_ || security.allow_unprotected_network) return {};
     const std::string& given = options_.listen.address;
     return unexpected(Errc::insecure_address, "listening on " + given + (address == given ? "" : " (" + address + ")") +
-                                                  " lets the network move the robot: set security.tls, security.authorize, or security.allow_unprotected_network");
+                                                  " lets the network move the robot: set security.tls, security.token_file, security.authorize, or security.allow_unprotected_network");
   }
 
   /// The right to enter the transport. It is tried, never waited for.
@@ -406,7 +410,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     options.allowed_origins = options_.security.allowed_origins;
     options.notification_senders = options_.security.notification_senders;
     options.read_origins = options_.security.read_origins;
-    options.authorize = options_.security.authorize;
+    options.authorize = [this](const http::Request& request) { return callers_ ? callers_->of(request) : engine::Caller(); };
     options.challenge = options_.security.challenge;
     options.dispatch = options_.threads.dispatch;
     options.body_jobs = options_.threads.body_threads > 0;
@@ -627,6 +631,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   const Clock& clock_;
   LogQueue log_;
   mutable std::mutex mutex_;                              // guards engine_, guests_ and replies_; never held while user code runs
+  std::shared_ptr<Callers> callers_;  ///< nullptr: everybody may do everything
   engine::Engine engine_;
   BodyPool bodies_;
   GuestRequests guests_;

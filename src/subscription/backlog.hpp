@@ -3,19 +3,20 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 
+#include "src/base/ring_queue.hpp"
+
 namespace lrt::subscription {
 
-/// One representation to be sent to a subscriber.
-struct Item {
+/// One representation to be sent, shared by all subscribers that get it.
+struct Message {
   std::shared_ptr<const std::string> body;
   std::string tag;  ///< its entity tag
 };
+using Item = std::shared_ptr<const Message>;
 
 /// How one subscriber gets its notifications.
 struct Policy {
@@ -58,7 +59,11 @@ class Backlog {
 
   /// Appends an item. Then drops the oldest items until all limits hold; the newest item is always kept.
   void push(Item item) {
-    count(item);
+    if (policy_.queues() && items_.size() == policy_.queue_length) {  // first: the queue need not grow for one more
+      drop_first();
+      ++dropped_;
+    }
+    count(*item);
     items_.push_back(std::move(item));
     while (items_.size() > policy_.queue_length || (is_full() && items_.size() > 1)) {
       drop_first();
@@ -67,27 +72,22 @@ class Backlog {
   }
   /// Appends the last item before the subscription ends. No limit applies to it.
   void push_last(Item item) {
-    count(item);
+    count(*item);
     items_.push_back(std::move(item));
   }
   /// Returns an item that was taken and could not be delivered. It is the oldest one, so it is dropped if the limits do not allow it.
   void put_back(Item item) {
-    if (items_.size() >= policy_.queue_length || (!items_.empty() && bytes_ + item.body->size() > max_bytes_)) {
+    if (items_.size() >= policy_.queue_length || (!items_.empty() && bytes_ + item->body->size() > max_bytes_)) {
       ++dropped_;
       return;
     }
-    count(item);
+    count(*item);
     items_.push_front(std::move(item));
   }
-  /// Takes the oldest item.
-  std::optional<Item> take_item() {
-    if (items_.empty()) return std::nullopt;
-    Item first = items_.front();
-    drop_first();
-    return first;
-  }
+  /// Takes the oldest item; nullptr: the queue is empty.
+  Item take_item() noexcept { return items_.empty() ? nullptr : drop_first(); }
   /// The newest item; nullptr: the queue is empty.
-  const Item* newest() const noexcept { return items_.empty() ? nullptr : &items_.back(); }
+  const Message* newest() const noexcept { return items_.empty() ? nullptr : items_.back().get(); }
   void drop_items() noexcept {
     dropped_ += items_.size();
     while (!items_.empty()) drop_first();
@@ -101,21 +101,22 @@ class Backlog {
 
  private:
   bool is_full() const noexcept { return bytes_ > max_bytes_ || total_bytes_ > max_total_bytes_; }
-  void count(const Item& item) noexcept {
-    bytes_ += item.body->size();
-    total_bytes_ += item.body->size();
+  void count(const Message& message) noexcept {
+    bytes_ += message.body->size();
+    total_bytes_ += message.body->size();
   }
-  void drop_first() noexcept {
-    bytes_ -= items_.front().body->size();
-    total_bytes_ -= items_.front().body->size();
-    items_.pop_front();
+  Item drop_first() noexcept {
+    Item first = items_.pop_front();
+    bytes_ -= first->body->size();
+    total_bytes_ -= first->body->size();
+    return first;
   }
 
   const Policy policy_;
   const std::size_t max_bytes_, max_total_bytes_;
   std::size_t& total_bytes_;
   bool pending_ = false;
-  std::deque<Item> items_;
+  RingQueue<Item> items_;
   std::size_t bytes_ = 0;
   std::uint64_t dropped_ = 0;
   Instant due_{};

@@ -1,6 +1,8 @@
-// The yardstick for tests/bench: a bare epoll program that answers every request head with the same bytes.
+// The yardstick for tests/bench: a bare epoll program that responds to every header section with the same bytes.
 //
-//   epoll_constant [--port 0] [--size 600 (of the body) | --total BYTES (with the head)]
+//   epoll_constant [--port 0] [--size 600 (of the body) | --total BYTES (with the header section) | --response FILE]
+//
+// With --response it sends the bytes of the file, for example those of `curl -si URL`: header section and body.
 //
 // Ends on SIGINT or SIGTERM and prints the CPU time (user + system) that it used per request.
 
@@ -16,6 +18,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <string>
 
 namespace {
@@ -30,16 +34,25 @@ double cpu_microseconds() {
          static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
 }
 
+std::string content_of(const char* file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string content{std::istreambuf_iterator<char>(in), {}};
+  if (content.empty()) std::fprintf(stderr, "%s: no bytes\n", file), std::exit(1);
+  return content;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   int port = 0;
   std::size_t size = 600;
+  std::string response;
   for (int i = 1; i + 1 < argc; i += 2) {
     if (std::strcmp(argv[i], "--port") == 0) port = std::atoi(argv[i + 1]);
     else if (std::strcmp(argv[i], "--size") == 0) size = static_cast<std::size_t>(std::atol(argv[i + 1]));
     else if (std::strcmp(argv[i], "--total") == 0) size = static_cast<std::size_t>(std::atol(argv[i + 1])) - 66;
-    else return std::fprintf(stderr, "usage: epoll_constant [--port N] [--size BYTES]\n"), 2;
+    else if (std::strcmp(argv[i], "--response") == 0) response = content_of(argv[i + 1]);
+    else return std::fprintf(stderr, "usage: epoll_constant [--port N] [--size BYTES | --total BYTES | --response FILE]\n"), 2;
   }
   struct sigaction action {};
   action.sa_handler = on_signal;  // without SA_RESTART: epoll_wait must return
@@ -61,8 +74,9 @@ int main(int argc, char** argv) {
   std::printf("listening on http://127.0.0.1:%u/\n", unsigned{ntohs(address.sin_port)});
   std::fflush(stdout);
 
-  const std::string answer = "HTTP/1.1 200 OK\r\nContent-Type: text/plain\r\nContent-Length: " + std::to_string(size) +
-                             "\r\n\r\n" + std::string(size, 'x');
+  if (response.empty()) {
+    response = "HTTP/1.1 200 OK\r\nContent-Type: text/plain\r\nContent-Length: " + std::to_string(size) + "\r\n\r\n" + std::string(size, 'x');
+  }
   const int epoll = ::epoll_create1(0);
   epoll_event event{};
   event.events = EPOLLIN;
@@ -91,7 +105,7 @@ int main(int argc, char** argv) {
         continue;
       }
       if (::memmem(buffer, static_cast<std::size_t>(got), "\r\n\r\n", 4)) {
-        if (::send(socket, answer.data(), answer.size(), MSG_NOSIGNAL) > 0) ++requests;
+        if (::send(socket, response.data(), response.size(), MSG_NOSIGNAL) > 0) ++requests;
       }
     }
   }

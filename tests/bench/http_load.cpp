@@ -1,7 +1,7 @@
 // A bounded HTTP client for tests/bench: so many keep-alive connections, one request at a time on each.
 //
 //   http_load --port N [--path /] [--connections 8] [--requests 100000] [--seconds 0] [--warm-up 0] [--pid SERVER] [--spread N]
-//             [--tls] [--put BODY | --post BODY] [--rate 0] [--reconnect]
+//             [--tls] [--put BODY | --post BODY | --if-none-match TAG] [--rate 0] [--reconnect]
 //
 // With --spread, '%' in the path stands for a number from 1 to N that jumps about. With --put or --post the Turtle body is sent instead
 // of a GET. --rate bounds requests/s; who waits for its turn is let go in steps of 1 ms. With --reconnect each request has a connection
@@ -9,7 +9,7 @@
 //
 // Ends after so many requests in all, or after so many seconds if given, or on SIGTERM. Connections are made, and --warm-up requests done,
 // before the clock starts. Prints requests/s and latencies, its own CPU time per request (where that is all the time there was, it is this
-// program that is measured), checks that every answer is 2xx and, with --pid, prints the CPU time per request that this process used.
+// program that is measured), checks that every response is 2xx (with --if-none-match: 304) and, with --pid, prints the CPU time per request that this process used.
 
 #include <sys/epoll.h>
 
@@ -58,7 +58,7 @@ int main(int argc, char** argv) {
   double seconds = 0;
   double rate = 0;
   bool tls = false, reconnect = false;
-  std::string path = "/", method = "GET", body;
+  std::string path = "/", method = "GET", body, tag;
   std::size_t spread = 1;
   for (int i = 1; i < argc; ++i) {
     const std::string_view name = argv[i];
@@ -73,6 +73,7 @@ int main(int argc, char** argv) {
     else if (name == "--path") path = argv[++i];
     else if (name == "--put") method = "PUT", body = argv[++i];
     else if (name == "--post") method = "POST", body = argv[++i];
+    else if (name == "--if-none-match") tag = argv[++i];
     else if (name == "--rate") rate = std::atof(argv[++i]);
     else if (name == "--spread") spread = static_cast<std::size_t>(std::atol(argv[++i]));
     else if (name == "--pid") pid = std::atoi(argv[++i]);
@@ -88,6 +89,7 @@ int main(int argc, char** argv) {
     if (const auto at = where.find('%'); at != std::string::npos) where.replace(at, 1, std::to_string(number));
     std::string request = method + " " + where + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
                           "\r\nUser-Agent: http_load\r\nAccept: */*\r\n";
+    if (!tag.empty()) request += "If-None-Match: " + tag + "\r\n";
     if (method != "GET") request += "Content-Type: text/turtle\r\nContent-Length: " + std::to_string(body.size()) + "\r\n";
     return request + "\r\n" + body;
   };
@@ -179,7 +181,7 @@ int main(int argc, char** argv) {
         if (!complete && connection.received.empty()) connection.received = answer;
       } while (!complete && connection.stream.pending());
       if (!complete) continue;
-      if (answer.compare(0, 10, "HTTP/1.1 2") != 0) ++bad;
+      if (answer.compare(0, tag.empty() ? 10 : 12, tag.empty() ? "HTTP/1.1 2" : "HTTP/1.1 304") != 0) ++bad;
       now = Clock::now();
       latencies.push_back(std::chrono::duration<float, std::micro>(now - connection.begin).count());
       connection.received.clear();

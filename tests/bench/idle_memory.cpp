@@ -1,8 +1,8 @@
-// What an idle connection costs the server in resident memory.
+// What an idle connection costs the server in resident memory, and what stays when all have left.
 //
-//   idle_memory --port N --pid SERVER [--path /] [--connections 1000] [--tls]
+//   idle_memory --port N --pid SERVER [--path /] [--connections 1000] [--tls] [--websocket]
 //
-// Each connection makes one GET and stays open. Ten that are closed again come before, so that what the first request alone costs does
+// Each connection makes one GET, or with --websocket subscribes, and stays open. Ten that are closed again come before, so that what the first request alone costs does
 // not count. Resident: what the server's own pages grow by (Rss of smaps_rollup); the system's socket buffers are not in it.
 
 #include <sys/resource.h>
@@ -41,6 +41,7 @@ void get(bench::Stream& stream, const std::string& request) {
       continue;
     }
     answer.append(buffer, static_cast<std::size_t>(got));
+    if (answer.compare(0, 12, "HTTP/1.1 101") == 0) return;
     const auto end = answer.find("\r\n\r\n"), length = answer.find("\r\nContent-Length: ");
     if (end == std::string::npos || length == std::string::npos) continue;
     if (answer.size() >= end + 4 + std::strtoul(answer.c_str() + length + 18, nullptr, 10)) break;
@@ -53,11 +54,12 @@ void get(bench::Stream& stream, const std::string& request) {
 int main(int argc, char** argv) {
   int port = 8080, pid = 0;
   std::size_t connections = 1000;
-  bool tls = false;
+  bool tls = false, websocket = false;
   std::string path = "/";
   for (int i = 1; i < argc; ++i) {
     const std::string_view name = argv[i];
     if (name == "--tls") tls = true;
+    else if (name == "--websocket") websocket = true;
     else if (i + 1 == argc) return std::fprintf(stderr, "unknown option %s\n", argv[i]), 2;
     else if (name == "--port") port = std::atoi(argv[++i]);
     else if (name == "--pid") pid = std::atoi(argv[++i]);
@@ -70,7 +72,10 @@ int main(int argc, char** argv) {
   files.rlim_cur = files.rlim_max;
   ::setrlimit(RLIMIT_NOFILE, &files);
 
-  const std::string request = "GET " + path + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\nAccept: */*\r\n\r\n";
+  const std::string request = "GET " + path + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) + "\r\nAccept: */*\r\n" +
+                              (websocket ? "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+                                           "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+                                         : "\r\n");
   const auto open = [&](std::size_t count) {
     std::vector<bench::Stream> streams(count);
     for (bench::Stream& stream : streams) {
@@ -84,9 +89,13 @@ int main(int argc, char** argv) {
   open(10);
   settle();
   const double before = resident_kib(pid);
-  const std::vector<bench::Stream> idle = open(connections);
+  double after = 0;
+  {
+    const std::vector<bench::Stream> idle = open(connections);
+    settle();
+    after = resident_kib(pid);
+  }
   settle();
-  const double after = resident_kib(pid);
-  std::printf("%zu idle connections: resident %.0f KiB before, %.0f KiB with them, %.2f KiB each\n", connections, before, after,
-              (after - before) / static_cast<double>(connections));
+  std::printf("%zu idle connections: resident %.0f KiB before, %.0f KiB with them, %.2f KiB each; %.0f KiB when they have left\n", connections, before,
+              after, (after - before) / static_cast<double>(connections), resident_kib(pid));
 }

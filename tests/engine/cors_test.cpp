@@ -216,3 +216,32 @@ TEST_CASE("what is no origin is refused as an option", "[engine][security]") {
     CHECK(command.error().message.find("allowed_origins") == 0);
   }
 }
+
+TEST_CASE("responses that share prepared fields have those of their own request, in whatever order requests come", "[engine][security]") {
+  std::vector<std::string> all;
+  for (const std::string& origin : {std::string(), reader, stranger, commander, reader + stranger})
+    for (const char* more : {"", "\nIf-None-Match: TAG", "\nRange: bytes=0-3", "\nAccept: application/json"})
+      for (const char* method : {"GET", "HEAD"}) all.push_back(method + std::string(" /arm/angle") + origin + more);
+  /// Without the entity tag: the time of the value is in it.
+  const auto fields = [](Arm& arm, std::string request) {
+    if (const std::size_t at = request.find("TAG"); at != std::string::npos) request.replace(at, 3, arm.bench.get("/arm/angle").field("ETag"));
+    Answer answer = arm.bench.ask(request);
+    answer.fields.remove("ETag");
+    return std::to_string(answer.status) + answer.fields.block();
+  };
+  using Origins = std::vector<std::string>;
+  for (const auto& [readers, commanders] :
+       {std::pair<Origins, Origins>{{}, {}}, {{"https://reader.example"}, {"https://dashboard.example"}}, {{"*"}, {}}}) {
+    std::vector<std::string> alone;  // of an engine that has had no other request
+    for (const std::string& request : all) {
+      Arm fresh(readers, commanders);
+      alone.push_back(fields(fresh, request));
+    }
+    Arm arm(readers, commanders);
+    for (std::size_t i = 0; i < 5 * all.size(); ++i) {
+      const std::size_t n = i * 13 % all.size();
+      CAPTURE(all[n]);
+      REQUIRE(fields(arm, all[n]) == alone[n]);
+    }
+  }
+}

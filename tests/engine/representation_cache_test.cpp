@@ -12,7 +12,7 @@ using namespace lrt::engine;
 namespace {
 
 Representation made(Resource& resource, std::size_t base, Variant variant, std::size_t page, std::size_t bytes) {
-  return {&resource, base, variant, page, 1, 1, {}, {}, {}, std::make_shared<const std::string>(bytes, 'x')};
+  return {&resource, base, variant, page, 1, 1, {}, std::make_shared<const std::string>(bytes, 'x')};
 }
 
 }  // namespace
@@ -56,7 +56,7 @@ TEST_CASE("what a representation grows by counts", "[engine][limits]") {
   Representation& second = cache.keep(made(resource, 1, Variant(), 1, 1000));
   CHECK(resource.representations.size() == 2);
   cache.grown(2000);
-  second.event = std::make_shared<const std::string>(2000, 'x');
+  second.event = std::make_shared<const subscription::Message>(subscription::Message{std::make_shared<const std::string>(2000, 'x'), {}});
   cache.keep(made(resource, 2, Variant(), 1, 10));
   CHECK(cache.find(resource, 0, Variant(), 1) == nullptr);
   cache.forget(resource);

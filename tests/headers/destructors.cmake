@@ -4,8 +4,7 @@
 #   cmake -DNM=nm -DOBJECTS=FILE -P destructors.cmake      FILE: the object files, one in a line
 set(allowed
     "base/third_party_call.cpp"               # atexit(): exit() waits for calls of OpenSSL and libxml2
-    "transport/http/websocket_frames.cpp"     # Boost: ids of services, a key of thread-local storage, error categories; a stream of ours uses none of them
-    "transport/asio_loop/asio_loop.cpp"       # the same; the threads there are the host's
+    "transport/asio_loop/asio_loop.cpp"       # Boost: ids of services, a key of thread-local storage, error categories; the threads there are the host's
     "delivery/httplib/post.cpp"               # httplib.h includes <iostream>: std::ios_base::Init, which flushes
     "lrt_urdf.dir/./parse.cpp")          # so does liburdfdom
 

@@ -48,6 +48,30 @@ TEST_CASE("response fields are kept as the lines that go on the wire", "[http]")
   CHECK_FALSE(fields.find("Emp"));
 }
 
+TEST_CASE("copies of shared fields have the same bytes in memory until one of them is changed", "[http]") {
+  using Known = http::Fields::Known;
+  http::Fields fields;
+  fields.add("etag", "\"a\"");
+  fields.add("UPGRADE", "websocket");
+  fields.share();
+  http::Fields same = fields, changed = fields, less = fields, more;
+  CHECK(same.block().data() == fields.block().data());
+  CHECK(same.has(Known::upgrade));
+  changed.add("Date", "now");
+  CHECK(changed.block() == "etag: \"a\"\r\nUPGRADE: websocket\r\nDate: now\r\n");
+  CHECK(changed.has(Known::date));
+  CHECK_FALSE(fields.has(Known::date));
+  less.remove("None");
+  CHECK(less.block().data() == fields.block().data());
+  less.remove("upgrade");
+  CHECK(less.block() == "etag: \"a\"\r\n");
+  CHECK_FALSE(less.has(Known::upgrade));
+  more.append(changed);
+  CHECK((more.has(Known::date) && more.has(Known::upgrade) && !more.has(Known::content_length)));
+  same = {};
+  CHECK(fields.block() == "etag: \"a\"\r\nUPGRADE: websocket\r\n");
+}
+
 TEST_CASE("nothing in a value can start another field", "[http][R0.1]") {
   http::Fields fields;
   fields.add("Location", "/a\r\nSet-Cookie: x\r\n\r\n<html>");

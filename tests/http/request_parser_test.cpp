@@ -454,3 +454,22 @@ TEST_CASE("framing follows Content-Length, chunked, Expect, Connection and the v
   CHECK(framing_of(with({{"Connection", "Keep-Alive"}}, 10)).keep_alive);
   CHECK_FALSE(framing_of(with({{"Connection", "keep-alive, close"}}, 10)).keep_alive);
 }
+
+TEST_CASE("a header section is read off the front of bytes that go on, and only when it is whole and accepted", "[http][R0.1]") {
+  const std::string header = "GET /a HTTP/1.1\r\nHost: a\r\nAccept: text/turtle\r\nContent-Length: 3\r\n\r\n";
+  http::Request request;
+  http::Framing framing;
+  for (std::size_t size = 0; size < header.size(); ++size) {
+    INFO(size);
+    CHECK_FALSE(http::parse_leading_header(std::string_view(header).substr(0, size), request, framing));
+  }
+  for (const std::string rest : {"", "abc", "GET", "\r\n", "\n"}) {
+    const std::string bytes = header + rest;
+    REQUIRE(http::parse_leading_header(bytes, request, framing) == header.size());
+    CHECK(request.target == "/a");
+    CHECK(request.fields.size() == 3);
+    CHECK(framing.length == 3);
+  }
+  for (const std::string refused : {"GET /a HTTP/1.1\r\n\r\n", "GET /a HTTP/1.1\nHost: a\r\n\r\n", "GET /a HTTP/2.0\r\nHost: a\r\n\r\n", "\r\n\r\n"})
+    CHECK_FALSE(http::parse_leading_header(refused, request, framing));
+}

@@ -3,13 +3,19 @@
 
 #include <lrt/server.hpp>
 
+#include <arpa/inet.h>
 #include <malloc.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <string>
 #include <thread>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "tests/support/catch.hpp"
@@ -26,6 +32,40 @@ std::size_t bytes_in_use() {
   if (is_sanitized) return 0;  // their allocators do not count here
   return ::mallinfo2().uordblks + ::mallinfo2().hblkhd;
 }
+
+/// A connection without a buffer of its own.
+class BareClient {
+ public:
+  explicit BareClient(std::uint16_t port) : descriptor_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(port);
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    REQUIRE(::connect(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  }
+  BareClient(BareClient&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+  ~BareClient() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+
+  /// Returns the status. What follows it is not read.
+  template <class Meanwhile>
+  int ask(const http::Request& request, Meanwhile meanwhile) {
+    std::string bytes = std::string(request.method) + " " + std::string(request.target) + " HTTP/1.1\r\n";
+    for (const http::Field& field : request.fields) bytes += std::string(field.name) + ": " + std::string(field.value) + "\r\n";
+    bytes += "\r\n";
+    REQUIRE(::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size()));
+    char status[12];
+    for (int i = 0; i < 100'000; ++i) {
+      meanwhile();
+      if (::recv(descriptor_, status, sizeof status, MSG_PEEK | MSG_DONTWAIT) == sizeof status) return std::atoi(status + 9);
+    }
+    return 0;
+  }
+
+ private:
+  int descriptor_;
+};
 
 }  // namespace
 
@@ -78,5 +118,46 @@ TEST_CASE("the memory of subscribers with queues is free when they have left", "
     std::printf("200 subscribers with queues: %zu bytes in use before, %zu with them, %zu afterwards\n", before, with_clients,
                 bytes_in_use());
     CHECK(is_free);
+  }
+}
+
+TEST_CASE("an idle connection needs at most half a KiB, a WebSocket two, and nothing is left of them", "[server]") {
+  if (is_sanitized) return;
+  Options options;
+  options.listen.port = 0;
+  options.threads.io = Io::in_poll;
+  SampleRobot robot;
+  Server server = Server::create(std::move(options)).value();
+  server.add(robot.arm()).value();
+  robot.angle_handle->publish(1.0);
+  const std::string get = "GET /arm/angle\nHost: 127.0.0.1:" + std::to_string(server.port()),
+                    subscribe = get + "\nConnection: Upgrade\nUpgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
+  constexpr std::size_t count = 500;
+  const auto poll = [&] { server.poll(); };
+  Socket watcher(server.port());
+  const auto all_left = [&] {
+    const auto answer = watcher.ask("GET /arm/subscriptions\nAccept: application/n-triples\nHost: 127.0.0.1:" + std::to_string(server.port()), poll);
+    return answer.body.find("ldp#contains") == std::string::npos;
+  };
+  for (const auto& [request, status, max_bytes] : {std::tuple(get, 200, std::size_t{512}), std::tuple(subscribe, 101, std::size_t{2048})}) {
+    INFO(request);
+    std::size_t with_clients = 0, before = 0;
+    for (int round = 0; round < 2; ++round) {  // what the first alone makes stays: tables
+      before = bytes_in_use();
+      {
+        std::vector<BareClient> clients;
+        clients.reserve(count);
+        for (std::size_t i = 0; i < count; ++i) REQUIRE(clients.emplace_back(server.port()).ask(RequestText(request).get(), poll) == status);
+        for (int i = 0; i < 20; ++i) poll();
+        with_clients = bytes_in_use() - clients.capacity() * sizeof(BareClient);
+      }
+      for (int i = 0; i < 1000 && !all_left(); ++i) poll();
+      for (int i = 0; i < 20; ++i) poll();
+    }
+    const std::size_t afterwards = bytes_in_use();
+    std::printf("%zu clients: %zu bytes in use before, %zu with them (%zu each), %zu afterwards\n", count, before, with_clients,
+                (with_clients - before) / count, afterwards);
+    CHECK((with_clients - before) / count <= max_bytes);
+    CHECK(afterwards <= before + 1024);
   }
 }

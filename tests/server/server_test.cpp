@@ -260,6 +260,31 @@ TEST_CASE("an idle poll allocates nothing", "[server]") {
   }
 }
 
+TEST_CASE("a GET whose representation is kept allocates nothing, nor does its 304", "[server]") {
+  Server server = make(any_port(Io::in_poll));
+  Thing thing{"arm"};
+  auto angle = thing.property<double>("angle", unit::radian);
+  angle.publish(1.5);
+  server.add(std::move(thing)).value();
+  Socket client(server.port());
+  std::string get = "GET /arm/angle\nHost: 127.0.0.1:" + std::to_string(server.port());
+  const Answer first = client.ask(get, [&] { server.poll(); });
+  for (const int status : {200, 304}) {
+    INFO(status);
+    if (status == 304) get += "\nIf-None-Match: " + first.field("ETag");
+    std::size_t made = 0;
+    for (int i = 0; i < 20; ++i) {
+      const Answer answer = client.ask(get, [&] {
+        const std::size_t before = allocations;
+        server.poll();
+        if (i >= 10) made += allocations - before;
+      });
+      REQUIRE(answer.status == status);
+    }
+    CHECK(made == 0);
+  }
+}
+
 TEST_CASE("things come and go while the server serves", "[server][R0.3]") {
   for (const Io io : all_io) {
     Server server = make(any_port(io));

@@ -10,10 +10,13 @@
 using namespace std::chrono_literals;
 using lrt::subscription::Backlog;
 using lrt::subscription::Item;
+using lrt::subscription::Message;
 using lrt::subscription::Policy;
 
 namespace {
-Item item(const std::string& tag, std::size_t bytes = 10) { return {std::make_shared<const std::string>(bytes, 'x'), tag}; }
+Item item(const std::string& tag, std::size_t bytes = 10) {
+  return std::make_shared<const Message>(Message{std::make_shared<const std::string>(bytes, 'x'), tag});
+}
 
 /// The tags of all items, which are taken.
 std::string taken(Backlog& backlog) {
@@ -70,7 +73,7 @@ TEST_CASE("an item that was not delivered goes to the front if the limits allow 
   Backlog backlog({2, 0ms}, 1000, 1000, total);
   backlog.push(item("a"));
   backlog.push(item("b"));
-  Item first = *backlog.take_item();
+  Item first = backlog.take_item();
   SECTION("there is space") {
     backlog.put_back(std::move(first));
     CHECK(taken(backlog) == "ab");

@@ -21,6 +21,7 @@
 #include <lrt/engine/page_source.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/rdf/codec.hpp>
+#include <lrt/security.hpp>
 #include <lrt/subscription/notification.hpp>
 #include <lrt/subscription/options.hpp>
 #include <lrt/thing.hpp>
@@ -36,6 +37,17 @@ enum class Access : std::uint8_t {
 /// Judges a request by its header section: its body has not been received, and `body` is empty. A GET with `Upgrade: callback` makes the
 /// robot post to a URL, so do not grant it to clients that may only read.
 using Authorizer = std::function<Access(const http::Request&)>;
+
+/// Who sends a request, and what is known of that before its resource is found.
+struct Caller {
+  Caller(Access verdict = Access::granted) noexcept : access(verdict) {}  // NOLINT: an Authorizer returns no more
+  Access access;
+  std::shared_ptr<const security::Principal> principal{};  ///< nullptr: nobody in particular
+  security::Rights rights = security::Rights::all();       ///< a resource that the request names may be treated so; else 403
+  std::string challenge{};                                 ///< WWW-Authenticate of a 401; empty: EngineOptions::challenge
+};
+/// Finds out who sends a request by its header section.
+using Authentication = std::function<Caller(const http::Request&)>;
 
 /// Bounds of what clients can make grow in the engine: time and memory.
 struct Limits {
@@ -70,7 +82,7 @@ struct EngineOptions : Limits {
   std::string public_base;                             ///< Listen::public_base
   std::vector<std::string> allowed_hosts;              ///< Security::allowed_hosts
   std::vector<std::string> allowed_origins;            ///< Security::allowed_origins
-  Authorizer authorize;                                ///< Security::authorize
+  Authentication authorize;                            ///< Security, empty: everybody may do everything
   std::string challenge = "Bearer";                    ///< Security::challenge
   Dispatch dispatch = Dispatch::in_poll;               ///< Threads::dispatch
   subscription::SubscriptionOptions subscriptions;
@@ -144,13 +156,13 @@ class Engine final : public Handler {
   void set_waker(std::shared_ptr<Waker> waker);
 
   /// Calls the authorizer, without the body; not for a request that judge_header() has let pass. Its errors and exceptions are a Result.
-  Result<Access> authorize(const http::Request& request) const;
-  HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Access>& access, TimePoint now);
+  Result<Caller> authorize(const http::Request& request) const;
+  HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, const Result<Caller>& caller, TimePoint now);
   HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) override {
     return judge_header(request, body_bytes, authorize(request), now);
   }
   bool is_stop(const http::Request& request) noexcept override;
-  Outcome handle(const http::Request& request, const Result<Access>& access, TimePoint now);
+  Outcome handle(const http::Request& request, const Result<Caller>& caller, TimePoint now);
   Outcome handle(const http::Request& request, TimePoint now) override { return handle(request, authorize(request), now); }
   std::optional<Reply> next_reply(TimePoint now) override;
   std::optional<std::chrono::steady_clock::time_point> next_deadline() const override;

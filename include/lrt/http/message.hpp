@@ -48,9 +48,12 @@ struct Request {
   std::size_t count(std::string_view name) const noexcept;
 };
 
-/// Header fields as the bytes that go on the wire, `Name: value CRLF` each; to copy or send them is to copy bytes.
+/// Header fields as the bytes that go on the wire, `Name: value CRLF` each; to send them is to copy bytes.
 class Fields {
  public:
+  /// Names whose presence is known without a search.
+  enum class Known : std::uint8_t { date = 1, content_length = 2, transfer_encoding = 4, upgrade = 8, content_type_options = 16 };
+
   /// Appends, without white space around the value. CR, LF, NUL and other controls in it become spaces: nothing that reached a
   /// value can start another field.
   /// @pre `name` is a token (RFC 9110 5.6.2); otherwise nothing is added
@@ -59,16 +62,23 @@ class Fields {
   void set(std::string_view name, std::string_view value);
   void remove(std::string_view name);
   /// Appends a block of whole lines made by another Fields.
-  void append(const Fields& other) { block_ += other.block_; }
+  void append(const Fields& other);
+  /// From now on copies of this share its bytes. The first change of one of them copies the bytes.
+  void share();
 
   /// The value of the first field of that name; a view into this object.
   std::optional<std::string_view> find(std::string_view name) const noexcept;
   std::string joined(std::string_view name) const;
   std::vector<Field> list() const;
-  const std::string& block() const noexcept { return block_; }
+  bool has(Known name) const noexcept { return (known_ & static_cast<std::uint8_t>(name)) != 0; }
+  const std::string& block() const noexcept { return shared_ ? *shared_ : own_; }
 
  private:
-  std::string block_;
+  std::string& changeable();
+
+  std::string own_;
+  std::shared_ptr<const std::string> shared_;  ///< instead of own_
+  std::uint8_t known_ = 0;                     ///< bits of Known
 };
 
 /// A response. The transport adds Date, Content-Length and Connection; a body given for HEAD is counted, not sent.

@@ -47,6 +47,10 @@ std::optional<int> spoken_version(std::string_view http_version) noexcept;
 /// @par Implements  R0.1, RFC 9112 2.2, 3, 5, 6
 std::optional<Refusal> parse_request_header(std::string_view header, Request& request, Framing& framing);
 
+/// The same for bytes that begin with a header section and may go on behind it, in one pass.
+/// @return  its size; nullopt: it is incomplete, or parse_request_header() would refuse it
+std::optional<std::size_t> parse_leading_header(std::string_view bytes, Request& request, Framing& framing);
+
 /// Checks what the parts of a parsed request mean: exactly one well-formed Host (HTTP/1.0 may lack it), target form against method,
 /// Content-Length and Transfer-Encoding (501 for an unknown coding, alone or before a final chunked), Expect (417), Connection. CONNECT
 /// and TRACE are refused (501), and so is an absolute-form whose scheme is not that of the connection (421). For requests that another

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <string_view>
 
 #include <lrt/http/request_parser.hpp>
 #include <lrt/http/message.hpp>
@@ -16,5 +18,9 @@ bool requests_upgrade(const Request& request, std::string_view protocol) noexcep
 /// base64 (else 400).
 /// @par Implements  R0.12, RFC 6455 4.2.1, 4.4
 std::optional<Refusal> check_websocket(const Request& request);
+
+/// The value of Sec-WebSocket-Accept (RFC 6455 4.2.2).
+/// @param key  value of Sec-WebSocket-Key
+std::string websocket_accept(std::string_view key);
 
 }  // namespace lrt::http

@@ -7,12 +7,11 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <lrt/engine/handler.hpp>
 #include <lrt/http/message.hpp>
-#include <lrt/http/request_parser.hpp>
 #include <lrt/transport/detail/body_buffer.hpp>
-#include <lrt/transport/detail/chunks.hpp>
 #include <lrt/transport/transport.hpp>
 
 namespace lrt::transport {
@@ -25,10 +24,14 @@ struct Output {
   bool empty() const noexcept { return first.empty() && second.empty(); }
 };
 
+/// A request that is being received and the response to it, with their buffers.
+struct Exchange;
+
 /// What the sessions of one transport share.
 class SessionContext {
  public:
-  explicit SessionContext(const Limits& limits) : limits_(limits), bodies_(limits) {}
+  explicit SessionContext(const Limits& limits);
+  ~SessionContext();
   SessionContext(const SessionContext&) = delete;
   SessionContext& operator=(const SessionContext&) = delete;
 
@@ -44,8 +47,13 @@ class SessionContext {
   std::string_view date(std::chrono::system_clock::time_point utc);
 
  private:
+  friend class Session;
+  std::unique_ptr<Exchange> take_exchange();
+  void give_back(std::unique_ptr<Exchange> exchange) noexcept;
+
   const Limits limits_;
   BodyBudget bodies_;
+  std::vector<std::unique_ptr<Exchange>> spare_;  ///< of sessions that are idle now
   std::chrono::seconds date_second_{-1};
   std::string date_;
 };
@@ -58,6 +66,8 @@ class SessionContext {
 /// closes it when it becomes `closed`. With SessionContext::streams it gives push() what the handler has for channel(), whenever
 /// wants_message(). When the connection ends it calls abandon(). TLS belongs between the owner and the session. examples/ex_own_transport is a transport that is made
 /// of sessions.
+///
+/// A session without a request and without output() has no buffers.
 ///
 /// @par Threads     One at a time, also for all sessions of a context.
 /// @par Implements  R0.1
@@ -85,6 +95,7 @@ class Session {
   };
 
   Session(SessionContext& context, std::string peer);
+  ~Session();
 
   void receive(std::string_view bytes, TimePoint now);
   /// The client has ended its sending. It still gets the response to what it has sent.
@@ -136,6 +147,7 @@ class Session {
 
  private:
   void run(TimePoint now);
+  void drop_consumed() noexcept;
   bool take_header(TimePoint now);
   bool take_body(TimePoint now);
   void begin_body(std::string_view header, TimePoint now);
@@ -144,6 +156,7 @@ class Session {
   void refuse_for_memory(TimePoint now);
   bool take_sized_body(TimePoint now);
   bool take_chunked_body(TimePoint now);
+  std::optional<std::size_t> parse_at_once();
   std::optional<std::size_t> find_header_end(TimePoint now);
   bool is_line_too_long(std::string_view line, TimePoint now);
   void keep_header(std::string_view header);
@@ -160,47 +173,26 @@ class Session {
   void finish_stream(TimePoint now);
   void check_end(TimePoint now);
   void enter(Phase phase) noexcept;
+  void need_exchange();
+  void rest() noexcept;
 
   SessionContext& context_;
   const std::string peer_;
   std::string client_certificate_;
-  Phase phase_ = Phase::idle;
+  std::unique_ptr<Exchange> exchange_;  ///< nullptr: there is nothing to read or write
   std::uint32_t epoch_ = 0;
+  Phase phase_ = Phase::idle;
+  bool secure_ = false;
   bool input_ended_ = false;
   bool only_stops_ = false;
-
-  // Input: bytes that were received and not consumed. `rest_` is a view of them while run() works, `in_` holds them in between.
-  std::string_view rest_;
-  std::string in_;
-  std::size_t in_used_ = 0;
-  std::size_t discarded_ = 0;
-
-  // The request that is being read.
-  http::Request request_;
-  http::Framing framing_;
-  std::size_t scanned_ = 0;     ///< bytes of the header section that find_header_end() has seen
-  std::size_t line_begin_ = 0;  ///< of the header section's last, incomplete line
-  int empty_lines_ = 0;
-  std::string header_;  ///< the header section's bytes when the body did not come with them
-  BodyBuffer body_;
-  ChunkDecoder chunks_;
-  std::size_t max_body_bytes_ = 0;          ///< of this request
-  std::optional<http::Response> refusal_;   ///< when its body, which is discarded, is over
-  bool ignores_body_ = false;               ///< the body is discarded, and the request served
-  std::size_t discarded_body_bytes_ = 0;
-
-  // The response.
   bool keep_alive_ = true;
   bool header_only_ = false;
-  int version_ = 11;
+  std::uint8_t version_ = 11;      ///< of the request
+  std::uint8_t empty_lines_ = 0;   ///< before the request
+  std::size_t discarded_ = 0;      ///< while lingering
   std::size_t requests_ = 0;
   std::optional<engine::Ticket> ticket_;
   std::optional<engine::Channel> channel_;  ///< of the open event stream
-  std::unique_ptr<Upgrade> upgrade_;  ///< while the request is an opening handshake
-  std::string out_;
-  std::shared_ptr<const std::string> out_body_;  ///< behind out_
-  std::string_view out_tail_;                    ///< behind that
-  std::size_t out_sent_ = 0;
 };
 
 }  // namespace lrt::transport

@@ -38,6 +38,7 @@ class InvocationResource final : public Resource {
   InvocationResource(std::string path, ActionResource& its_action);
 
   Methods methods() const noexcept override;
+  security::Right right_to_change() const noexcept override { return security::Right::invoke; }
   /// DELETE cancels an invocation that has not finished, and removes one that has.
   Outcome remove(Context& context, Parts& parts) override;
 
@@ -76,6 +77,7 @@ class ActionResource final : public Resource {
   ~ActionResource() override;
 
   Methods methods() const noexcept override;
+  security::Right right_to_change() const noexcept override { return security::Right::invoke; }
   /// POST invokes.
   Outcome post(Context& context, Parts& parts) override;
   Input input(const EngineOptions& options) const override;

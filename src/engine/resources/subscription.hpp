@@ -40,6 +40,7 @@ class SubscriptionResource final : public Resource, public Observer {
                        Subscriptions& owner, const EngineOptions& options, std::size_t& queued_bytes);
 
   Methods methods() const noexcept override;
+  security::Right right_to_change() const noexcept override { return security::Right::subscribe; }
   /// DELETE cancels. With If-Match it is cancelled only if its counters have not moved (R0.11).
   Outcome remove(Context& context, Parts& parts) override;
   void describe(const Description& d) const override;
@@ -81,7 +82,7 @@ class SubscriptionResource final : public Resource, public Observer {
 
   // Of a callback.
   subscription::RetryPolicy retry;
-  std::optional<subscription::Item> under_way;
+  subscription::Item under_way;
   bool must_confirm = false;                 ///< nothing is sent before the receiver has confirmed
   bool has_confirmed;                        ///< the receiver has confirmed, perhaps before a restart
   bool confirming = false;                   ///< the receiver has been asked, and has not responded yet
@@ -102,6 +103,7 @@ class SubscriptionsResource final : public Resource {
  public:
   using Resource::Resource;
   Methods methods() const noexcept override;
+  security::Right right_to_change() const noexcept override { return security::Right::subscribe; }
   /// POST of a description creates a callback subscription (SPEC 3.5).
   Outcome post(Context& context, Parts& parts) override;
   std::string input_shape() const override;

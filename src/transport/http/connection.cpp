@@ -115,8 +115,8 @@ void Connection::upgrade(TimePoint now) {
   const auto opened = upgrade.channel;
   std::shared_ptr<WebSocket> next;
   try {
-    next = std::make_shared<WebSocket>(loop_, std::move(upgrade));
-  } catch (const std::exception& e) {  // no memory, or no descriptor for Boost.Asio's reactor
+    next = std::make_shared<WebSocket>(loop_, std::move(upgrade), now);
+  } catch (const std::exception& e) {
     loop_.log(LogLevel::warning, std::string("a connection is dropped: no WebSocket: ") + e.what());
     loop_.context.handler->closed(opened);
     return close();
@@ -128,7 +128,7 @@ void Connection::upgrade(TimePoint now) {
   next->take(std::move(socket_), std::move(place_), std::move(tls_));
   auto& websocket = *next;
   make_way(std::move(next));
-  websocket.open(now);
+  websocket.open(opened, now);
 }
 
 // ------------------------------------------------------------------------------------------------------------- reading

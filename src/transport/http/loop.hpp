@@ -18,7 +18,6 @@
 #include "src/transport/http/list.hpp"
 #include "src/transport/http/readiness.hpp"
 #include "src/transport/http/tls.hpp"
-#include "src/transport/http/websocket_frames.hpp"
 
 namespace lrt::transport {
 
@@ -70,7 +69,6 @@ struct Loop {
   const Clock& clock;
   Readiness readiness;
   SessionContext context;
-  WebSocketFramer framer;
   TlsContext tls;  ///< used when options.tls is set
   Addresses addresses;
   Deadlines deadlines;
@@ -80,7 +78,9 @@ struct Loop {
   std::unordered_map<std::uint64_t, Client*> channels;
   TurnOrder turns;
   PushRound pushes;
+  std::uint64_t turn = 0;            ///< turns taken so far
   std::vector<engine::ReadyChannel> ready;
+  std::vector<Client*> candidates;   ///< for the next turns, while they are put in order
   ReservedOrder reserved;
   std::size_t reserved_count = 0;                            ///< connections that serve only stops, in `reserved` or not
   std::size_t refused = 0;                                   ///< connections over the limit that are being sent a 503

@@ -8,7 +8,9 @@
 
 #include <lrt/http/date.hpp>
 #include <lrt/http/problem.hpp>
+#include <lrt/http/request_parser.hpp>
 #include <lrt/http/websocket.hpp>
+#include <lrt/transport/detail/chunks.hpp>
 
 namespace lrt::transport {
 namespace {
@@ -21,8 +23,12 @@ constexpr std::size_t copied_body_bytes = 2048;
 constexpr std::size_t max_discarded_body_bytes = 16 * 1024;
 /// A body of more than this is received when other connections have been served.
 constexpr std::size_t large_body_bytes = 16 * 1024;
-/// Capacity that an idle connection may keep.
+/// Capacity that a buffer may keep for the next exchange.
 constexpr std::size_t kept_capacity = 8 * 1024;
+/// The same of the fields of a request.
+constexpr std::size_t kept_fields = 64;
+/// Exchanges that are kept for the next requests of any session. More are in use only where clients are slow.
+constexpr std::size_t max_spare = 8;
 
 /// A comment of an event stream (WHATWG HTML 9.2.5), so that proxies and peers see that the connection is alive.
 constexpr std::string_view keep_alive_comment = ":\n\n";
@@ -43,6 +49,70 @@ void release(std::string& buffer) {
 
 }  // namespace
 
+struct Exchange {
+  /// Forgets everything but the capacity of buffers.
+  void clear();
+
+  // Input: bytes that were received and not consumed. `rest` is a view of them while run() works, `in` holds them in between.
+  std::string_view rest;
+  std::string in;
+  std::size_t in_used = 0;
+
+  // The request that is being read.
+  http::Request request;
+  http::Framing framing;
+  std::size_t scanned = 0;     ///< bytes of the header section that find_header_end() has seen
+  std::size_t line_begin = 0;  ///< of the header section's last, incomplete line
+  std::string header;          ///< the header section's bytes when the body did not come with them
+  std::optional<BodyBuffer> body;
+  ChunkDecoder chunks;
+  std::size_t max_body_bytes = 0;         ///< of this request
+  std::optional<http::Response> refusal;  ///< when its body, which is discarded, is over
+  bool ignores_body = false;              ///< the body is discarded, and the request served
+  std::size_t discarded_body_bytes = 0;
+
+  // The response.
+  std::unique_ptr<Session::Upgrade> upgrade;  ///< while the request is an opening handshake
+  std::string out;
+  std::shared_ptr<const std::string> out_body;  ///< behind `out`
+  std::string_view out_tail;                    ///< behind that
+  std::size_t out_sent = 0;
+};
+
+void Exchange::clear() {
+  rest = {};
+  release(in);
+  in_used = 0;
+  auto fields = std::move(request.fields);
+  request = {};
+  fields.clear();
+  if (fields.capacity() <= kept_fields) request.fields = std::move(fields);
+  release(header);
+  body.reset();
+  refusal.reset();
+  upgrade.reset();
+  release(out);
+  out_body.reset();
+  out_tail = {};
+  out_sent = 0;
+}
+
+SessionContext::SessionContext(const Limits& limits) : limits_(limits), bodies_(limits) { spare_.reserve(max_spare); }
+SessionContext::~SessionContext() = default;
+
+std::unique_ptr<Exchange> SessionContext::take_exchange() {
+  if (spare_.empty()) return std::make_unique<Exchange>();
+  auto exchange = std::move(spare_.back());
+  spare_.pop_back();
+  return exchange;
+}
+
+void SessionContext::give_back(std::unique_ptr<Exchange> exchange) noexcept {
+  if (spare_.size() == max_spare) return;
+  exchange->clear();
+  spare_.push_back(std::move(exchange));
+}
+
 std::string_view SessionContext::date(std::chrono::system_clock::time_point utc) {
   const auto second = std::chrono::floor<std::chrono::seconds>(utc.time_since_epoch());
   if (second != date_second_) {
@@ -52,14 +122,27 @@ std::string_view SessionContext::date(std::chrono::system_clock::time_point utc)
   return date_;
 }
 
-Session::Session(SessionContext& context, std::string peer) : context_(context), peer_(std::move(peer)), body_(context.bodies(), peer_) {
-  request_.peer = peer_;
-}
+Session::Session(SessionContext& context, std::string peer) : context_(context), peer_(std::move(peer)) {}
+Session::~Session() = default;
 
 void Session::set_secure(std::string client_certificate) {
   client_certificate_ = std::move(client_certificate);
-  request_.secure = true;
-  request_.client_certificate = client_certificate_;
+  secure_ = true;
+}
+
+/// Before anything is read or written.
+void Session::need_exchange() {
+  if (exchange_) return;
+  exchange_ = context_.take_exchange();
+  exchange_->request.peer = peer_;
+  exchange_->request.secure = secure_;
+  exchange_->request.client_certificate = client_certificate_;
+}
+
+/// After everything has been read and written: the next session that has something to do gets the buffers.
+void Session::rest() noexcept {
+  if (!exchange_ || !exchange_->in.empty() || !output().empty()) return;
+  if (phase_ == Phase::idle || phase_ == Phase::streaming || phase_ >= Phase::closed) context_.give_back(std::move(exchange_));
 }
 
 void Session::enter(Phase phase) noexcept {
@@ -92,7 +175,7 @@ bool Session::wants_input() const noexcept {
     case Phase::header:
     case Phase::body: return true;
     case Phase::streaming:
-    case Phase::waiting: return in_.size() - in_used_ < context_.limits().max_header_bytes;
+    case Phase::waiting: return !exchange_ || exchange_->in.size() - exchange_->in_used < context_.limits().max_header_bytes;
     // Over the limit nothing is read, so that TCP holds the client back until the time is over, too.
     case Phase::lingering: return discarded_ < context_.limits().max_linger_bytes;
     case Phase::writing:
@@ -103,37 +186,50 @@ bool Session::wants_input() const noexcept {
 }
 
 bool Session::expects_much() const noexcept {
+  const Exchange& x = *exchange_;
   if (phase_ == Phase::lingering) return true;
-  const std::uint64_t bytes = framing_.chunked ? body_.size() : framing_.length;
-  return phase_ == Phase::body && bytes > large_body_bytes;
+  if (phase_ != Phase::body) return false;
+  return (x.framing.chunked ? x.body->size() : x.framing.length) > large_body_bytes;
 }
 
 void Session::receive(std::string_view bytes, TimePoint now) {
+  if (phase_ == Phase::closed) return;
+  if (phase_ == Phase::lingering) {
+    discarded_ += bytes.size();
+    return;
+  }
+  need_exchange();
+  Exchange& x = *exchange_;
   switch (phase_) {
-    case Phase::closed: return;
-    case Phase::lingering: discarded_ += bytes.size(); return;
     case Phase::writing:
     case Phase::upgraded:
     case Phase::streaming:
-    case Phase::waiting: in_.append(bytes); return;
-    case Phase::idle:
-    case Phase::header:
-    case Phase::body: break;
+    case Phase::waiting: x.in.append(bytes); return;
+    default: break;
   }
-  if (in_.empty()) {
-    rest_ = bytes;
+  if (x.in.empty()) {
+    x.rest = bytes;
     run(now);
-    in_.assign(rest_);
+    x.in.assign(x.rest);
   } else {
-    in_.erase(0, in_used_);
-    in_used_ = 0;
-    in_.append(bytes);
-    rest_ = in_;
+    x.in.erase(0, x.in_used);
+    x.in_used = 0;
+    x.in.append(bytes);
+    x.rest = x.in;
     run(now);
-    in_used_ = in_.size() - rest_.size();
-    if (in_used_ == in_.size()) in_.clear(), in_used_ = 0;
+    drop_consumed();
   }
-  rest_ = {};
+  x.rest = {};
+  rest();
+}
+
+/// What of the kept input the last run() has left.
+void Session::drop_consumed() noexcept {
+  Exchange& x = *exchange_;
+  x.in_used = x.in.size() - x.rest.size();
+  if (x.in_used != x.in.size()) return;
+  x.in.clear();
+  x.in_used = 0;
 }
 
 void Session::end_of_input(TimePoint now) {
@@ -141,6 +237,7 @@ void Session::end_of_input(TimePoint now) {
   if (phase_ == Phase::lingering) enter(Phase::closed);
   if (phase_ == Phase::streaming) finish_stream(now);
   else check_end(now);
+  rest();
 }
 
 /// What the end of input means for a request that is not complete.
@@ -151,7 +248,7 @@ void Session::check_end(TimePoint now) {
   else if (phase_ == Phase::body) refuse(400, "the request ends within its body", now);
 }
 
-/// Handles requests of rest_ until one is incomplete or a response is open.
+/// Handles requests of the input until one is incomplete or a response is open.
 void Session::run(TimePoint now) {
   for (;;) {
     if (phase_ == Phase::idle || phase_ == Phase::header) {
@@ -164,30 +261,39 @@ void Session::run(TimePoint now) {
   }
 }
 
-/// The size of the header section at the front of rest_ if it is complete. Refuses one that cannot become acceptable.
+/// The size of the header section at the front of the input if it is complete and accepted, and none of its lines can be too long.
+std::optional<std::size_t> Session::parse_at_once() {
+  Exchange& x = *exchange_;
+  const auto& limits = context_.limits();
+  const auto window = x.rest.substr(0, std::min(limits.max_header_bytes, limits.max_line_bytes));
+  return http::parse_leading_header(window, x.request, x.framing);
+}
+
+/// The size of the header section at the front of the input if it is complete. Refuses one that cannot become acceptable.
 std::optional<std::size_t> Session::find_header_end(TimePoint now) {
+  Exchange& x = *exchange_;
   const auto limit = context_.limits().max_header_bytes;
-  const auto window = rest_.substr(0, limit);
-  while (scanned_ < window.size()) {
-    const void* const found = std::memchr(window.data() + scanned_, '\n', window.size() - scanned_);
+  const auto window = x.rest.substr(0, limit);
+  while (x.scanned < window.size()) {
+    const void* const found = std::memchr(window.data() + x.scanned, '\n', window.size() - x.scanned);
     if (!found) {
-      scanned_ = window.size();
-      if (is_line_too_long(window.substr(line_begin_), now)) return std::nullopt;
+      x.scanned = window.size();
+      if (is_line_too_long(window.substr(x.line_begin), now)) return std::nullopt;
       break;
     }
     const auto at = static_cast<std::size_t>(static_cast<const char*>(found) - window.data());
-    scanned_ = at + 1;
-    if (is_line_too_long(window.substr(line_begin_, at - line_begin_), now)) return std::nullopt;
+    x.scanned = at + 1;
+    if (is_line_too_long(window.substr(x.line_begin, at - x.line_begin), now)) return std::nullopt;
     if (at == 0 || window[at - 1] != '\r') {
       refuse(400, "byte " + std::to_string(at) + " of the head is a line feed without a carriage return before it", now);
       return std::nullopt;
     }
-    if (at == line_begin_ + 1) return at + 1;
-    line_begin_ = at + 1;
+    if (at == x.line_begin + 1) return at + 1;
+    x.line_begin = at + 1;
   }
-  if (rest_.size() >= limit) {
+  if (x.rest.size() >= limit) {
     const auto bytes = std::to_string(limit);
-    if (line_begin_ == 0) refuse(414, "the request line is longer than the " + bytes + " bytes allowed for the head", now);
+    if (x.line_begin == 0) refuse(414, "the request line is longer than the " + bytes + " bytes allowed for the head", now);
     else refuse(431, "the head is longer than " + bytes + " bytes", now);
   }
   return std::nullopt;
@@ -199,108 +305,113 @@ bool Session::is_line_too_long(std::string_view line, TimePoint now) {
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
   if (line.size() <= limit) return false;
   const auto longer = " is longer than the " + std::to_string(limit) + " bytes allowed for a line";
-  if (line_begin_ == 0) refuse(414, "the request line" + longer, now);
-  else refuse(431, "the field line at byte " + std::to_string(line_begin_) + " of the head" + longer, now);
+  if (exchange_->line_begin == 0) refuse(414, "the request line" + longer, now);
+  else refuse(431, "the field line at byte " + std::to_string(exchange_->line_begin) + " of the head" + longer, now);
   return true;
 }
 
-/// True when there may be more to do with rest_.
+/// True when there may be more to do with the input.
 bool Session::take_header(TimePoint now) {
   if (phase_ == Phase::idle) {
-    while (!rest_.empty() && rest_.front() == '\r') {
-      if (rest_.size() == 1) return false;
-      if (rest_[1] != '\n' || ++empty_lines_ > max_empty_lines) {
+    while (!exchange_->rest.empty() && exchange_->rest.front() == '\r') {
+      if (exchange_->rest.size() == 1) return false;
+      if (exchange_->rest[1] != '\n' || ++empty_lines_ > max_empty_lines) {
         refuse(400,
-               rest_[1] != '\n' ? "a carriage return without a line feed before the request line"
+               exchange_->rest[1] != '\n' ? "a carriage return without a line feed before the request line"
                                 : "too many empty lines before the request line",
                now);
         return false;
       }
-      rest_.remove_prefix(2);
+      exchange_->rest.remove_prefix(2);
     }
-    if (rest_.empty()) return false;
+    if (exchange_->rest.empty()) return false;
     if (requests_ == 0) phase_ = Phase::header;  // the time goes on: see timed_phase()
     else enter(Phase::header);
-    scanned_ = line_begin_ = 0;
-    if (!may_begin_method(rest_.front())) {
+    exchange_->scanned = exchange_->line_begin = 0;
+    if (!may_begin_method(exchange_->rest.front())) {
       refuse(400, "the first byte does not begin a method: this is no HTTP/1.1 request", now);
       return false;
     }
   }
-  header_only_ = rest_.substr(0, 5) == "HEAD ";
-  const auto size = find_header_end(now);
-  if (!size) return false;
-
-  const auto header = rest_.substr(0, *size);
-  if (auto refusal = http::parse_request_header(header, request_, framing_)) {
-    refuse(refusal->status, std::move(refusal->reason), now);
-    return false;
+  header_only_ = exchange_->rest.substr(0, 5) == "HEAD ";
+  // Most header sections come whole: one that is accepted at first sight needs no search for its end.
+  auto size = exchange_->scanned > 0 ? std::nullopt : parse_at_once();
+  if (!size) {
+    size = find_header_end(now);
+    if (!size) return false;
+    if (auto refusal = http::parse_request_header(exchange_->rest.substr(0, *size), exchange_->request, exchange_->framing)) {
+      refuse(refusal->status, std::move(refusal->reason), now);
+      return false;
+    }
   }
-  version_ = request_.version;
-  rest_.remove_prefix(*size);
+  const auto header = exchange_->rest.substr(0, *size);
+  version_ = static_cast<std::uint8_t>(exchange_->request.version);
+  exchange_->rest.remove_prefix(*size);
   begin_body(header, now);
   return true;
 }
 
 void Session::begin_body(std::string_view header, TimePoint now) {
-  request_.body = {};
-  request_.header_judged = false;
-  request_.can_upgrade = context_.websockets && version_ == 11 && !context_.stopping;
-  request_.can_stream = context_.streams && !context_.stopping;
-  const bool has_body = framing_.chunked || framing_.length > 0;
-  max_body_bytes_ = context_.limits().max_body_bytes;
-  if (!framing_.chunked && framing_.length > max_body_bytes_) return refuse_size(std::to_string(framing_.length), now);
+  exchange_->request.body = {};
+  exchange_->request.header_judged = false;
+  exchange_->request.can_upgrade = context_.websockets && version_ == 11 && !context_.stopping;
+  exchange_->request.can_stream = context_.streams && !context_.stopping;
+  const bool has_body = exchange_->framing.chunked || exchange_->framing.length > 0;
+  exchange_->max_body_bytes = context_.limits().max_body_bytes;
+  if (!exchange_->framing.chunked && exchange_->framing.length > exchange_->max_body_bytes) return refuse_size(std::to_string(exchange_->framing.length), now);
   remove_framing_fields();
-  if (only_stops_ && !context_.handler->is_stop(request_)) return refuse(503, "too many connections", now);
+  if (only_stops_ && !context_.handler->is_stop(exchange_->request)) return refuse(503, "too many connections", now);
   if (!has_body) return dispatch(now);
-  if (!framing_.chunked && rest_.size() >= framing_.length) {
-    request_.body = rest_.substr(0, static_cast<std::size_t>(framing_.length));
-    rest_.remove_prefix(request_.body.size());
+  if (!exchange_->framing.chunked && exchange_->rest.size() >= exchange_->framing.length) {
+    exchange_->request.body = exchange_->rest.substr(0, static_cast<std::size_t>(exchange_->framing.length));
+    exchange_->rest.remove_prefix(exchange_->request.body.size());
     return dispatch(now);
   }
   if (!judge_header(now)) return;
   enter(Phase::body);
-  if (framing_.expects_continue && rest_.empty()) out_ += "HTTP/1.1 100 Continue\r\n\r\n";
-  discarded_body_bytes_ = 0;
-  chunks_.reset(max_body_bytes_, context_.limits().max_header_bytes);
+  if (exchange_->framing.expects_continue && exchange_->rest.empty()) exchange_->out += "HTTP/1.1 100 Continue\r\n\r\n";
+  exchange_->discarded_body_bytes = 0;
+  exchange_->body.emplace(context_.bodies(), peer_);
+  exchange_->chunks.reset(exchange_->max_body_bytes, context_.limits().max_header_bytes);
   keep_header(header);
 }
 
 /// The handler judges the header section. False: the response is final, and the connection ends: after `Expect: 100-continue` nothing else
 /// shows whether the client still sends the body. A short body that is on its way is discarded instead, and the connection is kept.
 bool Session::judge_header(TimePoint now) {
-  const auto length = framing_.chunked ? std::nullopt : std::optional(framing_.length);
-  auto verdict = context_.handler->judge_header(request_, length, now);
-  max_body_bytes_ = std::min(max_body_bytes_, verdict.max_body_bytes);
-  ignores_body_ = verdict.ignores_body;
+  const auto length = exchange_->framing.chunked ? std::nullopt : std::optional(exchange_->framing.length);
+  auto verdict = context_.handler->judge_header(exchange_->request, length, now);
+  exchange_->max_body_bytes = std::min(exchange_->max_body_bytes, verdict.max_body_bytes);
+  exchange_->ignores_body = verdict.ignores_body;
   if (!verdict.response) {
-    request_.header_judged = true;
-    if (!length || *length <= max_body_bytes_) return true;
+    exchange_->request.header_judged = true;
+    if (!length || *length <= exchange_->max_body_bytes) return true;
     refuse_size(std::to_string(*length), now);
     return false;
   }
-  refusal_ = std::move(verdict.response);
-  if (length && *length <= max_discarded_body_bytes && !framing_.expects_continue && !refusal_->close) return true;
+  exchange_->refusal = std::move(verdict.response);
+  if (length && *length <= max_discarded_body_bytes && !exchange_->framing.expects_continue && !exchange_->refusal->close) return true;
   ++requests_;
-  refuse(*std::exchange(refusal_, std::nullopt), now);
+  refuse(*std::exchange(exchange_->refusal, std::nullopt), now);
   return false;
 }
 
 void Session::refuse_size(const std::string& found, TimePoint now) {
-  refuse(413, "the body has " + found + " bytes; " + std::to_string(max_body_bytes_) + " are allowed", now);
+  refuse(413, "the body has " + found + " bytes; " + std::to_string(exchange_->max_body_bytes) + " are allowed", now);
 }
 
 /// Copies the header section, whose bytes are about to be discarded, and makes the request a view of the copy.
 void Session::keep_header(std::string_view header) {
-  header_.assign(header);
-  const auto moved = [&](std::string_view part) { return std::string_view(header_.data() + (part.data() - header.data()), part.size()); };
-  request_.method = moved(request_.method);
-  request_.target = moved(request_.target);
-  for (auto& field : request_.fields) field = {moved(field.name), moved(field.value)};
+  Exchange& x = *exchange_;
+  x.header.assign(header);
+  const auto moved = [&](std::string_view part) { return std::string_view(x.header.data() + (part.data() - header.data()), part.size()); };
+  x.request.method = moved(x.request.method);
+  x.request.target = moved(x.request.target);
+  for (auto& field : x.request.fields) field = {moved(field.name), moved(field.value)};
 }
 
 void Session::remove_framing_fields() {
-  auto& fields = request_.fields;
+  auto& fields = exchange_->request.fields;
   fields.erase(std::remove_if(fields.begin(), fields.end(),
                               [](const http::Field& field) {
                                 return (field.name.size() == 14 && http::iequals(field.name, "Content-Length")) ||
@@ -309,32 +420,34 @@ void Session::remove_framing_fields() {
                fields.end());
 }
 
-/// True when there may be more to do with rest_.
+/// True when there may be more to do with the input.
 bool Session::take_body(TimePoint now) {
-  if (!(framing_.chunked ? take_chunked_body(now) : take_sized_body(now))) return false;
-  request_.body = body_.view();
-  request_.body_owner = body_.release();
+  Exchange& x = *exchange_;
+  if (!(x.framing.chunked ? take_chunked_body(now) : take_sized_body(now))) return false;
+  x.request.body = x.body->view();
+  x.request.body_owner = x.body->release();
   dispatch(now);
   return true;
 }
 
 /// True when the body is complete.
 bool Session::take_sized_body(TimePoint now) {
-  const auto missing = static_cast<std::size_t>(framing_.length) - body_.size() - discarded_body_bytes_;
-  const auto part = rest_.substr(0, missing);
-  if (refusal_ || ignores_body_) discarded_body_bytes_ += part.size();
-  else if (!body_.append(part)) return refuse_for_memory(now), false;
-  rest_.remove_prefix(part.size());
+  const auto missing = static_cast<std::size_t>(exchange_->framing.length) - exchange_->body->size() - exchange_->discarded_body_bytes;
+  const auto part = exchange_->rest.substr(0, missing);
+  if (exchange_->refusal || exchange_->ignores_body) exchange_->discarded_body_bytes += part.size();
+  else if (!exchange_->body->append(part)) return refuse_for_memory(now), false;
+  exchange_->rest.remove_prefix(part.size());
   return part.size() == missing;
 }
 
 /// True when the body is complete.
 bool Session::take_chunked_body(TimePoint now) {
-  switch (chunks_.feed(rest_, body_)) {
+  Exchange& x = *exchange_;
+  switch (x.chunks.feed(x.rest, *x.body)) {
     case ChunkDecoder::Status::more: break;
     case ChunkDecoder::Status::done: return true;
-    case ChunkDecoder::Status::bad: refuse(400, std::string(chunks_.problem()), now); break;
-    case ChunkDecoder::Status::too_large: refuse(413, "the body has more than " + std::to_string(max_body_bytes_) + " bytes", now); break;
+    case ChunkDecoder::Status::bad: refuse(400, std::string(x.chunks.problem()), now); break;
+    case ChunkDecoder::Status::too_large: refuse(413, "the body has more than " + std::to_string(x.max_body_bytes) + " bytes", now); break;
     case ChunkDecoder::Status::no_memory: refuse_for_memory(now); break;
   }
   return false;
@@ -345,15 +458,16 @@ void Session::refuse_for_memory(TimePoint now) { refuse(503, "the bodies of othe
 // ------------------------------------------------------------------------------------------------------------- responses
 
 void Session::dispatch(TimePoint now) {
+  Exchange& x = *exchange_;
   ++requests_;
-  keep_alive_ = framing_.keep_alive && requests_ < context_.limits().max_requests_per_connection && !only_stops_;
-  if (refusal_) return respond(*std::exchange(refusal_, std::nullopt), now);
-  request_.can_upgrade = request_.can_upgrade && !context_.stopping;
-  request_.can_stream = request_.can_stream && !context_.stopping;
-  auto outcome = context_.handler->handle(request_, now);
-  request_.body = {};
-  request_.body_owner.reset();
-  body_.clear();
+  keep_alive_ = x.framing.keep_alive && requests_ < context_.limits().max_requests_per_connection && !only_stops_;
+  if (x.refusal) return respond(*std::exchange(x.refusal, std::nullopt), now);
+  x.request.can_upgrade = x.request.can_upgrade && !context_.stopping;
+  x.request.can_stream = x.request.can_stream && !context_.stopping;
+  auto outcome = context_.handler->handle(x.request, now);
+  x.request.body = {};
+  x.request.body_owner.reset();
+  x.body.reset();
   if (auto* const deferred = std::get_if<engine::Deferred>(&outcome)) {
     keep_handshake();
     ticket_ = deferred->ticket;
@@ -375,35 +489,36 @@ void Session::reply(engine::Reply reply, TimePoint now) {
   }
   ticket_.reset();
   if (reply.channel && reply.response.status == 101) return accept_upgrade(*reply.channel, std::move(reply.response), now);
-  upgrade_.reset();
+  exchange_->upgrade.reset();
   if (reply.channel) accept_stream(*reply.channel, std::move(reply.response), now);
   else respond(std::move(reply.response), now);
 }
 
 /// Copies what a WebSocket needs of the request, whose bytes are about to be discarded.
 void Session::keep_handshake() {
-  if (!request_.can_upgrade || !http::requests_upgrade(request_, "websocket") || http::check_websocket(request_)) return;
-  upgrade_ = std::make_unique<Upgrade>();
-  upgrade_->key = std::string(request_.find("Sec-WebSocket-Key").value_or(""));
+  if (!exchange_->request.can_upgrade || !http::requests_upgrade(exchange_->request, "websocket") || http::check_websocket(exchange_->request)) return;
+  exchange_->upgrade = std::make_unique<Upgrade>();
+  exchange_->upgrade->key = std::string(exchange_->request.find("Sec-WebSocket-Key").value_or(""));
 }
 
 void Session::accept_upgrade(engine::Channel channel, http::Response response, TimePoint now) {
-  if (!upgrade_ || context_.stopping) {
+  if (!exchange_->upgrade || context_.stopping) {
     context_.handler->closed(channel);
-    if (upgrade_) refuse(503, "the server stops", now);
+    if (exchange_->upgrade) refuse(503, "the server stops", now);
     else refuse(500, "what is no WebSocket handshake was to become a WebSocket", now);
     return;
   }
-  upgrade_->channel = channel;
-  upgrade_->response = std::move(response);
+  exchange_->upgrade->channel = channel;
+  exchange_->upgrade->response = std::move(response);
   enter(Phase::upgraded);
 }
 
 Session::Upgrade Session::take_upgrade() {
-  auto upgrade = std::move(*upgrade_);
-  upgrade_.reset();
-  upgrade.early = in_.substr(in_used_);
+  auto upgrade = std::move(*exchange_->upgrade);
+  exchange_->upgrade.reset();
+  upgrade.early = exchange_->in.substr(exchange_->in_used);
   phase_ = Phase::closed;
+  context_.give_back(std::move(exchange_));
   return upgrade;
 }
 
@@ -417,66 +532,71 @@ void Session::refuse(int status, std::string reason, TimePoint now) {
 void Session::refuse(http::Response response, TimePoint now) {
   keep_alive_ = false;
   ticket_.reset();
-  upgrade_.reset();
-  refusal_.reset();
-  body_.clear();
-  rest_ = {};
+  need_exchange();
+  exchange_->upgrade.reset();
+  exchange_->refusal.reset();
+  exchange_->body.reset();
+  exchange_->rest = {};
   respond(std::move(response), now);
 }
 
 void Session::respond(http::Response response, TimePoint now) {
+  Exchange& x = *exchange_;
   if (response.close || context_.stopping) keep_alive_ = false;
-  http::write_response_header(out_, response, context_.date(now.utc), keep_alive_, version_);
+  http::write_response_header(x.out, response, context_.date(now.utc), keep_alive_, version_);
   if (response.body && !header_only_ && http::may_have_body(response.status)) {
-    if (response.body->size() <= copied_body_bytes) out_ += *response.body;
-    else out_body_ = std::move(response.body);
+    if (response.body->size() <= copied_body_bytes) x.out += *response.body;
+    else x.out_body = std::move(response.body);
   }
   enter(Phase::writing);
 }
 
 Output Session::output() const noexcept {
-  const std::string_view body = out_body_ ? std::string_view(*out_body_) : std::string_view();
-  if (out_sent_ < out_.size()) return {std::string_view(out_).substr(out_sent_), body, out_tail_};
-  const std::size_t behind = out_sent_ - out_.size();
-  if (behind < body.size()) return {body.substr(behind), out_tail_};
-  return {out_tail_.substr(behind - body.size()), {}};
+  if (!exchange_) return {};
+  const Exchange& x = *exchange_;
+  const std::string_view body = x.out_body ? std::string_view(*x.out_body) : std::string_view();
+  if (x.out_sent < x.out.size()) return {std::string_view(x.out).substr(x.out_sent), body, x.out_tail};
+  const std::size_t behind = x.out_sent - x.out.size();
+  if (behind < body.size()) return {body.substr(behind), x.out_tail};
+  return {x.out_tail.substr(behind - body.size()), {}};
 }
 
 void Session::sent(std::size_t bytes, TimePoint now) {
-  out_sent_ += bytes;
+  Exchange& x = *exchange_;
+  x.out_sent += bytes;
   if (!output().empty()) {
     if (phase_ == Phase::writing) ++epoch_;  // the client took something
     return;
   }
-  release(out_);
-  out_body_.reset();
-  out_tail_ = {};
-  out_sent_ = 0;
-  if (phase_ != Phase::writing) return;
-  if (!channel_) finish_response(now);
-  else if (must_end_stream()) finish_stream(now);
-  else enter(Phase::streaming);
+  release(x.out);
+  x.out_body.reset();
+  x.out_tail = {};
+  x.out_sent = 0;
+  if (phase_ == Phase::writing) {
+    if (!channel_) finish_response(now);
+    else if (must_end_stream()) finish_stream(now);
+    else enter(Phase::streaming);
+  }
+  rest();
 }
 
 void Session::finish_response(TimePoint now) {
+  Exchange& x = *exchange_;
   if (!keep_alive_) {
-    in_.clear();
-    in_used_ = 0;
+    x.in.clear();
+    x.in_used = 0;
     enter(input_ended_ ? Phase::closed : Phase::lingering);
     return;
   }
-  release(header_);
+  release(x.header);
   header_only_ = false;
   empty_lines_ = 0;
   enter(Phase::idle);
-  if (in_.empty()) {
-    if (in_.capacity() > kept_capacity) std::string().swap(in_);
-  } else {
-    rest_ = std::string_view(in_).substr(in_used_);
+  if (!x.in.empty()) {
+    x.rest = std::string_view(x.in).substr(x.in_used);
     run(now);
-    in_used_ = in_.size() - rest_.size();
-    if (in_used_ == in_.size()) in_.clear(), in_used_ = 0;
-    rest_ = {};
+    drop_consumed();
+    x.rest = {};
   }
   check_end(now);
 }
@@ -484,44 +604,51 @@ void Session::finish_response(TimePoint now) {
 // --------------------------------------------------------------------------------------------------------- event streams
 
 void Session::accept_stream(engine::Channel channel, http::Response response, TimePoint now) {
-  if (!request_.can_stream || context_.stopping || header_only_) context_.handler->closed(channel);
-  if (!request_.can_stream) return refuse(500, "this connection cannot carry an event stream", now);
+  if (!exchange_->request.can_stream || context_.stopping || header_only_) context_.handler->closed(channel);
+  if (!exchange_->request.can_stream) return refuse(500, "this connection cannot carry an event stream", now);
   if (context_.stopping) return refuse(503, "the server stops", now);
   keep_alive_ = keep_alive_ && version_ == 11;
   response.body.reset();
   const auto end = version_ == 11 ? http::BodyEnd::chunked : http::BodyEnd::close;
-  http::write_response_header(out_, response, context_.date(now.utc), keep_alive_, version_, end);
+  http::write_response_header(exchange_->out, response, context_.date(now.utc), keep_alive_, version_, end);
   if (!header_only_) channel_ = channel;
   enter(Phase::writing);
 }
 
 void Session::push(engine::Push push, TimePoint now) {
-  if (push.close != 0) return finish_stream(now);
+  if (push.close != 0) {
+    finish_stream(now);
+    return rest();
+  }
   if (!push.message || push.message->empty()) return;  // an empty chunk would be the last
+  need_exchange();
   write_chunk(std::move(push.message));
   enter(Phase::writing);
 }
 
 /// Small: copied.
 void Session::write_chunk(std::string_view text) {
+  Exchange& x = *exchange_;
   const bool chunked = version_ == 11;
-  if (chunked) append_chunk_size(out_, text.size());
-  out_ += text;
-  if (chunked) out_ += "\r\n";
+  if (chunked) append_chunk_size(x.out, text.size());
+  x.out += text;
+  if (chunked) x.out += "\r\n";
 }
 
 void Session::write_chunk(std::shared_ptr<const std::string> message) {
+  Exchange& x = *exchange_;
   if (message->size() <= copied_body_bytes) return write_chunk(std::string_view(*message));
   if (version_ == 11) {
-    append_chunk_size(out_, message->size());
-    out_tail_ = "\r\n";
+    append_chunk_size(x.out, message->size());
+    x.out_tail = "\r\n";
   }
-  out_body_ = std::move(message);
+  x.out_body = std::move(message);
 }
 
 void Session::end_stream(TimePoint now) {
   if (phase_ == Phase::streaming) finish_stream(now);
   // else sent() does, because of must_end_stream()
+  rest();
 }
 
 /// Nothing is in output().
@@ -529,18 +656,19 @@ void Session::finish_stream(TimePoint now) {
   context_.handler->closed(*channel_);
   channel_.reset();
   if (context_.stopping) keep_alive_ = false;
+  need_exchange();
   if (version_ == 10) return finish_response(now);
-  out_ += "0\r\n\r\n";
+  exchange_->out += "0\r\n\r\n";
   enter(Phase::writing);
 }
 
 void Session::abandon() noexcept {
   if (ticket_) context_.handler->abandon(*ticket_);
   if (channel_) context_.handler->closed(*channel_);
-  if (phase_ == Phase::upgraded) context_.handler->closed(upgrade_->channel);
+  if (phase_ == Phase::upgraded) context_.handler->closed(exchange_->upgrade->channel);
   ticket_.reset();
   channel_.reset();
-  upgrade_.reset();
+  if (exchange_) exchange_->upgrade.reset();
 }
 
 // ------------------------------------------------------------------------------------------------------------------ time
@@ -552,13 +680,14 @@ void Session::expire(TimePoint now) {
   switch (phase_) {
     case Phase::header: refuse(408, "the head" + within(context_.limits().header_timeout), now); break;
     case Phase::body:
-      if (refusal_) refuse(*std::exchange(refusal_, std::nullopt), now);
+      if (exchange_->refusal) refuse(*std::exchange(exchange_->refusal, std::nullopt), now);
       else refuse(408, "the body" + within(context_.limits().body_timeout), now);
       break;
     case Phase::idle:
     case Phase::writing:
     case Phase::lingering: enter(Phase::closed); break;
     case Phase::streaming:
+      need_exchange();
       write_chunk(keep_alive_comment);
       enter(Phase::writing);
       break;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include <lrt/base/immortal.hpp>
+#include <lrt/http/websocket.hpp>
 
 namespace lrt::transport {
 namespace {
@@ -22,11 +23,14 @@ const std::shared_ptr<const std::string>& empty_message() {
 
 }  // namespace
 
-WebSocket::WebSocket(Loop& loop, Session::Upgrade upgrade)
-    : Client(loop), upgrade_(std::move(upgrade)), early_(std::move(upgrade_.early)) {
-  auto handshake = loop.framer.accept(upgrade_.key, loop.options.limits.max_websocket_message_bytes);
-  upgrade_.response.fields.set("Sec-WebSocket-Accept", handshake.accept);
-  frames_ = std::move(handshake.frames);
+WebSocket::WebSocket(Loop& loop, Session::Upgrade upgrade, TimePoint now)
+    : Client(loop), frames_(loop.options.limits.max_websocket_message_bytes), early_(std::move(upgrade.early)) {
+  http::Response& response = upgrade.response;
+  response.status = 101;
+  response.close = false;
+  response.fields.set("Sec-WebSocket-Accept", http::websocket_accept(upgrade.key));
+  response.fields.set("Upgrade", "websocket");
+  http::write_response_header(header_, response, loop.context.date(now.utc), true, 11);
 }
 
 void WebSocket::take(Socket socket, Addresses::Place place, std::unique_ptr<TlsStream> tls) noexcept {
@@ -37,27 +41,15 @@ void WebSocket::take(Socket socket, Addresses::Place place, std::unique_ptr<TlsS
 
 // -------------------------------------------------------------------------------------------------------------- beginning
 
-void WebSocket::open(TimePoint now) {
-  open_channel(upgrade_.channel, socket_);
-  header_ = make_header(now);
+void WebSocket::open(engine::Channel channel, TimePoint now) {
+  open_channel(channel, socket_);
   if (write(now)) begin(now);
   update(now);
-}
-
-std::string WebSocket::make_header(TimePoint now) {
-  auto& response = upgrade_.response;
-  response.status = 101;
-  response.close = false;
-  response.fields.set("Upgrade", "websocket");
-  std::string header;
-  http::write_response_header(header, response, loop_.context.date(now.utc), true, 11);
-  return header;
 }
 
 void WebSocket::begin(TimePoint now) {
   phase_ = Phase::open;
   std::string().swap(header_);
-  upgrade_ = {};
   window_ = now.steady;
   heard(now);
   if (has_more()) read(now);
@@ -93,7 +85,7 @@ void WebSocket::go_on() {
   update(now);
 }
 
-bool WebSocket::wants_input() const noexcept { return is_speaking() && !unfinished_ && frames_->wants_input(); }
+bool WebSocket::wants_input() const noexcept { return is_speaking() && !unfinished_ && frames_.wants_input(); }
 
 /// There may be input that the socket does not report.
 bool WebSocket::has_more() const noexcept { return early_used_ < early_.size() || (tls_ && tls_->has_more()); }
@@ -107,7 +99,7 @@ void WebSocket::read(TimePoint now) {
     if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
     if (got <= 0) return close();
     heard(now);
-    frames_->receive({scratch.data(), static_cast<std::size_t>(got)});
+    frames_.receive({scratch.data(), static_cast<std::size_t>(got)});
     count_pings(now);
     take_messages(now);
     drained = static_cast<std::size_t>(got) < piece_bytes && !has_more();
@@ -130,8 +122,9 @@ ssize_t WebSocket::receive(char* to, std::size_t size) {
 /// it costs no memory here, and a message may change what is sent.
 void WebSocket::take_messages(TimePoint now) {
   while (is_speaking()) {
-    auto message = frames_->next();
+    auto message = frames_.next();
     if (message && phase_ == Phase::open) count(now);
+    count_pings(now);
     if (is_too_much()) begin_close(1008, "too many messages", now);
     else if (message && phase_ == Phase::open) loop_.context.handler->received(*channel(), message->bytes, message->text, now);
     const bool had_output = has_output();
@@ -175,14 +168,14 @@ void WebSocket::discard() {
 void WebSocket::send_messages(engine::Push* pushes, std::size_t count, TimePoint now) {
   for (engine::Push* push = pushes; push != pushes + count; ++push) {
     if (push->close != 0) return begin_close(push->close, push->reason, now);
-    frames_->send(push->message ? std::move(push->message) : empty_message(), push->text);
+    frames_.send(push->message ? std::move(push->message) : empty_message(), push->text);
   }
   write(now);
 }
 
 void WebSocket::add_output(OutputParts& parts) const noexcept {
   if (phase_ == Phase::opening) parts.add(std::string_view(header_).substr(header_sent_));
-  else frames_->add_output(parts);
+  else frames_.add_output(parts);
 }
 
 /// Sends the output and follows the state of the frames. Returns true if nothing is left of it and the connection is open.
@@ -202,7 +195,7 @@ void WebSocket::send_all(TimePoint now) {
       if (tls_ && tls_->owes() && tls_->flush() != 0) return block(anew, now);
       if (!owes_ping_ || phase_ != Phase::open) return loop_.deadlines.clear(progress_);
       owes_ping_ = false;
-      frames_->ping();
+      frames_.ping();
       continue;
     }
     const auto bytes = send(socket_, tls_.get(), output);
@@ -220,7 +213,7 @@ void WebSocket::send_all(TimePoint now) {
 
 /// Returns true if the client has sent pings since the last call.
 bool WebSocket::count_pings(TimePoint now) {
-  const std::size_t pings = frames_->pings();
+  const std::size_t pings = frames_.pings();
   if (pings == pings_) return false;
   for (; pings_ != pings; ++pings_) count(now);
   return true;
@@ -236,7 +229,7 @@ bool WebSocket::must_pause() {
 
 void WebSocket::sent(std::size_t bytes) {
   if (phase_ == Phase::opening) header_sent_ += bytes;
-  else frames_->sent(bytes);
+  else frames_.sent(bytes);
 }
 
 /// @param anew  the client has read some bytes: it has write_timeout for the next
@@ -256,21 +249,20 @@ void WebSocket::begin_stop(TimePoint now) {
 void WebSocket::begin_close(std::uint16_t code, std::string_view reason, TimePoint now) {
   if (phase_ != Phase::open) return;
   enter_closing(now);
-  frames_->close(code, reason);
+  frames_.close(code, reason);
   write(now);
 }
 
 /// Follows the state of the frames.
 void WebSocket::follow_state(TimePoint now) {
   if (!is_speaking()) return;
-  switch (frames_->state()) {
+  switch (frames_.state()) {
     case WebSocketFrames::State::open: break;
     case WebSocketFrames::State::closing: enter_closing(now); break;
     case WebSocketFrames::State::closed:
       enter_closing(now);
       linger();
       break;
-    case WebSocketFrames::State::failed: close(); break;
   }
 }
 
@@ -327,7 +319,7 @@ void WebSocket::on_silence(TimePoint now) {
 /// Says which events to wait for; errors are always reported.
 void WebSocket::update(TimePoint) {
   if (phase_ == Phase::closed) return;
-  const bool wanted = phase_ == Phase::lingering ? discarded_ < loop_.options.limits.max_linger_bytes : is_speaking() && frames_->wants_input();
+  const bool wanted = phase_ == Phase::lingering ? discarded_ < loop_.options.limits.max_linger_bytes : is_speaking() && frames_.wants_input();
   if (loop_.readiness.watch(socket_, *this, (wanted ? EPOLLIN : 0U) | (blocked_ && phase_ != Phase::lingering ? EPOLLOUT : 0U))) return;
   loop_.log(LogLevel::warning, "a WebSocket is dropped: the system cannot watch more");
   close();

@@ -27,12 +27,12 @@ namespace lrt::transport {
 class WebSocket final : public Client {
  public:
   /// May throw; take() follows.
-  WebSocket(Loop& loop, Session::Upgrade upgrade);
+  WebSocket(Loop& loop, Session::Upgrade upgrade, TimePoint now);
   /// @param tls  nullptr: plain
   void take(Socket socket, Addresses::Place place, std::unique_ptr<TlsStream> tls) noexcept;
 
   /// To be called when it has its place in the loop's list. Sends the 101.
-  void open(TimePoint now);
+  void open(engine::Channel channel, TimePoint now);
 
   void on_ready(std::uint32_t events) override;
   void go_on() override;
@@ -62,7 +62,6 @@ class WebSocket final : public Client {
     void (WebSocket::*step_)(TimePoint);
   };
 
-  std::string make_header(TimePoint now);
   void begin(TimePoint now);
 
   void read(TimePoint now);
@@ -77,11 +76,11 @@ class WebSocket final : public Client {
   bool wants_input() const noexcept;
   bool has_more() const noexcept;
 
-  std::size_t room_for_messages() const noexcept override { return phase_ == Phase::open && !blocked_ && !frames_->has_output() ? max_messages_at_once : 0; }
+  std::size_t room_for_messages() const noexcept override { return phase_ == Phase::open && !blocked_ && !frames_.has_output() ? max_messages_at_once : 0; }
   void send_messages(engine::Push* pushes, std::size_t count, TimePoint now) override;
   bool write(TimePoint now);
   void send_all(TimePoint now);
-  bool has_output() const noexcept { return phase_ == Phase::opening ? header_sent_ < header_.size() : frames_->has_output(); }
+  bool has_output() const noexcept { return phase_ == Phase::opening ? header_sent_ < header_.size() : frames_.has_output(); }
   void add_output(OutputParts& parts) const noexcept;
   void sent(std::size_t bytes);
   void block(bool anew, TimePoint now);
@@ -97,13 +96,12 @@ class WebSocket final : public Client {
   void on_stuck(TimePoint) { close(); }
   void update(TimePoint now) override;
 
-  Session::Upgrade upgrade_;
   Socket socket_;
   std::unique_ptr<TlsStream> tls_;  ///< nullptr: plain
   Addresses::Place place_;
-  std::unique_ptr<WebSocketFrames> frames_;  ///< lives as long as this: close() may be called below one of its users
+  WebSocketFrames frames_;
   Phase phase_ = Phase::opening;
-  std::string header_;             ///< the 101
+  std::string header_;  ///< the 101
   std::size_t header_sent_ = 0;
   std::string early_;            ///< bytes that came with the handshake
   std::size_t early_used_ = 0;

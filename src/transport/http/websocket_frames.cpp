@@ -1,42 +1,31 @@
 #include "src/transport/http/websocket_frames.hpp"
 
-#include <utility>  // before Boost.Asio 1.74, which forgets it in C++20
-
 #include <algorithm>
-#include <array>
-#include <boost/asio/buffer.hpp>
-#include <boost/asio/error.hpp>
-#include <boost/asio/execution.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/http/empty_body.hpp>
-#include <boost/beast/http/message.hpp>
-#include <boost/beast/websocket/error.hpp>
-#include <boost/beast/websocket/stream.hpp>
 #include <cassert>
-#include <type_traits>
-#include <vector>
+#include <utility>
 
-#include <lrt/base/unique_function.hpp>
 #include <lrt/base/utf8.hpp>
 
 namespace lrt::transport {
 namespace {
 
-namespace asio = boost::asio;
-namespace beast = boost::beast;
-namespace websocket = beast::websocket;
-using beast::error_code;
-
-/// Capacity of a buffer that is kept for the next message of the client.
-constexpr std::size_t kept_capacity = 8 * 1024;
+/// RFC 6455 5.2
+constexpr unsigned continuation = 0, text_frame = 1, binary_frame = 2, close_frame = 8, ping_frame = 9, pong_frame = 10;
+constexpr std::uint16_t normal = 1000, protocol_error = 1002, no_utf8 = 1007, too_large = 1009;
 
 /// Places for messages that are kept while there are none.
 constexpr std::size_t kept_messages = 1;
 
+constexpr bool is_control(unsigned opcode) noexcept { return opcode >= close_frame; }
 /// RFC 6455 5.5: a control frame has at most 125 bytes, two of a close are its code.
-constexpr std::size_t max_reason_bytes = 123;
+constexpr std::size_t max_control_bytes = 125, max_reason_bytes = 123;
+
+constexpr std::size_t mask_bytes = 4;
+
+/// RFC 6455 7.4; 1012 and 1013 are registered by IANA.
+constexpr bool may_be_sent(unsigned code) noexcept {
+  return (code >= 1000 && code <= 1003) || (code >= 1007 && code <= 1013) || (code >= 3000 && code <= 4999);
+}
 
 /// At most `limit` bytes, without a character cut in two.
 std::string_view clipped(std::string_view text, std::size_t limit) {
@@ -45,345 +34,133 @@ std::string_view clipped(std::string_view text, std::size_t limit) {
   return text.substr(0, limit);
 }
 
+std::uint64_t big_endian(std::string_view bytes) noexcept {
+  std::uint64_t value = 0;
+  for (const char c : bytes) value = value << 8 | static_cast<unsigned char>(c);
+  return value;
+}
+
+/// The header of a final frame without a mask and extensions (RFC 6455 5.2). Returns its size.
+unsigned char write_header(std::array<char, 10>& header, unsigned opcode, std::uint64_t size) noexcept {
+  const int length_bytes = size < 126 ? 0 : size <= 0xFFFF ? 2 : 8;
+  header[0] = static_cast<char>(0x80U | opcode);
+  header[1] = static_cast<char>(length_bytes == 0 ? size : length_bytes == 2 ? 126U : 127U);
+  for (int i = 0; i < length_bytes; ++i) header[static_cast<std::size_t>(2 + i)] = static_cast<char>(size >> (8 * (length_bytes - 1 - i)));
+  return static_cast<unsigned char>(2 + length_bytes);
+}
+
+void clear(std::string& buffer) { std::string().swap(buffer); }
+
 }  // namespace
 
-/// Polling an io_context that has a timer (Beast's stream makes one, though its time-outs are off) is a system call, which no message
-/// needs: so completions go to a list.
-class WebSocketFramer::Queue {
- public:
-  void post(UniqueFunction<void()> task) { tasks_.push_back(std::move(task)); }
-  void run() {
-    while (!tasks_.empty()) {
-      auto tasks = std::exchange(tasks_, {});
-      for (auto& task : tasks) task();
-    }
-  }
-
-  asio::io_context context;  ///< never run; owns the services that Beast's stream uses
-
- private:
-  std::vector<UniqueFunction<void()>> tasks_;
-};
-
-namespace {
-
-using Queue = WebSocketFramer::Queue;
-
-/// Posts to a Queue.
-class Executor {
- public:
-  explicit Executor(Queue& queue) noexcept : queue_(&queue) {}
-
-  asio::execution_context& query(asio::execution::context_t) const noexcept { return queue_->context; }
-  static constexpr asio::execution::blocking_t query(asio::execution::blocking_t) noexcept { return asio::execution::blocking.never; }
-  Executor require(asio::execution::blocking_t::never_t) const noexcept { return *this; }
-  /// Outstanding work is not counted. Without this function Beast 1.74 keeps a reference to a temporary.
-  Executor require(asio::execution::outstanding_work_t::tracked_t) const noexcept { return *this; }
-  template <class Task>
-  void execute(Task&& task) const {
-    queue_->post(std::forward<Task>(task));
-  }
-  friend bool operator==(const Executor& a, const Executor& b) noexcept { return a.queue_ == b.queue_; }
-  friend bool operator!=(const Executor& a, const Executor& b) noexcept { return a.queue_ != b.queue_; }
-
- private:
-  Queue* queue_;
-};
-
-/// A completion that waits until bytes have been received or sent.
-class Waiting {
- public:
-  virtual ~Waiting() = default;
-  /// Frees itself first: the completion may begin the next wait.
-  virtual void complete(std::unique_ptr<Waiting> self, std::size_t bytes) = 0;
-};
-
-template <class Handler>
-class WaitingFor final : public Waiting {
- public:
-  explicit WaitingFor(Handler handler) : handler_(std::move(handler)) {}
-  void complete(std::unique_ptr<Waiting> self, std::size_t bytes) override {
-    auto handler = std::move(handler_);
-    self.reset();
-    handler(error_code(), bytes);
-  }
-
- private:
-  Handler handler_;
-};
-
-template <class Handler>
-std::unique_ptr<Waiting> waiting_for(Handler&& handler) {
-  return std::make_unique<WaitingFor<std::decay_t<Handler>>>(std::forward<Handler>(handler));
-}
-
-/// The next layer of Beast's stream: its concepts AsyncStream and SyncStream on memory. A read completes when the owner gives input, a write
-/// when the owner has sent its bytes.
-class Wire {
- public:
-  using executor_type = Executor;
-
-  explicit Wire(Queue& queue) : queue_(queue) {}
-
-  executor_type get_executor() noexcept { return Executor(queue_); }
-
-  template <class Buffers, class Handler>
-  void async_read_some(const Buffers& buffers, Handler&& handler) {
-    into_ = {};
-    for (auto at = asio::buffer_sequence_begin(buffers); at != asio::buffer_sequence_end(buffers) && into_.size() == 0; ++at) into_ = *at;
-    if (into_.size() == 0) return complete_later(std::forward<Handler>(handler));
-    reader_ = waiting_for(std::forward<Handler>(handler));
-  }
-
-  template <class Buffers, class Handler>
-  void async_write_some(const Buffers& buffers, Handler&& handler) {
-    parts_ = {};
-    bytes_ = 0;
-    std::size_t count = 0;
-    for (auto at = asio::buffer_sequence_begin(buffers); at != asio::buffer_sequence_end(buffers) && count < parts_.size(); ++at) {
-      const asio::const_buffer part = *at;
-      if (part.size() == 0) continue;
-      parts_[count++] = {static_cast<const char*>(part.data()), part.size()};
-      bytes_ += part.size();
-    }
-    if (count == 0) return complete_later(std::forward<Handler>(handler));
-    writer_ = waiting_for(std::forward<Handler>(handler));
-  }
-
-  // Beast writes synchronously only its response to the handshake. The response that the client gets has the fields of the handler, and none
-  // of Beast (which adds Server), and is sent by the owner: so this one is discarded.
-  template <class Buffers>
-  std::size_t write_some(const Buffers& buffers, error_code& error) {
-    error = {};
-    return beast::buffer_bytes(buffers);
-  }
-  template <class Buffers>
-  std::size_t write_some(const Buffers& buffers) {
-    return beast::buffer_bytes(buffers);
-  }
-  template <class Buffers>
-  std::size_t read_some(const Buffers&, error_code& error) {
-    error = asio::error::operation_not_supported;
-    return 0;
-  }
-  template <class Buffers>
-  std::size_t read_some(const Buffers&) {
-    throw beast::system_error(asio::error::operation_not_supported);
-  }
-
-  template <class Handler>
-  friend void async_teardown(beast::role_type, Wire& wire, Handler&& handler) {
-    wire.queue_.post([completion = std::decay_t<Handler>(std::forward<Handler>(handler))]() mutable { completion(error_code()); });
-  }
-  friend void beast_close_socket(Wire&) {}  // called by Beast's time-outs, which are off
-
-  bool is_reading() const noexcept { return reader_ != nullptr; }
-  /// Completes the pending read with as many of `bytes` as it takes, and removes them.
-  void give(std::string_view& bytes) {
-    const auto size = asio::buffer_copy(into_, asio::buffer(bytes.data(), bytes.size()));
-    bytes.remove_prefix(size);
-    auto* const reader = reader_.get();
-    reader->complete(std::move(reader_), size);
-  }
-
-  bool is_writing() const noexcept { return writer_ != nullptr; }
-  void add_output(OutputParts& parts) const noexcept {
-    if (!writer_) return;
-    for (const std::string_view part : parts_) parts.add(part);
-  }
-  void sent(std::size_t bytes) {
-    const auto first = std::min(bytes, parts_[0].size());
-    parts_[0].remove_prefix(first);
-    parts_[1].remove_prefix(std::min(bytes - first, parts_[1].size()));
-    if (!parts_[0].empty() || !parts_[1].empty()) return;
-    auto* const writer = writer_.get();
-    writer->complete(std::move(writer_), bytes_);
-  }
-
-  /// Drops the pending read and write.
-  void drop() {
-    const auto reader = std::move(reader_);
-    const auto writer = std::move(writer_);
-  }
-
- private:
-  template <class Handler>
-  void complete_later(Handler&& handler) {
-    queue_.post([completion = std::decay_t<Handler>(std::forward<Handler>(handler))]() mutable { completion(error_code(), 0); });
-  }
-
-  Queue& queue_;
-  std::unique_ptr<Waiting> reader_;
-  asio::mutable_buffer into_;
-  std::unique_ptr<Waiting> writer_;
-  std::array<std::string_view, 2> parts_;  ///< not yet sent
-  std::size_t bytes_ = 0;                  ///< of the write
-};
-
-/// Completions run only within the functions of WebSocketFrames, so none of them destroys this.
-class BeastFrames final : public WebSocketFrames {
- public:
-  explicit BeastFrames(Queue& queue) : queue_(queue), stream_(queue) {}
-  ~BeastFrames() override { wire().drop(); }
-
-  /// Returns the value of Sec-WebSocket-Accept.
-  std::string accept(std::string_view key, std::size_t max_message_bytes);
-
-  void receive(std::string_view bytes) override;
-  std::optional<Message> next() override;
-  bool wants_input() const noexcept override { return wire().is_reading() && !over_; }
-  void send(std::shared_ptr<const std::string> message, bool text) override;
-  void ping() override;
-  void close(std::uint16_t code, std::string_view reason) override;
-  bool has_output() const noexcept override { return !over_ && (!outgoing_.empty() || wire().is_writing()); }
-  void add_output(OutputParts& parts) const noexcept override;
-  void sent(std::size_t bytes) override;
-  State state() const noexcept override {
-    if (over_) return *over_;
-    return closing_ || !stream_.is_open() ? State::closing : State::open;
-  }
-  std::size_t pings() const noexcept override { return pings_; }
-
- private:
-  Wire& wire() noexcept { return stream_.next_layer(); }
-  const Wire& wire() const noexcept { return stream_.next_layer(); }
-  void read();
-  void on_read();
-  void feed(std::string_view& bytes);
-  void feed_kept();
-  void begin_close(std::uint16_t code, std::string_view reason);
-  void finish(const error_code& error);
-
-  /// A message and its header: a server's frame has no mask, so the bytes of the message are shared by all clients that get it.
-  struct Outgoing {
-    std::shared_ptr<const std::string> message;
-    std::array<char, 10> header;
-    unsigned char header_size;
-    std::size_t size() const noexcept { return header_size + message->size(); }
-  };
-
-  Queue& queue_;
-  std::vector<Outgoing> outgoing_;      ///< sent before what Beast writes, which are control frames
-  std::size_t first_ = 0;               ///< of outgoing_, not yet sent
-  std::size_t first_sent_ = 0;          ///< bytes of that
-  std::string kept_;  ///< received bytes behind a message that next() has not returned, or that wait for output() to be sent
-  std::size_t used_ = 0;
-  beast::flat_buffer message_;  ///< of the client, as far as it was received
-  bool reading_ = false;        ///< Beast reads a message
-  bool ready_ = false;          ///< message_ is complete
-  std::size_t pings_ = 0;
-  bool closing_ = false;        ///< by us
-  std::optional<State> over_;
-  websocket::stream<Wire, false> stream_;  // last: its completions use the members above
-};
-
-/// Opens the stream as Beast documents for a request that was read elsewhere: accept(request). http::check_websocket() has checked that
-/// request; what of it matters here is the key, the rest is its canonical form.
-std::string BeastFrames::accept(std::string_view key, std::size_t max_message_bytes) {
-  namespace http_ = beast::http;
-  std::string accept;
-  stream_.set_option(websocket::stream_base::decorator(
-      [&accept](websocket::response_type& response) { accept = std::string(response[http_::field::sec_websocket_accept]); }));
-  stream_.set_option(websocket::stream_base::timeout{websocket::stream_base::none(), websocket::stream_base::none(), false});
-  stream_.auto_fragment(false);
-  stream_.read_message_max(std::max<std::size_t>(max_message_bytes, 1));  // 0 would be no limit
-
-  http_::request<http_::empty_body> request(http_::verb::get, "/", 11);
-  request.set(http_::field::host, "localhost");
-  request.set(http_::field::connection, "upgrade");
-  request.set(http_::field::upgrade, "websocket");
-  request.set(http_::field::sec_websocket_version, "13");
-  request.set(http_::field::sec_websocket_key, beast::string_view(key.data(), key.size()));
-  error_code error;
-  stream_.accept(request, error);
-  stream_.set_option(websocket::stream_base::decorator([](websocket::response_type&) {}));
-  assert(!error);
-  stream_.control_callback([this](websocket::frame_type type, beast::string_view) {
-    if (type == websocket::frame_type::ping) ++pings_;
-    // RFC 6455 7.4.2 has no such codes. Beast would echo them.
-    if (type == websocket::frame_type::close && stream_.reason().code >= 5000 && state() == State::open) begin_close(1002, {});
-  });
-  read();
-  queue_.run();
-  return accept;
-}
+WebSocketFrames::WebSocketFrames(std::size_t max_message_bytes) noexcept : max_message_bytes_(std::max<std::size_t>(max_message_bytes, 1)) {}
 
 // ---------------------------------------------------------------------------------------------------------------- reading
 
-void BeastFrames::receive(std::string_view bytes) {
-  assert(used_ == kept_.size());
-  feed(bytes);
+void WebSocketFrames::receive(std::string_view bytes) {
   if (over_ || bytes.empty()) return;
-  kept_ = bytes;
-  used_ = 0;
+  input_.erase(0, std::exchange(used_, 0));
+  input_.append(bytes);
+  has_unread_ = true;
 }
 
-std::optional<WebSocketFrames::Message> BeastFrames::next() {
-  if (!ready_ && !reading_ && state() == State::open) {
-    read();
-    feed_kept();
+std::optional<WebSocketFrames::Message> WebSocketFrames::next() {
+  while (!over_ && control_.empty()) {
+    const auto frame = take_frame();
+    if (!frame) break;
+    if (is_control(frame->opcode)) {
+      take_control(*frame);
+      continue;
+    }
+    if (!in_message_) is_text_ = frame->opcode == text_frame;
+    in_message_ = !frame->is_last;
+    if (closing_) continue;
+    message_ += frame->payload;
+    if (is_text_ && !check_text(frame->is_last)) fail(no_utf8);
+    else if (frame->is_last) return Message{std::exchange(message_, {}), is_text_};
   }
-  if (!ready_ || state() != State::open) return std::nullopt;
-  ready_ = false;
-  const auto data = message_.cdata();
-  Message message{std::string(static_cast<const char*>(data.data()), data.size()), stream_.got_text()};
-  message_.clear();
-  if (message_.capacity() > kept_capacity) message_.shrink_to_fit();
-  return message;
+  return std::nullopt;
 }
 
-void BeastFrames::read() {
-  reading_ = true;
-  stream_.async_read(message_, [this](const error_code& error, std::size_t) {
-    reading_ = false;
-    if (error) finish(error);
-    else on_read();
-  });
-}
-
-void BeastFrames::on_read() {
-  if (closing_) return;  // Beast reads on until the close of the client
-  const auto data = message_.cdata();
-  // Beast 1.74 does not check this when the last frame of a message is empty.
-  if (stream_.got_text() && utf8::ends_within_character({static_cast<const char*>(data.data()), data.size()})) return begin_close(1007, {});
-  ready_ = true;
-}
-
-/// Runs completions and gives Beast as many of `bytes` as it reads now; the others stay in it.
-void BeastFrames::feed(std::string_view& bytes) {
-  queue_.run();
-  while (wire().is_reading() && !bytes.empty()) {
-    wire().give(bytes);
-    queue_.run();
+/// Whether what was received of a text can be UTF-8.
+bool WebSocketFrames::check_text(bool is_whole) {
+  const std::string_view unchecked = std::string_view(message_).substr(checked_);
+  std::size_t size = unchecked.size();
+  if (!is_whole && utf8::ends_within_character(unchecked)) {
+    do --size;
+    while (size > 0 && (static_cast<unsigned char>(unchecked[size]) & 0xC0U) == 0x80);
   }
+  if (utf8::find_invalid(unchecked.substr(0, size))) return false;
+  checked_ = is_whole ? 0 : checked_ + size;
+  return true;
 }
 
-void BeastFrames::feed_kept() {
-  auto bytes = std::string_view(kept_).substr(used_);
-  feed(bytes);
-  used_ = kept_.size() - bytes.size();
-  if (used_ < kept_.size() && !over_) return;
-  used_ = 0;
-  kept_.clear();
-  if (kept_.capacity() > kept_capacity) kept_.shrink_to_fit();
+/// The next frame, if all of it has been received. Ends the connection if it is not allowed.
+std::optional<WebSocketFrames::Frame> WebSocketFrames::take_frame() {
+  const std::string_view input = std::string_view(input_).substr(used_);
+  has_unread_ = false;  // unless a whole frame is found
+  if (input.empty()) {
+    clear(input_);
+    used_ = 0;
+  }
+  if (input.size() < 2) return std::nullopt;
+  const auto first = static_cast<unsigned char>(input[0]), second = static_cast<unsigned char>(input[1]);
+  if (!is_allowed(first, second)) return fail(protocol_error), std::nullopt;
+  std::uint64_t length = second & 0x7FU;
+  std::size_t header = 2;
+  if (length >= 126) {
+    const std::size_t length_bytes = length == 126 ? 2 : 8;
+    header += length_bytes;
+    if (input.size() < header) return std::nullopt;
+    length = big_endian(input.substr(2, length_bytes));
+    const bool is_shortest = length_bytes == 2 ? length >= 126 : length > 0xFFFF;
+    if (!is_shortest) return fail(protocol_error), std::nullopt;
+  }
+  const unsigned opcode = first & 0x0FU;
+  if (!is_control(opcode) && length > max_message_bytes_ - message_.size()) return fail(too_large), std::nullopt;
+  const std::size_t begin = used_ + header + mask_bytes, size = static_cast<std::size_t>(length);
+  if (input_.size() < begin + size) return std::nullopt;
+  for (std::size_t i = 0; i < size; ++i) input_[begin + i] = static_cast<char>(input_[begin + i] ^ input_[begin - mask_bytes + i % mask_bytes]);
+  used_ = begin + size;
+  has_unread_ = used_ < input_.size();
+  return Frame{opcode, (first & 0x80U) != 0, std::string_view(input_).substr(begin, size)};
+}
+
+/// RFC 6455 5.2, 5.4, 5.5, by the first two bytes of a frame.
+bool WebSocketFrames::is_allowed(unsigned char first, unsigned char second) const noexcept {
+  const unsigned opcode = first & 0x0FU;
+  const bool is_last = (first & 0x80U) != 0, has_extension = (first & 0x70U) != 0, is_masked = (second & 0x80U) != 0;
+  if (has_extension || !is_masked) return false;
+  if (is_control(opcode)) return opcode <= pong_frame && is_last && (second & 0x7FU) <= max_control_bytes;
+  return opcode <= binary_frame && (opcode == continuation) == in_message_;
+}
+
+void WebSocketFrames::take_control(const Frame& frame) {
+  if (frame.opcode == close_frame) return take_close(frame.payload);
+  if (frame.opcode != ping_frame || closing_) return;
+  ++pings_;
+  add_control(pong_frame, frame.payload);
+}
+
+/// RFC 6455 5.5.1: a client's close gets one with the same bytes, or with 1000 if it has no code, unless it is the response to ours.
+void WebSocketFrames::take_close(std::string_view payload) {
+  if (payload.size() == 1 || (!payload.empty() && !may_be_sent(static_cast<unsigned>(big_endian(payload.substr(0, 2)))))) return fail(protocol_error);
+  if (!payload.empty() && utf8::find_invalid(payload.substr(2))) return fail(protocol_error);
+  if (!closing_ && payload.empty()) add_close(normal, {});
+  else if (!closing_) add_control(close_frame, payload);
+  end();
 }
 
 // ---------------------------------------------------------------------------------------------------------------- writing
 
-/// RFC 6455 5.2: a final frame without extensions. Beast would make its write operation for it, which costs more than the frame.
-void BeastFrames::send(std::shared_ptr<const std::string> message, bool text) {
-  assert(state() == State::open && !wire().is_writing());
+void WebSocketFrames::send(std::shared_ptr<const std::string> message, bool text) {
+  assert(state() == State::open && control_.empty());
   Outgoing& out = outgoing_.emplace_back();
-  const std::uint64_t size = message->size();
-  const int length_bytes = size < 126 ? 0 : size <= 0xFFFF ? 2 : 8;
-  out.header[0] = static_cast<char>(0x80 | (text ? 1 : 2));
-  out.header[1] = static_cast<char>(length_bytes == 0 ? size : length_bytes == 2 ? 126U : 127U);
-  for (int i = 0; i < length_bytes; ++i) out.header[static_cast<std::size_t>(2 + i)] = static_cast<char>(size >> (8 * (length_bytes - 1 - i)));
-  out.header_size = static_cast<unsigned char>(2 + length_bytes);
+  out.header_size = write_header(out.header, text ? text_frame : binary_frame, message->size());
   out.message = std::move(message);
 }
 
-void BeastFrames::add_output(OutputParts& parts) const noexcept {
+void WebSocketFrames::add_output(OutputParts& parts) const noexcept {
   std::size_t skip = first_sent_;
   for (std::size_t i = first_; i < outgoing_.size(); ++i) {
     if (parts.room() < 2) return;
@@ -393,18 +170,21 @@ void BeastFrames::add_output(OutputParts& parts) const noexcept {
     parts.add(std::string_view(*out.message).substr(skip - of_header));
     skip = 0;
   }
-  if (parts.room() >= 2) wire().add_output(parts);
+  if (parts.room() > 0) parts.add(std::string_view(control_).substr(control_sent_));
 }
 
-void BeastFrames::ping() {
-  assert(state() == State::open && !wire().is_writing());
-  stream_.async_ping({}, [this](const error_code& error) {
-    if (error) finish(error);
-  });
-  queue_.run();
+void WebSocketFrames::ping() {
+  assert(state() == State::open && !has_output());
+  add_control(ping_frame, {});
 }
 
-void BeastFrames::sent(std::size_t bytes) {
+void WebSocketFrames::add_control(unsigned opcode, std::string_view payload) {
+  std::array<char, 10> header{};
+  control_.append(header.data(), write_header(header, opcode, payload.size()));
+  control_.append(payload);
+}
+
+void WebSocketFrames::sent(std::size_t bytes) {
   if (bytes == 0) return;
   for (; first_ < outgoing_.size(); ++first_, first_sent_ = 0) {
     const std::size_t left = outgoing_[first_].size() - first_sent_;
@@ -418,46 +198,39 @@ void BeastFrames::sent(std::size_t bytes) {
   outgoing_.clear();
   if (outgoing_.capacity() > kept_messages) std::vector<Outgoing>().swap(outgoing_);
   first_ = 0;
-  if (bytes == 0 || !wire().is_writing()) return;
-  wire().sent(bytes);
-  feed_kept();
+  control_sent_ += bytes;
+  if (control_sent_ < control_.size()) return;
+  clear(control_);
+  control_sent_ = 0;
 }
 
 // ---------------------------------------------------------------------------------------------------------------- closing
 
-void BeastFrames::close(std::uint16_t code, std::string_view reason) {
+void WebSocketFrames::close(std::uint16_t code, std::string_view reason) {
   if (state() != State::open) return;
-  begin_close(code, reason);
-  feed_kept();
+  add_close(code, reason);
+  clear(message_);
 }
 
-void BeastFrames::begin_close(std::uint16_t code, std::string_view reason) {
+void WebSocketFrames::add_close(std::uint16_t code, std::string_view reason) {
   closing_ = true;
-  websocket::close_reason close_reason(code);
-  const auto clip = clipped(reason, max_reason_bytes);
-  close_reason.reason.assign(clip.data(), clip.size());
-  stream_.async_close(close_reason, [this](const error_code& error) { finish(error); });
+  std::string payload{static_cast<char>(code >> 8), static_cast<char>(code & 0xFFU)};
+  payload += clipped(reason, max_reason_bytes);
+  add_control(close_frame, payload);
 }
 
-/// The stream has ended. The first completion knows why, those after it only that it has.
-void BeastFrames::finish(const error_code& error) {
-  if (over_) return;
-  const bool closed_properly = !error || error.category() == error_code(websocket::error::closed).category();
-  over_ = closed_properly ? State::closed : State::failed;
+/// RFC 6455 7.1.7: the client has broken the protocol.
+void WebSocketFrames::fail(std::uint16_t code) {
+  if (!closing_) add_close(code, {});
+  end();
 }
 
-}  // namespace
-
-WebSocketFramer::WebSocketFramer() : queue_(std::make_unique<Queue>()) {}
-WebSocketFramer::~WebSocketFramer() = default;
-
-WebSocketFramer::Handshake WebSocketFramer::accept(std::string_view key, std::size_t max_message_bytes) {
-  // The service of timers needs descriptors. A stream of Beast (Boost 1.74) that is not made for lack of them stays registered in the context,
-  // whose end then uses it: so the service is made first.
-  const asio::steady_timer timer(queue_->context);
-  auto frames = std::make_unique<BeastFrames>(*queue_);
-  auto accept = frames->accept(key, max_message_bytes);
-  return {std::move(accept), std::move(frames)};
+void WebSocketFrames::end() noexcept {
+  over_ = true;
+  has_unread_ = false;
+  clear(input_);
+  clear(message_);
+  used_ = 0;
 }
 
 }  // namespace lrt::transport

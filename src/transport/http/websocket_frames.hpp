@@ -1,11 +1,13 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "src/transport/http/output_parts.hpp"
 
@@ -15,7 +17,7 @@ namespace lrt::transport {
 /// messages in, bytes out. Frames and assembles messages, checks UTF-8, responds to pings, carries out the closing handshake. The owner has the
 /// socket and the times.
 ///
-/// None of the functions calls the owner or waits.
+/// None of the functions calls the owner or waits. Without bytes that wait it has no buffers.
 ///
 /// @par Implements  R0.12, RFC 6455
 class WebSocketFrames {
@@ -23,67 +25,87 @@ class WebSocketFrames {
   enum class State : unsigned char {
     open,
     closing,  ///< one side has sent a close; that of the other is awaited, or still in the output
-    closed,   ///< the closing handshake is complete, and the output has been sent
-    failed,   ///< the connection cannot be used any more
+    closed,   ///< the closing handshake is complete, or the client has broken RFC 6455, and the output has been sent
   };
   struct Message {
     std::string bytes;
     bool text = true;  ///< RFC 6455 5.6: checked to be UTF-8; else binary
   };
 
-  virtual ~WebSocketFrames() = default;
+  /// @param max_message_bytes  of one message of the client, at least 1; more: close 1009
+  explicit WebSocketFrames(std::size_t max_message_bytes) noexcept;
   WebSocketFrames(const WebSocketFrames&) = delete;
   WebSocketFrames& operator=(const WebSocketFrames&) = delete;
 
   /// Takes all of these bytes of the client. To be called when next() has nothing and wants_input().
-  virtual void receive(std::string_view bytes) = 0;
-  /// The next complete message of the client. Bytes that break RFC 6455 begin the closing handshake: 1002, 1007, and 1009 for a message over
-  /// the limit.
-  virtual std::optional<Message> next() = 0;
-  /// False while received bytes wait until the output has been sent.
-  virtual bool wants_input() const noexcept = 0;
+  void receive(std::string_view bytes);
+  /// The next complete message of the client. Bytes that break RFC 6455 end the connection with a close: 1002, 1007, and 1009 for a message
+  /// over the limit.
+  std::optional<Message> next();
+  /// False while received bytes wait: for next(), or until the output has been sent.
+  bool wants_input() const noexcept { return !over_ && !has_unread_ && control_.empty(); }
 
   /// One message as one frame. Only in the state `open`, and when there is no output but of messages. The message is not copied.
-  virtual void send(std::shared_ptr<const std::string> message, bool text) = 0;
+  void send(std::shared_ptr<const std::string> message, bool text);
   /// An empty ping. Only in the state `open`, and when there is no output.
-  virtual void ping() = 0;
+  void ping();
   /// Begins the closing handshake after the output. Further messages of the client are read and dropped.
   /// @param reason  UTF-8; cut after the last character that ends within 123 bytes (RFC 6455 5.5)
-  virtual void close(std::uint16_t code, std::string_view reason) = 0;
+  void close(std::uint16_t code, std::string_view reason);
 
-  virtual bool has_output() const noexcept = 0;
+  bool has_output() const noexcept { return !outgoing_.empty() || !control_.empty(); }
   /// Adds bytes to write now; valid until the next call of another function.
-  virtual void add_output(OutputParts& parts) const noexcept = 0;
-  virtual void sent(std::size_t bytes) = 0;
+  void add_output(OutputParts& parts) const noexcept;
+  void sent(std::size_t bytes);
 
-  virtual State state() const noexcept = 0;
+  State state() const noexcept {
+    if (over_) return has_output() ? State::closing : State::closed;
+    return closing_ ? State::closing : State::open;
+  }
   /// How many pings of the client got a pong until now. The owner limits them.
-  virtual std::size_t pings() const noexcept = 0;
-
- protected:
-  WebSocketFrames() = default;
-};
-
-/// Makes the WebSocketFrames of one transport, by Boost.Beast. One thread. Outlives what it makes.
-class WebSocketFramer {
- public:
-  /// Where Beast's streams post the completions that they do not call at once.
-  class Queue;
-  struct Handshake {
-    std::string accept;                       ///< the value of Sec-WebSocket-Accept (RFC 6455 4.2.2)
-    std::unique_ptr<WebSocketFrames> frames;
-  };
-
-  WebSocketFramer();
-  ~WebSocketFramer();
-
-  /// Accepts an opening handshake that http::check_websocket() has passed.
-  /// @param key                Sec-WebSocket-Key
-  /// @param max_message_bytes  of one message of the client; more: close 1009
-  Handshake accept(std::string_view key, std::size_t max_message_bytes);
+  std::size_t pings() const noexcept { return pings_; }
 
  private:
-  std::unique_ptr<Queue> queue_;
+  /// A message and its header: a server's frame has no mask, so the bytes of the message are shared by all clients that get it.
+  struct Outgoing {
+    std::shared_ptr<const std::string> message;
+    std::array<char, 10> header;
+    unsigned char header_size;
+    std::size_t size() const noexcept { return header_size + message->size(); }
+  };
+  /// Of the client, whole and unmasked.
+  struct Frame {
+    unsigned opcode;
+    bool is_last;
+    std::string_view payload;
+  };
+
+  std::optional<Frame> take_frame();
+  bool check_text(bool is_whole);
+  bool is_allowed(unsigned char first, unsigned char second) const noexcept;
+  void take_control(const Frame& frame);
+  void take_close(std::string_view payload);
+  void add_control(unsigned opcode, std::string_view payload);
+  void add_close(std::uint16_t code, std::string_view reason);
+  void fail(std::uint16_t code);
+  void end() noexcept;
+
+  const std::size_t max_message_bytes_;
+  std::vector<Outgoing> outgoing_;
+  std::size_t first_ = 0;       ///< of outgoing_, not yet sent
+  std::size_t first_sent_ = 0;  ///< bytes of that
+  std::string control_;         ///< control frames, sent after the messages
+  std::size_t control_sent_ = 0;
+  std::string input_;  ///< from a frame on that is not complete or not read
+  std::size_t used_ = 0;
+  std::string message_;  ///< of the client, as far as it was received
+  std::size_t checked_ = 0;  ///< bytes of it that are whole characters
+  std::size_t pings_ = 0;
+  bool has_unread_ = false;   ///< input_ may have a whole frame
+  bool in_message_ = false;   ///< a continuation must follow
+  bool is_text_ = true;       ///< message_ is
+  bool closing_ = false;      ///< a close of ours is in the output or was sent
+  bool over_ = false;         ///< nothing more is read
 };
 
 }  // namespace lrt::transport

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <lrt/base/language.hpp>
+#include <lrt/base/result.hpp>
+#include <lrt/http/message.hpp>
+
+/// Who sends a request, and what they may do: the values of lrt::Security.
+namespace lrt::security {
+
+/// What a request does to a resource.
+enum class Right : std::uint8_t {
+  read = 1,       ///< GET, HEAD, OPTIONS
+  write = 2,      ///< changes a Property or a Collection
+  invoke = 4,     ///< invokes an Action, and cancels or deletes its invocations
+  subscribe = 8,  ///< watches: WebSocket, event stream, web callback; and cancels web callbacks
+};
+
+/// A set of rights: `Right::read | Right::subscribe`.
+class Rights {
+ public:
+  constexpr Rights() noexcept = default;
+  constexpr Rights(Right right) noexcept : bits_(static_cast<std::uint8_t>(right)) {}  // NOLINT: one right is a set
+  static constexpr Rights all() noexcept { return Rights(std::uint8_t{0xF}); }
+  constexpr bool has(Right right) const noexcept { return (bits_ & static_cast<std::uint8_t>(right)) != 0; }
+  constexpr bool empty() const noexcept { return bits_ == 0; }
+  friend constexpr Rights operator|(Rights a, Rights b) noexcept { return Rights(static_cast<std::uint8_t>(a.bits_ | b.bits_)); }
+  friend constexpr bool operator==(Rights a, Rights b) noexcept { return a.bits_ == b.bits_; }
+  friend constexpr bool operator!=(Rights a, Rights b) noexcept { return a.bits_ != b.bits_; }
+
+ private:
+  constexpr explicit Rights(std::uint8_t bits) noexcept : bits_(bits) {}
+  std::uint8_t bits_ = 0;
+};
+constexpr Rights operator|(Right a, Right b) noexcept { return Rights(a) | Rights(b); }
+
+/// Who sends a request: a person or a program that has shown who it is.
+struct Principal {
+  std::string name;
+  std::vector<std::string> roles;  ///< its rights are those of all of them
+};
+
+/// What each role may do. A role that is not in it may do nothing.
+using Roles = std::map<std::string, Rights, std::less<>>;
+
+/// `reader`: read and subscribe. `operator`: all rights. `administrator`: all rights.
+Roles default_roles();
+
+/// Finds out who sends a request from its header section; nullopt: nobody that this function knows. Called on the thread that serves the request,
+/// without a lock of lrt. The body has not been received.
+using Authenticate = std::function<std::optional<Principal>(const http::Request&)>;
+
+/// Bearer tokens (RFC 6750) of principals. Kept as SHA-256 digests: neither memory nor a core file shows a token.
+///
+/// @par Threads  find(): any, concurrently.
+class Tokens {
+ public:
+  /// Reads lines `NAME ROLE[,ROLE]... TOKEN [EXPIRES]`, separated by spaces or tabs. `#` begins a comment, and empty lines are skipped. TOKEN is the
+  /// token, of 16 to 512 characters of RFC 6750 (letters, digits, `-._~+/` and `=` at the end), or `sha256:` and the 64 hexadecimal digits of its
+  /// digest. EXPIRES is an xsd:dateTime with a time zone; from then on the token is unknown. A name may have several tokens.
+  /// @par Errors  invalid_option, with the number of the line and without the token
+  static Result<Tokens> parse(std::string_view text);
+  /// The same from a file of at most 1 MiB.
+  /// @par Errors  io_error, invalid_option
+  static Result<Tokens> load(const std::string& file);
+
+  /// The principal of a token; nullptr: the token is unknown or has expired. Takes the same time whatever token it is.
+  std::shared_ptr<const Principal> find(std::string_view token, std::chrono::system_clock::time_point now) const;
+  std::size_t size() const noexcept { return entries_.size(); }
+
+ private:
+  using Digest = std::array<unsigned char, 32>;
+  struct Entry {
+    Digest digest;
+    std::shared_ptr<const Principal> principal;
+    std::optional<std::chrono::system_clock::time_point> expires;
+  };
+  std::vector<Entry> entries_;
+};
+
+}  // namespace lrt::security

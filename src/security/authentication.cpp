@@ -1,0 +1,103 @@
+#include "src/security/authentication.hpp"
+
+#include <sys/stat.h>
+
+#include <cstddef>
+#include <optional>
+#include <utility>
+
+#include "src/base/ascii.hpp"
+
+namespace lrt::security {
+namespace {
+
+constexpr std::chrono::seconds look_pause{1};
+
+/// RFC 4648 4, with padding; nullopt: it is not.
+std::optional<std::string> decode_base64(std::string_view text) {
+  if (text.empty() || text.size() % 4 != 0) return std::nullopt;
+  const std::size_t padding = text.back() != '=' ? 0 : text[text.size() - 2] != '=' ? 1 : 2;
+  std::string out;
+  std::uint32_t word = 0;
+  for (std::size_t i = 0; i < text.size() - padding; ++i) {
+    const char c = text[i];
+    const auto digit = c >= 'A' && c <= 'Z'   ? c - 'A'
+                       : c >= 'a' && c <= 'z' ? c - 'a' + 26
+                       : c >= '0' && c <= '9' ? c - '0' + 52
+                       : c == '+'             ? 62
+                       : c == '/'             ? 63
+                                              : -1;
+    if (digit < 0) return std::nullopt;
+    word = word << 6 | static_cast<std::uint32_t>(digit);
+    if (i % 4 == 0) continue;
+    const unsigned shift = 2 * (3 - static_cast<unsigned>(i % 4));
+    out += static_cast<char>(word >> shift & 0xFF);
+  }
+  return out;
+}
+
+}  // namespace
+
+Credentials credentials_of(const http::Request& request) {
+  Credentials credentials;
+  const auto field = request.find("Authorization");
+  if (!field) return credentials;
+  credentials.scheme = Credentials::Scheme::other;
+  if (request.count("Authorization") != 1) return credentials;
+  const std::size_t space = field->find(' ');
+  const std::string_view scheme = field->substr(0, space);
+  std::string_view rest = space == std::string_view::npos ? std::string_view() : field->substr(space);
+  while (!rest.empty() && rest.front() == ' ') rest.remove_prefix(1);
+  if (http::iequals(scheme, "Bearer")) {
+    credentials.scheme = Credentials::Scheme::bearer;
+    credentials.secret = rest;
+  } else if (http::iequals(scheme, "Basic")) {
+    credentials.scheme = Credentials::Scheme::basic;
+    const auto text = decode_base64(rest);  // RFC 7617 2
+    const std::size_t colon = text ? text->find(':') : std::string::npos;
+    if (colon == std::string::npos) return credentials;
+    credentials.user = text->substr(0, colon);
+    credentials.secret = text->substr(colon + 1);
+  }
+  return credentials;
+}
+
+TokenFile::Stamp TokenFile::stamp_of(const std::string& path) noexcept {
+  struct stat about {};
+  if (::stat(path.c_str(), &about) != 0) return {};
+  return {static_cast<std::uint64_t>(about.st_ino), static_cast<std::uint64_t>(about.st_size),
+          std::int64_t{about.st_mtim.tv_sec} * 1'000'000'000 + about.st_mtim.tv_nsec};
+}
+
+Result<std::unique_ptr<TokenFile>> TokenFile::open(std::string path, LogCallback log) {
+  const Stamp stamp = stamp_of(path);  // before it is read: a change meanwhile is seen later
+  Result<Tokens> tokens = Tokens::load(path);
+  if (!tokens) return Unexpected{std::move(tokens).error()};
+  std::unique_ptr<TokenFile> file(new TokenFile(std::move(path), std::move(log)));
+  file->stamp_ = stamp;
+  file->tokens_ = std::make_shared<const Tokens>(*std::move(tokens));
+  return file;
+}
+
+std::shared_ptr<const Tokens> TokenFile::tokens(TimePoint now) {
+  std::string trouble;
+  std::shared_ptr<const Tokens> present;
+  {
+    const std::lock_guard lock(mutex_);
+    if (now.steady >= look_after_) {
+      look_after_ = now.steady + look_pause;
+      const Stamp stamp = stamp_of(path_);
+      if (!(stamp == stamp_)) {
+        stamp_ = stamp;
+        Result<Tokens> tokens = Tokens::load(path_);
+        if (tokens) tokens_ = std::make_shared<const Tokens>(*std::move(tokens));
+        else trouble = "the tokens of before stay: " + tokens.error().message;
+      }
+    }
+    present = tokens_;
+  }
+  if (!trouble.empty() && log_) log_(LogLevel::error, trouble);
+  return present;
+}
+
+}  // namespace lrt::security

@@ -1,0 +1,25 @@
+#include "src/security/digest.hpp"
+
+#include <openssl/crypto.h>
+#include <openssl/evp.h>
+
+#include <stdexcept>
+
+#include "src/base/third_party_call.hpp"
+
+namespace lrt::security {
+
+Digest digest_of(std::string_view bytes) {
+  const ThirdPartyCall call;
+  if (!call) throw std::runtime_error("the process ends");
+  Digest digest;
+  unsigned size = 0;
+  if (EVP_Digest(bytes.data(), bytes.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1 || size != digest.size())
+    throw std::runtime_error("SHA-256 failed");
+  [[maybe_unused]] static const bool closed = ThirdPartyCall::close_at_exit();
+  return digest;
+}
+
+bool are_equal(const Digest& a, const Digest& b) noexcept { return CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0; }  // keeps no state
+
+}  // namespace lrt::security

@@ -1,0 +1,120 @@
+#include <lrt/security.hpp>
+
+#include <algorithm>
+#include <utility>
+
+#include <lrt/base/immortal.hpp>
+#include <lrt/rdf/lexical.hpp>
+
+#include "src/base/ascii.hpp"
+#include "src/base/read_file.hpp"
+#include "src/security/digest.hpp"
+
+namespace lrt::security {
+namespace {
+
+constexpr std::size_t max_file_bytes = 1024 * 1024;
+constexpr std::size_t min_token_characters = 16, max_token_characters = 512;
+constexpr std::string_view digest_prefix = "sha256:";
+
+/// Takes the next word off the front of a line; empty: there is none.
+std::string_view next_word(std::string_view& line) noexcept {
+  line.remove_prefix(std::min(line.size(), line.find_first_not_of(" \t\r")));
+  const std::string_view word = line.substr(0, line.find_first_of(" \t\r"));
+  line.remove_prefix(word.size());
+  return word;
+}
+
+/// b64token of RFC 6750 2.1
+bool is_token(std::string_view text) noexcept {
+  const std::string_view body = text.substr(0, text.find_last_not_of('=') + 1);
+  return !body.empty() && std::all_of(body.begin(), body.end(), [](char c) {
+    return detail::is_alpha(c) || detail::is_digit(c) || detail::contains("-._~+/", c);
+  });
+}
+
+std::optional<Digest> digest_in(std::string_view hexadecimal) noexcept {
+  Digest digest;
+  if (hexadecimal.size() != 2 * digest.size()) return std::nullopt;
+  for (std::size_t i = 0; i < digest.size(); ++i) {
+    const char high = hexadecimal[2 * i], low = hexadecimal[2 * i + 1];
+    if (!detail::is(high, detail::hex) || !detail::is(low, detail::hex)) return std::nullopt;
+    digest[i] = static_cast<unsigned char>(detail::hex_value(high) * 16 + detail::hex_value(low));
+  }
+  return digest;
+}
+
+Result<Digest> digest_of_word(std::string_view word) {
+  if (word.substr(0, digest_prefix.size()) == digest_prefix) {
+    if (const auto digest = digest_in(word.substr(digest_prefix.size()))) return *digest;
+    return unexpected(Errc::invalid_option, "expected 64 hexadecimal digits after sha256:");
+  }
+  if (word.size() < min_token_characters || word.size() > max_token_characters)
+    return unexpected(Errc::invalid_option, "expected a token of 16 to 512 characters, found " + std::to_string(word.size()));
+  if (!is_token(word)) return unexpected(Errc::invalid_option, "a token has letters, digits, -._~+/ and = at the end; found another character");
+  return digest_of(word);
+}
+
+Result<std::vector<std::string>> roles_in(std::string_view word) {
+  std::vector<std::string> roles;
+  while (true) {
+    const std::string_view role = word.substr(0, word.find(','));
+    if (role.empty()) return unexpected(Errc::invalid_option, "expected the name of a role");
+    roles.emplace_back(role);
+    if (role.size() == word.size()) return roles;
+    word.remove_prefix(role.size() + 1);
+  }
+}
+
+}  // namespace
+
+Roles default_roles() {
+  return {{"reader", Right::read | Right::subscribe}, {"operator", Rights::all()}, {"administrator", Rights::all()}};
+}
+
+Result<Tokens> Tokens::parse(std::string_view text) {
+  Tokens tokens;
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    std::string_view line = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(text.size(), line.size() + 1));
+    line = line.substr(0, line.find('#'));
+    const auto wrong = [&](const std::string& what) { return unexpected(Errc::invalid_option, "line " + std::to_string(number) + ": " + what); };
+    const std::string_view name = next_word(line), role_word = next_word(line), token = next_word(line), expires = next_word(line);
+    if (name.empty()) continue;
+    if (token.empty() || !next_word(line).empty()) return wrong("expected NAME ROLE TOKEN [EXPIRES]");
+    Result<std::vector<std::string>> roles = roles_in(role_word);
+    if (!roles) return wrong(roles.error().message);
+    Result<Digest> digest = digest_of_word(token);
+    if (!digest) return wrong(digest.error().message);
+    Entry entry{*digest, std::make_shared<const Principal>(Principal{std::string(name), *std::move(roles)}), std::nullopt};
+    if (!expires.empty()) {
+      const auto moment = rdf::lexical::parse_moment(expires, rdf::lexical::Datatype::date_time);
+      if (!moment || !moment->zoned) return wrong("expected a time such as 2027-01-01T00:00:00Z, found \"" + std::string(expires) + "\"");
+      entry.expires = std::chrono::system_clock::time_point(std::chrono::seconds(moment->seconds));
+    }
+    const bool known = std::any_of(tokens.entries_.begin(), tokens.entries_.end(), [&](const Entry& e) { return are_equal(e.digest, entry.digest); });
+    if (known) return wrong("the token is that of a line before");
+    tokens.entries_.push_back(std::move(entry));
+  }
+  return tokens;
+}
+
+Result<Tokens> Tokens::load(const std::string& file) {
+  Result<std::string> text = read_file(file, max_file_bytes);
+  if (!text) return Unexpected{std::move(text).error()};
+  if (text->size() > max_file_bytes) return unexpected(Errc::invalid_option, file + ": expected at most 1 MiB");
+  Result<Tokens> tokens = parse(*text);
+  if (!tokens) return unexpected(tokens.error().code, file + ": " + tokens.error().message);
+  return tokens;
+}
+
+std::shared_ptr<const Principal> Tokens::find(std::string_view token, std::chrono::system_clock::time_point now) const {
+  const Digest digest = digest_of(token);
+  const Entry* found = nullptr;
+  for (const Entry& entry : entries_)
+    if (are_equal(entry.digest, digest)) found = &entry;
+  if (found == nullptr || (found->expires && *found->expires <= now)) return nullptr;
+  return found->principal;
+}
+
+}  // namespace lrt::security
