@@ -1,26 +1,27 @@
 #include <lrt/rdf/graph.hpp>
 
 #include <cassert>
+#include <charconv>
 #include <functional>
 
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/base/ascii.hpp"
 #include "src/rdf/hash.hpp"
 
 namespace lrt::rdf {
 namespace {
 
-constexpr std::size_t first_term_slots = 64;  // at most half full; enough for the graph of a typical property
-constexpr std::size_t first_triple_slots = 32;
+// Enough for the graph of a typical property.
+constexpr std::size_t first_terms = 32, first_triples = 16, first_bytes = 1024;
+constexpr std::uint32_t few = 8;  // a triple is searched in its chains up to this place, then by its hash
 
 std::uint32_t number(TermId id) noexcept { return static_cast<std::uint32_t>(id); }
-
-char lower(char c) noexcept { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; }
 
 bool equals_lower(std::string_view lowered, std::string_view text) noexcept {
   if (lowered.size() != text.size()) return false;
   for (std::size_t i = 0; i < text.size(); ++i) {
-    if (lowered[i] != lower(text[i])) return false;
+    if (lowered[i] != detail::lower(text[i])) return false;
   }
   return true;
 }
@@ -31,7 +32,18 @@ std::string_view datatype_of(const TermView& term) noexcept {
   return term.datatype.empty() ? vocab::xsd::string.text : term.datatype;
 }
 
-std::uint64_t hash_triple(TermId s, TermId p, TermId o) noexcept { return rdf::hash_triple(number(s), number(p), number(o)); }
+std::uint32_t hash_of(const TermView& term) noexcept {
+  std::uint64_t h = hash_bytes(term.text, hash_seeds().bytes + static_cast<std::uint64_t>(term.kind));
+  if (term.is_literal()) {
+    h = hash_bytes(datatype_of(term), h);
+    for (const char c : term.language) h = fold_multiply(h ^ static_cast<unsigned char>(detail::lower(c)), 0xE7037ED1A0B428DBu);
+  }
+  return to_32_bits(h);
+}
+
+std::uint32_t hash_of(const Triple& t) noexcept {
+  return to_32_bits(hash_triple(number(t.subject), number(t.predicate), number(t.object)));
+}
 
 bool points_into(std::string_view text, const std::string& pool) noexcept {
   const std::less<const char*> before;
@@ -44,95 +56,71 @@ bool points_into(const TermView& term, const std::string& pool) noexcept {
 
 }  // namespace
 
-std::uint32_t Graph::hash_of(const TermView& term) const noexcept {
-  std::uint64_t h = hash_bytes(term.text, hash_seeds().bytes + static_cast<std::uint64_t>(term.kind));
-  if (term.is_literal()) {
-    h = hash_bytes(datatype_of(term), h);
-    for (const char c : term.language) h = fold_multiply(h ^ static_cast<unsigned char>(lower(c)), 0xE7037ED1A0B428DBu);
-  }
-  return static_cast<std::uint32_t>(h ^ (h >> 32));
-}
-
 bool Graph::equals(const Entry& entry, const TermView& term) const noexcept {
   const std::string_view pool = text_;
   if (entry.kind != term.kind || pool.substr(entry.offset, entry.length) != term.text) return false;
   if (!term.is_literal()) return true;
   const Entry& datatype = terms_[entry.datatype];
   return pool.substr(datatype.offset, datatype.length) == datatype_of(term) &&
-         equals_lower(pool.substr(entry.language_offset, entry.language_length), term.language);
+         equals_lower(pool.substr(entry.offset + entry.length, entry.language_length), term.language);
 }
 
-void Graph::grow_terms() {
-  const std::size_t size = term_slots_.empty() ? first_term_slots : term_slots_.size() * 2;
-  if (term_slots_.empty()) {
-    terms_.reserve(size / 2);
-    text_.reserve(1024);
-  }
-  term_slots_.assign(size, none);
-  for (std::uint32_t i = 0; i < terms_.size(); ++i) {
-    std::size_t slot = terms_[i].hash & (size - 1);
-    while (term_slots_[slot] != none) slot = (slot + 1) & (size - 1);
-    term_slots_[slot] = i;
-  }
+std::uint32_t Graph::find_hashed(const TermView& term, std::uint32_t hash) const noexcept {
+  return term_index_.find(hash, [&](std::uint32_t at) { return equals(terms_[at], term); });
 }
 
-void Graph::grow_triples() {
-  const std::size_t size = triple_slots_.empty() ? first_triple_slots : triple_slots_.size() * 2;
-  if (triple_slots_.empty()) {
-    triples_.reserve(size / 2);
-    links_.reserve(size / 2);
+/// The blank node of fresh_blank() with this label, or none.
+std::uint32_t Graph::find_fresh(const TermView& term) const noexcept {
+  if (!term.is_blank() || fresh_.empty() || term.text.size() < 2 || term.text.size() > 10 || term.text[0] != 'b') return none;
+  if (term.text[1] == '0' && term.text.size() > 2) return none;
+  std::size_t n = 0;
+  for (const char c : term.text.substr(1)) {
+    if (!detail::is_digit(c)) return none;
+    n = n * 10 + static_cast<std::size_t>(c - '0');
   }
-  triple_slots_.assign(size, none);
-  for (std::uint32_t i = 0; i < triples_.size(); ++i) {
-    const Triple& t = triples_[i];
-    std::size_t slot = hash_triple(t.subject, t.predicate, t.object) & (size - 1);
-    while (triple_slots_[slot] != none) slot = (slot + 1) & (size - 1);
-    triple_slots_[slot] = i;
+  return n < fresh_.size() ? fresh_[n] : none;
+}
+
+/// Adds a new term. Nothing finds it yet.
+std::uint32_t Graph::append(const TermView& term, std::uint32_t datatype) {
+  const auto id = static_cast<std::uint32_t>(terms_.size());
+  if (terms_.empty()) {
+    terms_.reserve(first_terms);
+    text_.reserve(first_bytes);
   }
+  const auto offset = static_cast<std::uint32_t>(text_.size());
+  text_.append(term.text);
+  for (const char c : term.language) text_.push_back(detail::lower(c));
+  assert(text_.size() < none && "a graph holds less than 4 GiB of text");
+  terms_.push_back({offset,
+                    static_cast<std::uint32_t>(term.text.size()),
+                    static_cast<std::uint32_t>(term.language.size()),
+                    datatype,
+                    term.kind,
+                    {}});
+  return id;
 }
 
 TermId Graph::intern(const TermView& term) {
-  if ((terms_.size() + 2) * 2 > term_slots_.size()) grow_terms();  // 2: the term and its datatype
+  if (const std::uint32_t id = find_fresh(term); id != none) return TermId{id};
   const std::uint32_t hash = hash_of(term);
-  const std::size_t mask = term_slots_.size() - 1;
-  for (std::size_t slot = hash & mask; term_slots_[slot] != none; slot = (slot + 1) & mask) {
-    const Entry& entry = terms_[term_slots_[slot]];
-    if (entry.hash == hash && equals(entry, term)) return TermId{term_slots_[slot]};
-  }
+  if (const std::uint32_t id = find_hashed(term, hash); id != none) return TermId{id};
   if (points_into(term, text_)) {  // its views point into text_, which may be reallocated
     const Term copy(term);
     return intern(copy.view());
   }
-  std::uint32_t datatype = none;
-  if (term.is_literal()) datatype = number(intern(iri(datatype_of(term))));
-
-  Entry entry{
-      term.kind, static_cast<std::uint32_t>(text_.size()), static_cast<std::uint32_t>(term.text.size()), datatype, 0, 0, hash,
-      {}};
-  text_.append(term.text);
-  if (!term.language.empty()) {
-    entry.language_offset = static_cast<std::uint32_t>(text_.size());
-    entry.language_length = static_cast<std::uint32_t>(term.language.size());
-    for (const char c : term.language) text_.push_back(lower(c));
-  }
-  assert(text_.size() < none && "a graph holds less than 4 GiB of text");
-  const auto id = static_cast<std::uint32_t>(terms_.size());
-  terms_.push_back(entry);
-  std::size_t slot = hash & mask;
-  while (term_slots_[slot] != none) slot = (slot + 1) & mask;
-  term_slots_[slot] = id;
+  const std::uint32_t datatype = term.is_literal() ? number(intern(iri(datatype_of(term)))) : none;
+  const std::uint32_t id = append(term, datatype);
+  term_index_.insert(hash, id);
+  if (term.is_blank()) has_given_labels_ = true;
   return TermId{id};
 }
 
 std::optional<TermId> Graph::find(const TermView& term) const noexcept {
-  if (term_slots_.empty()) return std::nullopt;
-  const std::uint32_t hash = hash_of(term);
-  const std::size_t mask = term_slots_.size() - 1;
-  for (std::size_t slot = hash & mask; term_slots_[slot] != none; slot = (slot + 1) & mask) {
-    const Entry& entry = terms_[term_slots_[slot]];
-    if (entry.hash == hash && equals(entry, term)) return TermId{term_slots_[slot]};
-  }
-  return std::nullopt;
+  if (terms_.empty()) return std::nullopt;
+  std::uint32_t id = find_fresh(term);
+  if (id == none) id = find_hashed(term, hash_of(term));
+  return id == none ? std::nullopt : std::optional<TermId>(TermId{id});
 }
 
 TermView Graph::term(TermId id) const noexcept {
@@ -143,15 +131,20 @@ TermView Graph::term(TermId id) const noexcept {
   if (entry.datatype != none) {
     const Entry& datatype = terms_[entry.datatype];
     view.datatype = pool.substr(datatype.offset, datatype.length);
-    view.language = pool.substr(entry.language_offset, entry.language_length);
+    view.language = pool.substr(entry.offset + entry.length, entry.language_length);
   }
   return view;
 }
 
 TermId Graph::fresh_blank() {
-  std::string label;
-  do { label = "b" + std::to_string(next_blank_++); } while (find(blank(label)));
-  return intern(blank(label));
+  for (;;) {
+    char label[12] = {'b'};
+    const auto end = std::to_chars(label + 1, label + sizeof label, fresh_.size()).ptr;
+    const TermView term = blank({label, static_cast<std::size_t>(end - label)});
+    const std::uint32_t given = has_given_labels_ ? find_hashed(term, hash_of(term)) : none;
+    fresh_.push_back(given != none ? given : append(term, none));
+    if (given == none) return TermId{fresh_.back()};
+  }
 }
 
 bool Graph::add(const TermView& subject, const TermView& predicate, const TermView& object) {
@@ -171,17 +164,16 @@ bool Graph::add(TermId subject, TermId predicate, TermId object) {
   assert(number(subject) < terms_.size() && terms_[number(subject)].kind != TermKind::literal);
   assert(number(predicate) < terms_.size() && terms_[number(predicate)].kind == TermKind::iri);
   assert(number(object) < terms_.size());
-  if ((triples_.size() + 1) * 2 > triple_slots_.size()) grow_triples();
   const Triple triple{subject, predicate, object};
-  const std::size_t mask = triple_slots_.size() - 1;
-  std::size_t slot = hash_triple(subject, predicate, object) & mask;
-  for (; triple_slots_[slot] != none; slot = (slot + 1) & mask) {
-    if (triples_[triple_slots_[slot]] == triple) return false;
+  if (find(triple) != none) return false;
+  if (triples_.empty()) {
+    triples_.reserve(first_triples);
+    links_.reserve(first_triples);
   }
   const auto at = static_cast<std::uint32_t>(triples_.size());
   triples_.push_back(triple);
   links_.push_back({{none, none, none}});
-  triple_slots_[slot] = at;
+  bool is_far = true;
   const TermId ids[3] = {subject, predicate, object};
   for (int i = 0; i < 3; ++i) {
     Chain& chain = terms_[number(ids[i])].chain[i];
@@ -191,9 +183,31 @@ bool Graph::add(TermId subject, TermId predicate, TermId object) {
       links_[chain.last].next[i] = at;
     }
     chain.last = at;
-    ++chain.count;
+    if (chain.count++ < few) is_far = false;
   }
+  if (is_far) triple_index_.insert(hash_of(triple), at);
   return true;
+}
+
+/// A triple is among the first few of one of its chains, or it is in triple_index_. Most chains are shorter.
+std::uint32_t Graph::find(const Triple& triple) const noexcept {
+  const TermId ids[3] = {triple.subject, triple.predicate, triple.object};
+  const Chain* chains[3];
+  for (int i = 0; i < 3; ++i) chains[i] = &terms_[number(ids[i])].chain[i];
+  const auto search = [&](int i) {
+    std::uint32_t at = chains[i]->first;
+    for (std::uint32_t n = 0; at != none && n < few; ++n, at = links_[at].next[i]) {
+      if (triples_[at] == triple) return at;
+    }
+    return none;
+  };
+  int shortest = chains[0]->count <= chains[2]->count ? 0 : 2;
+  if (chains[1]->count < chains[shortest]->count) shortest = 1;
+  if (chains[shortest]->count <= few) return search(shortest);
+  for (int i = 0; i < 3; ++i) {
+    if (const std::uint32_t at = search(i); at != none) return at;
+  }
+  return triple_index_.find(hash_of(triple), [&](std::uint32_t at) { return triples_[at] == triple; });
 }
 
 void Graph::merge(const Graph& other) {
@@ -226,11 +240,7 @@ Graph::Matches Graph::match(std::optional<TermId> subject, std::optional<TermId>
   const std::optional<TermId> bound[3] = {subject, predicate, object};
   if (subject && predicate && object) {
     matches.position_ = 4;  // one triple, no chain
-    const std::size_t mask = triple_slots_.size() - 1;
-    std::size_t slot = hash_triple(*subject, *predicate, *object) & mask;
-    for (; triple_slots_[slot] != none; slot = (slot + 1) & mask) {
-      if (triples_[triple_slots_[slot]] == Triple{*subject, *predicate, *object}) matches.first_ = triple_slots_[slot];
-    }
+    matches.first_ = find(Triple{*subject, *predicate, *object});
     return matches;
   }
   std::uint32_t shortest = none;

@@ -2,13 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdint>
 #include <cstdio>
-#include <deque>
-#include <functional>
 #include <string>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -68,11 +64,28 @@ bool within(char32_t c, const Range (&ranges)[n]) noexcept {
   return std::any_of(ranges, ranges + n, [c](const Range& r) { return c >= r.from && c <= r.to; });
 }
 
-/// Keyed by the process, so that a document cannot choose names that collide.
-struct SeededHash {
-  std::size_t operator()(std::string_view text) const noexcept {
-    return static_cast<std::size_t>(hash_bytes(text, hash_seeds().bytes));
+/// Values by names that are views of the document. Keyed by the process, so that a document cannot choose names that collide.
+template <class T>
+class Names {
+ public:
+  T* find(std::string_view name) noexcept {
+    if (last_ < entries_.size() && entries_[last_].first == name) return &entries_[last_].second;
+    const std::uint32_t at = index_.find(hash(name), [&](std::uint32_t i) { return entries_[i].first == name; });
+    if (at == lrt::detail::HashIndex::none) return nullptr;
+    last_ = at;
+    return &entries_[at].second;
   }
+  /// @pre  find(name) is nullptr
+  T& add(std::string_view name, T value) {
+    index_.insert(hash(name), static_cast<std::uint32_t>(entries_.size()));
+    return entries_.emplace_back(name, std::move(value)).second;
+  }
+
+ private:
+  static std::uint32_t hash(std::string_view name) noexcept { return to_32_bits(hash_bytes(name, hash_seeds().bytes)); }
+  std::vector<std::pair<std::string_view, T>> entries_;
+  lrt::detail::HashIndex index_;
+  std::size_t last_ = 0;  // found
 };
 
 /// True if an IRI begins with a scheme and ':' (RFC 3986 3.1).
@@ -358,15 +371,9 @@ class Parser : Terminals {
 
   // --- terms of both languages
 
-  TermId new_blank() {
-    char label[12] = {'b'};
-    const auto written = std::to_chars(label + 1, label + sizeof label, blanks_++);
-    return graph_.intern(blank({label, static_cast<std::size_t>(written.ptr - label)}));
-  }
   TermId labelled_blank(std::string_view label) {
-    const auto [entry, is_new] = labels_.try_emplace(label, none);
-    if (is_new) entry->second = new_blank();
-    return entry->second;
+    if (const TermId* const node = labels_.find(label)) return *node;
+    return labels_.add(label, graph_.fresh_blank());
   }
   TermId known(TermId& id, Iri iri) {
     if (id == none) id = graph_.intern(iri);
@@ -530,7 +537,7 @@ class Parser : Terminals {
 
   TermId next_cell() {
     Open& list = open_.back();
-    const TermId cell = new_blank();
+    const TermId cell = graph_.fresh_blank();
     if (list.cell != none) {
       graph_.add(list.cell, known(rest_, vocab::rdf_::rest), cell);
     } else if (list.state == State::subject) {
@@ -549,7 +556,7 @@ class Parser : Terminals {
       state_ = State::item;
       return true;
     }
-    const TermId node = new_blank();
+    const TermId node = graph_.fresh_blank();
     place(node);
     subject_ = node;
     if (open_.back().state == State::subject) open_.back().subject = node;
@@ -678,7 +685,8 @@ class Parser : Terminals {
     at_ = colon + 1;
     std::string_view iri;
     if (!directive_iri(iri)) return false;
-    prefixes_[prefix] = kept_iris_.emplace_back(iri);
+    if (std::string* const declared = prefixes_.find(prefix)) *declared = iri;
+    else prefixes_.add(prefix, std::string(iri));
     return true;
   }
 
@@ -740,11 +748,11 @@ class Parser : Terminals {
   bool prefixed_name(const char* colon, std::string_view& iri) {
     const char* const from = at_;
     const std::string_view prefix(at_, static_cast<std::size_t>(colon - at_));
-    const auto declared = prefixes_.find(prefix);
-    if (declared == prefixes_.end()) {
+    const std::string* const declared = prefixes_.find(prefix);
+    if (declared == nullptr) {
       return fail(from, prefix.size() > 64 ? "undeclared prefix" : "undeclared prefix \"" + std::string(prefix) + ":\"");
     }
-    iri_ = declared->second;
+    iri_ = *declared;
     at_ = colon + 1;
     bool plain = true;
     if (!append_local_name(iri_, plain)) return false;
@@ -795,15 +803,13 @@ class Parser : Terminals {
 
   Graph graph_;
   BaseIri base_;
-  std::unordered_map<std::string_view, std::string_view, SeededHash> prefixes_;
-  std::deque<std::string> kept_iris_;                                // of the prefixes
-  std::unordered_map<std::string_view, TermId, SeededHash> labels_;  // of blank nodes
+  Names<std::string> prefixes_;
+  Names<TermId> labels_;  // of blank nodes
   std::vector<Open> open_;
   State state_ = State::subject;
   bool is_n_triples_ = false;
   TermId subject_ = none, predicate_ = none;
   TermId type_ = none, first_ = none, rest_ = none, nil_ = none;
-  std::uint32_t blanks_ = 0;
   std::string iri_, escaped_iri_, string_;  // terms that are not in the text as they are
   const std::size_t max_triples_, max_bytes_;
   std::size_t triples_ = 0, bytes_ = 0, directives_ = 0;

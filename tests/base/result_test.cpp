@@ -39,3 +39,29 @@ TEST_CASE("every error code has its own name", "[base]") {
     for (int j = 0; j < i; ++j) CHECK(to_string(static_cast<Errc>(i)) != to_string(static_cast<Errc>(j)));
   }
 }
+
+TEST_CASE("a Result is copied if its value can be", "[base]") {
+  static_assert(std::is_copy_constructible_v<lrt::Result<std::string>> && std::is_copy_assignable_v<lrt::Result<std::string>>);
+  static_assert(!std::is_copy_constructible_v<lrt::Result<std::unique_ptr<int>>>);
+  static_assert(!std::is_copy_assignable_v<lrt::Result<std::unique_ptr<int>>>);
+  static_assert(std::is_nothrow_move_constructible_v<lrt::Result<std::unique_ptr<int>>>);
+  static_assert(std::is_nothrow_move_assignable_v<lrt::Result<std::unique_ptr<int>>>);
+
+  const std::string text(100, 'x'), why(100, 'y');
+  const lrt::Result<std::string> good = text, bad = lrt::unexpected(lrt::Errc::failed, why);
+  for (const auto* from : {&good, &bad}) {
+    for (const auto* to : {&good, &bad}) {
+      lrt::Result<std::string> result = *to;
+      result = *from;
+      REQUIRE(result.has_value() == from->has_value());
+      CHECK((result ? *result : result.error().message) == (from == &good ? text : why));
+      lrt::Result<std::string> moved = *to;
+      moved = std::move(result);
+      REQUIRE(moved.has_value() == from->has_value());
+      CHECK((moved ? *moved : moved.error().message) == (from == &good ? text : why));
+      const auto& same = moved;
+      moved = same;
+      CHECK((moved ? *moved : moved.error().message) == (from == &good ? text : why));
+    }
+  }
+}

@@ -3,9 +3,22 @@
 # the standard headers that the header brings along. Medians of 5.
 #
 #   tests/bench/compile_time.sh [header, default lrt/lrt.hpp] [flags of the compiler, default -std=c++17]
+#   tests/bench/compile_time.sh library [arguments of cmake, default the preset release]    CPU time of the library from nothing
 set -euo pipefail
 
 root=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/../.." && pwd)
+if [[ ${1:-} == library ]]; then
+  shift
+  if (($# == 0)); then set -- --preset release; fi
+  build=$(mktemp -d)
+  trap 'rm -rf "$build"' EXIT
+  cd "$root"
+  cmake "$@" -B "$build" -DCMAKE_CXX_COMPILER_LAUNCHER= >"$build/configure.log"
+  TIMEFORMAT='%U %S'
+  { time cmake --build "$build" --target lrt -j"$(nproc)" >"$build/build.log"; } 2>&1 |
+    awk '{ printf "the library from nothing: %.0f s of CPU\n", $1 + $2 }'
+  exit
+fi
 header=${1:-lrt/lrt.hpp}
 if (($# > 0)); then shift; fi
 flags=("$@")

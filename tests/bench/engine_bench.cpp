@@ -1,4 +1,4 @@
-// What lrt itself costs, without a network: publish(), and GET on the engine.
+// What lrt itself costs, without a network: publish(), and GET, PUT and POST on the engine.
 //
 //   engine_bench
 //
@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <new>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -105,6 +106,29 @@ int main() {
     sample.publish({t += 0.001, t, 1, 2});
     get(engine, "/arm/joint/sample");
   });
+
+  lrt::Thing commanded{"baxter/right_s1"};
+  commanded.action("rotate", [](float) {}).consumes(lrt::rdf::Facets{lrt::unit::degree}.at_least(0).below(360));
+  commanded.property<float>("rotation", lrt::unit::degree).on_write([](float) {});
+  if (!engine.add(std::move(commanded))) return 1;
+  const auto send = [&](const char* method, const char* target) {  // Figure 5b
+    lrt::http::Request request;
+    request.method = method;
+    request.target = target;
+    request.fields = {{"Host", "127.0.0.1"}, {"User-Agent", "bench"}, {"Content-Type", "text/turtle"}};
+    request.body =
+        "@prefix rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#> .\n@prefix xsd: <http://www.w3.org/2001/XMLSchema#> .\n"
+        "@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> .\n"
+        "@prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> .\n"
+        "<>\n  rdf:type maths:Scalar ;\n  vom:numericalValue \"43.6\"^^xsd:float ;\n  vom:unit maths:Degree .\n";
+    lrt::engine::Outcome outcome = engine.handle(request, lrt::TimePoint{});
+    for (lrt::engine::Job& job : engine.take_jobs()) job.run();
+    std::optional<lrt::engine::Reply> reply = engine.next_reply(lrt::TimePoint{});
+    const auto* at_once = std::get_if<lrt::http::Response>(&outcome);
+    if ((at_once != nullptr ? at_once->status : reply ? reply->response.status : 0) != 204) std::abort();
+  };
+  measure("POST Figure 5b: parsed, judged, decoded, called", 2'001, 50, [&] { send("POST", "/baxter/right_s1/actions/rotate"); });
+  measure("PUT Figure 5b: parsed, judged, decoded, called", 2'001, 50, [&] { send("PUT", "/baxter/right_s1/rotation"); });
 
   for (const std::size_t count : {std::size_t{10}, std::size_t{10'000}}) {
     const std::size_t before = resident_kib();

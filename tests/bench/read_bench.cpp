@@ -2,16 +2,22 @@
 //
 //   read_bench                            the bodies and documents
 //   read_bench linear [KiB, default 64]   documents made to be slow, of that size and eight times it: time for each byte of both
+//   read_bench serd [MB, default 8]       large documents in Turtle and N-Triples, in turn with the command serdi if it is installed;
+//                                         lrt builds a graph, serdi writes what it reads as N-Triples to /dev/null
 //
 // Prints medians of CPU time. Nothing is asserted.
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <lrt/rdf/codec.hpp>
 
@@ -140,12 +146,113 @@ void linear() {
   documents("dots in labels", "", [](std::size_t) { return "_:a" + std::string(1000, '.') + "b <a:p> 1 .\n"; });
 }
 
+double children_microseconds() {
+  rusage usage{};
+  ::getrusage(RUSAGE_CHILDREN, &usage);
+  const auto us = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) * 1e6 + static_cast<double>(time.tv_usec);
+  };
+  return us(usage.ru_utime) + us(usage.ru_stime);
+}
+
+/// Runs serdi on a document; its CPU time.
+double serdi_once(const std::string& path, Syntax syntax) {
+  const double start = children_microseconds();
+  const std::string command =
+      std::string("serdi -i ") + (syntax == Syntax::turtle ? "turtle" : "ntriples") + " -o ntriples '" + path + "' > /dev/null";
+  if (std::system(command.c_str()) != 0) std::fprintf(stderr, "serdi refused %s\n", path.c_str()), std::exit(1);
+  return children_microseconds() - start;
+}
+
+/// @return  MB/s of lrt; `serd` becomes that of serdi, or 0
+double rate(const std::string& text, Syntax syntax, bool has_serdi, double& serd) {
+  char path[] = "/tmp/read_bench_XXXXXX";
+  const int file = ::mkstemp(path);
+  if (file < 0) std::perror("mkstemp"), std::exit(1);
+  ::close(file);
+  std::ofstream(path) << text;
+  std::vector<double> ours, theirs;
+  std::size_t triples = 0;
+  for (int round = 0; round < 5; ++round) {
+    ours.push_back(read_once(text, syntax, 1, triples));
+    if (has_serdi) theirs.push_back(serdi_once(path, syntax));
+  }
+  ::unlink(path);
+  if (triples == 0) std::fprintf(stderr, "no triples\n"), std::exit(1);
+  const auto middle = [&](std::vector<double>& times) {
+    std::sort(times.begin(), times.end());
+    return static_cast<double>(text.size()) / times[times.size() / 2];
+  };
+  serd = has_serdi ? middle(theirs) : 0;
+  return middle(ours);
+}
+
+void beside_serd(std::size_t bytes) {
+  const bool has_serdi = std::system("serdi -v > /dev/null 2>&1") == 0;
+  if (!has_serdi) std::printf("serdi is not installed: only lrt is measured\n");
+  std::printf("%-28s %10s %10s %8s   %10s %10s %8s %8s\n", "MB/s", "Turtle", "serd", "ratio", "N-Triples", "serd", "ratio",
+              "to serd's Turtle");
+  const auto compare = [&](const char* what, const std::string& turtle) {
+    const auto graph = lrt::rdf::read(turtle, Syntax::turtle, options());
+    if (!graph) std::fprintf(stderr, "%s: %s\n", what, graph.error().message.c_str()), std::exit(1);
+    double serd = 0, serd_lines = 0;
+    const double ours = rate(turtle, Syntax::turtle, has_serdi, serd);
+    const double lines = rate(lrt::rdf::write(*graph, Syntax::n_triples).value(), Syntax::n_triples, has_serdi, serd_lines);
+    if (has_serdi)
+      std::printf("%-28s %10.1f %10.1f %8.2f   %10.1f %10.1f %8.2f %8.2f\n", what, ours, serd, ours / serd, lines, serd_lines,
+                  lines / serd_lines, lines / serd);
+    else std::printf("%-28s %10.1f %10s %8s   %10.1f\n", what, ours, "", "", lines);
+  };
+  const std::string names = prefixes + "@prefix ex: <http://example.org/robot/> .\n";
+  compare("readings and poses",
+          repeated(
+              bytes,
+              [](std::size_t i) {
+                return "ex:joint" + number(i) + " a maths:Scalar ;\n  vom:numericalValue \"" + number(i * 37) +
+                       ".25\"^^xsd:double ;\n  vom:unit maths:Degree ;\n  vom:time \"2018-06-04T09:00:" + number(10 + i % 50) +
+                       "Z\"^^xsd:dateTime ;\n  vom:position [ maths:x " + number(i % 7) + ".5 ; maths:y " + number(i % 11) +
+                       " ; maths:z -" + number(i % 13) + ".25 ] ;\n  vom:partOf <http://example.org/robot/arm" + number(i / 7) +
+                       "> .\n";
+              },
+              names));
+  compare("labels", repeated(
+                        bytes,
+                        [](std::size_t i) {
+                          return "ex:joint" + number(i) + " a ex:Joint ; vom:title \"joint number " + number(i) +
+                                 " of the robot\"@en , \"Gelenk " + number(i) + " des Roboters\"@de ; ex:next ex:joint" +
+                                 number(i + 1) + " .\n";
+                        },
+                        names));
+  compare("one list of numbers",
+          repeated(
+              bytes, [](std::size_t i) { return number(i) + ".25 "; }, names + "<http://x/> vom:numericalValue (") +
+              ") .");
+  compare("scans of 360 numbers", repeated(
+                                      bytes,
+                                      [](std::size_t i) {
+                                        std::string scan = "ex:scan" + number(i) + " vom:numericalValue (";
+                                        for (std::size_t k = 0; k < 360; ++k)
+                                          scan += " " + number((i * 31 + k * 7) % 30) + "." + number(100 + k);
+                                        return scan + " ) .\n";
+                                      },
+                                      names));
+  compare("absolute IRIs", repeated(bytes, [](std::size_t i) {
+            return "<http://example.org/robot/joint" + number(i) +
+                   "> <http://vocab.arvida.de/2015/06/vom/vocab#next> <http://example.org/robot/joint" + number(i + 1) +
+                   "> .\n";
+          }));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == "linear") {
     if (argc > 2) slow_bytes = std::strtoull(argv[2], nullptr, 10) << 10;
     linear();
+    return 0;
+  }
+  if (argc > 1 && std::string_view(argv[1]) == "serd") {
+    beside_serd((argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 8) * 1'000'000);
     return 0;
   }
   show("4 triples", four_triples, Syntax::turtle, 21, 2000);

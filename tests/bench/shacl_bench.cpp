@@ -1,7 +1,6 @@
-// Timings of lrt::shacl.   shacl_bench [largest number of focus nodes, default 100000]
+// CPU times of lrt::shacl.   shacl_bench [largest number of focus nodes, default 100000]
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -11,9 +10,10 @@
 #include <lrt/rdf/vocab.hpp>
 #include <lrt/shacl/validator.hpp>
 
+#include "tests/bench/cpu.hpp"
+
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using lrt::rdf::Graph;
 using lrt::rdf::Syntax;
 using lrt::shacl::Shapes;
@@ -80,9 +80,9 @@ template <class F>
 double microseconds(std::size_t repeats, F&& f) {
   std::vector<double> times;
   for (int round = 0; round < 7; ++round) {
-    const auto start = Clock::now();
+    const double start = bench::cpu_microseconds(0);
     for (std::size_t i = 0; i < repeats; ++i) f();
-    times.push_back(std::chrono::duration<double, std::micro>(Clock::now() - start).count() / static_cast<double>(repeats));
+    times.push_back((bench::cpu_microseconds(0) - start) / static_cast<double>(repeats));
   }
   std::sort(times.begin(), times.end());
   return times[times.size() / 2];
@@ -102,7 +102,7 @@ int main(int argc, char** argv) {
   const Graph body = read(rotate_body);
   const auto judge = [&](const Graph& graph) { require(lrt::shacl::validate(rotate, graph, focus, shape)->conforms()); };
   std::printf("Figure 5b: parse             %8.2f us\n", microseconds(3000, [&] { (void)read(rotate_body); }));
-  std::printf("Figure 5b: parse + validate  %8.2f us   (target 40)\n", microseconds(3000, [&] { judge(read(rotate_body)); }));
+  std::printf("Figure 5b: parse + validate  %8.2f us   (target 6)\n", microseconds(3000, [&] { judge(read(rotate_body)); }));
   std::printf("Figure 5b: validate          %8.2f us\n", microseconds(30000, [&] { judge(body); }));
   std::printf("Figure 5a: compile           %8.2f us\n", microseconds(1000, [&] { (void)Shapes::compile(rotate.graph()); }));
 

@@ -148,6 +148,55 @@ TEST_CASE("a new blank node has a unique label", "[rdf]") {
   CHECK(g.term(second).text == "b3");
 }
 
+TEST_CASE("new blank nodes step over labels that were given, and both are found", "[rdf]") {
+  Graph g;
+  const TermId two = g.intern(blank("2")), b1 = g.intern(blank("b1")), b02 = g.intern(blank("b02"));
+  std::vector<TermId> fresh;
+  for (const char* label : {"b0", "b2", "b3"}) {
+    fresh.push_back(g.fresh_blank());
+    CHECK(g.term(fresh.back()) == blank(label));
+  }
+  const Graph copy = g;
+  for (const Graph* of : {&static_cast<const Graph&>(g), &copy}) {
+    CHECK(of->find(blank("b0")) == fresh[0]);
+    CHECK(of->find(blank("b1")) == b1);
+    CHECK(of->find(blank("b2")) == fresh[1]);
+    CHECK(of->find(blank("b02")) == b02);
+    CHECK(of->find(blank("2")) == two);
+    for (const char* label : {"", "b", "b4", "b00", "b-1", "b0 ", "c0", "b99999999999999999999"})
+      CHECK_FALSE(of->find(blank(label)));
+    CHECK_FALSE(of->find(lrt::rdf::iri("b0")));
+    CHECK_FALSE(of->find(literal("b0")));
+  }
+  CHECK(g.intern(blank("b3")) == fresh[2]);
+  CHECK(g.intern(blank("b5")) != g.fresh_blank());
+  CHECK(g.term(g.fresh_blank()) == blank("b6"));
+  CHECK(g.term_count() == 9);
+}
+
+TEST_CASE("triples whose terms all have many triples are added once and found", "[rdf]") {
+  constexpr std::size_t side = 24;
+  std::vector<TermId> nodes;
+  Graph g;
+  for (std::size_t i = 0; i < side; ++i) nodes.push_back(g.intern(lrt::rdf::iri("http://e/" + std::to_string(i))));
+  const auto left_out = [](std::size_t s, std::size_t p, std::size_t o) { return (s + 2 * p + 3 * o) % 7 == 0; };
+  std::size_t added = 0;
+  for (int round = 0; round < 2; ++round) {
+    std::size_t again = 0;
+    for (std::size_t s = 0; s < side; ++s)
+      for (std::size_t p = 0; p < side; ++p)
+        for (std::size_t o = 0; o < side; ++o)
+          if (!left_out(s, p, o)) (g.add(nodes[s], nodes[p], nodes[o]) ? added : again) += 1;
+    CHECK(again == (round == 0 ? 0 : added));
+  }
+  CHECK(g.size() == added);
+  std::size_t wrong = 0;
+  for (std::size_t s = 0; s < side; ++s)
+    for (std::size_t p = 0; p < side; ++p)
+      for (std::size_t o = 0; o < side; ++o) wrong += g.contains(nodes[s], nodes[p], nodes[o]) == left_out(s, p, o);
+  CHECK(wrong == 0);
+}
+
 TEST_CASE("a list is read only if it is well-formed and finite", "[rdf]") {
   Graph g;
   const TermId nil = g.intern(vocab::rdf_::nil);
@@ -193,7 +242,8 @@ TEST_CASE("no client can choose triples that are in one place of the hash table"
   std::size_t chosen = 0;
   for (std::uint32_t s = 0; s < 2'000; ++s) {
     for (std::uint32_t o = 2; o < 2'000; ++o) {
-      const std::uint64_t unseeded = fold_multiply((static_cast<std::uint64_t>(s) << 32 | 1) ^ 0xA0761D6478BD642Fu, o ^ 0xE7037ED1A0B428DBu);
+      const std::uint64_t unseeded =
+          fold_multiply((static_cast<std::uint64_t>(s) << 32 | 1) ^ 0xA0761D6478BD642Fu, o ^ 0xE7037ED1A0B428DBu);
       if (unseeded % slots != 0) continue;
       ++chosen;
       ++found[hash_triple(s, 1, o) % slots];

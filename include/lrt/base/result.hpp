@@ -2,10 +2,10 @@
 
 #include <cassert>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
-#include <variant>
 
 #include <lrt/base/error.hpp>
 
@@ -31,49 +31,100 @@ inline Unexpected unexpected(Errc code, std::string message) { return Unexpected
 /// For user code: the robot refuses, because its state or limits exclude the request. The client gets 409 with the reason.
 inline Unexpected refused(std::string reason) { return unexpected(Errc::refused, std::move(reason)); }
 
+namespace detail {
+
+/// Deletes copies of what derives from it if T cannot be copied.
+template <bool copyable>
+struct CopyableIf {};
+template <>
+struct CopyableIf<false> {
+  CopyableIf() = default;
+  CopyableIf(CopyableIf&&) = default;
+  CopyableIf& operator=(CopyableIf&&) = default;
+};
+
+/// A T or an Error. std::variant does the same, but every file that uses lrt would compile it for many types.
+template <class T>
+struct ValueOrError {
+  template <class... Args>
+  explicit ValueOrError(std::in_place_t, Args&&... args) : value(std::forward<Args>(args)...), has_value(true) {}
+  explicit ValueOrError(Error&& e) noexcept : error(std::move(e)), has_value(false) {}
+  ValueOrError(const ValueOrError& other) { take(other); }
+  ValueOrError(ValueOrError&& other) noexcept(std::is_nothrow_move_constructible_v<T>) { take(std::move(other)); }
+  ValueOrError& operator=(const ValueOrError& other) { return *this = ValueOrError(other); }
+  ValueOrError& operator=(ValueOrError&& other) noexcept {
+    static_assert(std::is_nothrow_move_constructible_v<T>, "lrt: a Result is assigned only if moving its value does not throw");
+    if (this == &other) return *this;
+    destroy();
+    take(std::move(other));
+    return *this;
+  }
+  ~ValueOrError() { destroy(); }
+
+  union {
+    T value;
+    Error error;
+  };
+  bool has_value;
+
+ private:
+  template <class Other>
+  void take(Other&& other) {
+    if (other.has_value) ::new (&value) T(std::forward<Other>(other).value);
+    else ::new (&error) Error(std::forward<Other>(other).error);
+    has_value = other.has_value;
+  }
+  void destroy() noexcept {
+    if (has_value) value.~T();
+    else error.~Error();
+  }
+};
+
+}  // namespace detail
+
 /// A value, or the Error that explains why there is none. The names are those of std::expected. The definition is the same in every
 /// language mode, so hosts of any C++ standard link with one build of the library.
 template <class T>
-class [[nodiscard]] Result {
+class [[nodiscard]] Result : detail::CopyableIf<std::is_copy_constructible_v<T>> {
  public:
   using value_type = T;
   using error_type = Error;
 
-  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}                       // NOLINT: implicit as in std
-  Result(Unexpected error) : state_(std::in_place_index<1>, std::move(error.error)) {}        // NOLINT: implicit as in std
+  Result(T value) : state_(std::in_place, std::move(value)) {}  // NOLINT: implicit as in std
+  Result(Unexpected error) : state_(std::move(error.error)) {}  // NOLINT: implicit as in std
   template <class U, class = std::enable_if_t<std::is_constructible_v<T, U&&> && !std::is_same_v<std::decay_t<U>, Result> &&
                                               !std::is_same_v<std::decay_t<U>, Unexpected> && std::is_convertible_v<U&&, T> &&
                                               !std::is_same_v<std::decay_t<U>, T>>>
-  Result(U&& value) : state_(std::in_place_index<0>, std::forward<U>(value)) {}               // NOLINT: implicit as in std
+  Result(U&& value) : state_(std::in_place, std::forward<U>(value)) {}  // NOLINT: implicit as in std
 
-  bool has_value() const noexcept { return state_.index() == 0; }
+  bool has_value() const noexcept { return state_.has_value; }
   explicit operator bool() const noexcept { return has_value(); }
 
   /// @pre has_value()
-  T& operator*() & noexcept { return assert(has_value()), *std::get_if<0>(&state_); }
-  const T& operator*() const& noexcept { return assert(has_value()), *std::get_if<0>(&state_); }
-  T&& operator*() && noexcept { return assert(has_value()), std::move(*std::get_if<0>(&state_)); }
-  T* operator->() noexcept { return assert(has_value()), std::get_if<0>(&state_); }
-  const T* operator->() const noexcept { return assert(has_value()), std::get_if<0>(&state_); }
+  T& operator*() & noexcept { return assert(has_value()), state_.value; }
+  const T& operator*() const& noexcept { return assert(has_value()), state_.value; }
+  T&& operator*() && noexcept { return assert(has_value()), std::move(state_.value); }
+  T* operator->() noexcept { return assert(has_value()), &state_.value; }
+  const T* operator->() const noexcept { return assert(has_value()), &state_.value; }
 
   /// @throws BadResult  if there is no value
-  T& value() & { return require(), *std::get_if<0>(&state_); }
-  const T& value() const& { return require(), *std::get_if<0>(&state_); }
-  T&& value() && { return require(), std::move(*std::get_if<0>(&state_)); }
+  T& value() & { return require(), state_.value; }
+  const T& value() const& { return require(), state_.value; }
+  T&& value() && { return require(), std::move(state_.value); }
   template <class U>
   T value_or(U&& other) const& {
     return has_value() ? **this : static_cast<T>(std::forward<U>(other));
   }
 
   /// @pre !has_value()
-  const Error& error() const& noexcept { return assert(!has_value()), *std::get_if<1>(&state_); }
-  Error&& error() && noexcept { return assert(!has_value()), std::move(*std::get_if<1>(&state_)); }
+  const Error& error() const& noexcept { return assert(!has_value()), state_.error; }
+  Error&& error() && noexcept { return assert(!has_value()), std::move(state_.error); }
 
  private:
   void require() const {
-    if (!has_value()) throw BadResult(*std::get_if<1>(&state_));
+    if (!has_value()) throw BadResult(state_.error);
   }
-  std::variant<T, Error> state_;
+  detail::ValueOrError<T> state_;
 };
 
 template <>

@@ -8,6 +8,13 @@
 
 namespace lrt {
 
+namespace detail {
+/// Owns the callable of a UniqueFunction of any signature.
+struct Callable {
+  virtual ~Callable() = default;
+};
+}  // namespace detail
+
 template <class Signature>
 class UniqueFunction;
 
@@ -19,14 +26,13 @@ class UniqueFunction<R(Args...)> {
   UniqueFunction() noexcept = default;
   template <class F, class = std::enable_if_t<!std::is_same_v<std::decay_t<F>, UniqueFunction> &&
                                               std::is_invocable_r_v<R, std::decay_t<F>&, Args...>>>
-  UniqueFunction(F&& f) : impl_(std::make_unique<Holder<std::decay_t<F>>>(std::forward<F>(f))) {}  // NOLINT: as std::function
+  UniqueFunction(F&& f) : impl_(new Holder<std::decay_t<F>>(std::forward<F>(f))) {}  // NOLINT: as std::function
 
   explicit operator bool() const noexcept { return impl_ != nullptr; }
-  R operator()(Args... args) { return impl_->call(std::forward<Args>(args)...); }
+  R operator()(Args... args) { return static_cast<Base&>(*impl_).call(std::forward<Args>(args)...); }
 
  private:
-  struct Base {
-    virtual ~Base() = default;
+  struct Base : detail::Callable {
     virtual R call(Args... args) = 0;
   };
   template <class F>
@@ -39,7 +45,7 @@ class UniqueFunction<R(Args...)> {
     }
     F function;
   };
-  std::unique_ptr<Base> impl_;
+  std::unique_ptr<detail::Callable> impl_;
 };
 
 }  // namespace lrt

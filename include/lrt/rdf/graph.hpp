@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/rdf/detail/hash_index.hpp>
 #include <lrt/rdf/term.hpp>
 
 namespace lrt::rdf {
@@ -78,34 +79,35 @@ class Graph {
   TermId add_list(const std::vector<TermId>& members, std::vector<TermId> cells = {});
 
  private:
-  static constexpr std::uint32_t none = 0xFFFFFFFF;
+  static constexpr std::uint32_t none = lrt::detail::HashIndex::none;
   struct Chain {  // the triples with a term in one position, linked in order
     std::uint32_t first = none, last = none, count = 0;
   };
   struct Entry {
+    std::uint32_t offset, length;   // in text_
+    std::uint32_t language_length;  // the tag follows the lexical form
+    std::uint32_t datatype;         // TermId of the datatype IRI, or none
     TermKind kind;
-    std::uint32_t offset, length;           // in text_
-    std::uint32_t datatype;                 // TermId of the datatype IRI, or none
-    std::uint32_t language_offset, language_length;
-    std::uint32_t hash;
     Chain chain[3];
   };
   struct Links {
     std::uint32_t next[3];
   };
 
-  std::uint32_t hash_of(const TermView& term) const noexcept;
+  std::uint32_t find_hashed(const TermView& term, std::uint32_t hash) const noexcept;
+  std::uint32_t find_fresh(const TermView& term) const noexcept;
+  std::uint32_t find(const Triple& triple) const noexcept;
   bool equals(const Entry& entry, const TermView& term) const noexcept;
-  void grow_terms();
-  void grow_triples();
+  std::uint32_t append(const TermView& term, std::uint32_t datatype);
 
-  std::string text_;                        // all lexical forms, concatenated
+  std::string text_;  // all lexical forms and language tags, concatenated
   std::vector<Entry> terms_;
-  std::vector<std::uint32_t> term_slots_;   // open addressing over terms_
+  lrt::detail::HashIndex term_index_;  // of terms that are not in fresh_
+  std::vector<std::uint32_t> fresh_;   // blank nodes b0, b1, ... of fresh_blank()
+  bool has_given_labels_ = false;      // some blank nodes are not from fresh_blank()
   std::vector<Triple> triples_;
   std::vector<Links> links_;
-  std::vector<std::uint32_t> triple_slots_; // open addressing over triples_
-  std::uint32_t next_blank_ = 0;
+  lrt::detail::HashIndex triple_index_;  // of triples that are beyond the first few in all three chains
 };
 
 /// A range of triples: `for (const Triple& t : graph.match(...))`.

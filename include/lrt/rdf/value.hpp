@@ -20,15 +20,19 @@ class Value {
  public:
   using Sequence = std::vector<Value>;
 
-  Value() = default;
-  explicit Value(bool v) : data_(v) {}
-  explicit Value(std::int64_t v) : data_(v) {}
-  explicit Value(std::uint64_t v) : data_(v) {
-    if (v <= static_cast<std::uint64_t>(INT64_MAX)) data_ = static_cast<std::int64_t>(v);
-  }
-  explicit Value(double v) : data_(v) {}
-  explicit Value(std::string v) : data_(std::move(v)) {}
-  explicit Value(Sequence v) : data_(std::move(v)) {}
+  // Compiled once: every file that uses lrt has values.
+  Value() noexcept;
+  explicit Value(bool v) noexcept;
+  explicit Value(std::int64_t v) noexcept;
+  explicit Value(std::uint64_t v) noexcept;
+  explicit Value(double v) noexcept;
+  explicit Value(std::string v) noexcept;
+  explicit Value(Sequence v) noexcept;
+  Value(const Value& other);
+  Value(Value&& other) noexcept;
+  Value& operator=(const Value& other);
+  Value& operator=(Value&& other) noexcept;
+  ~Value();
 
   bool is_null() const noexcept { return data_.index() == 0; }
   const bool* boolean() const noexcept { return std::get_if<bool>(&data_); }
