@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <map>
 #include <memory>
@@ -7,10 +8,12 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/thin_vector.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
 
 #include "src/engine/resource.hpp"
+#include "src/engine/resources/blueprint.hpp"
 
 namespace lrt::engine {
 
@@ -36,6 +39,8 @@ class KindResource final : public Resource {
       : Resource(std::move(its_path), nullptr, folder.size()), signature(std::move(its_signature)) {}
 
   void describe(const Description& d) const override;
+  /// The same without the Things that the shape is for: bodies are judged by shapes that are named.
+  void describe_shapes(const Description& d) const { describe(d, false); }
   void describe_types(About&, const Description&) const override {}
   std::string_view kind() const noexcept override { return "blueprint"; }
   void overview(Overview& o) const override;
@@ -49,13 +54,19 @@ class KindResource final : public Resource {
   void leave(ThingNode& thing);
   /// The bounds of a value shape are the same for all Things.
   bool shares_bounds(std::size_t value_shape) const { return shared_[value_shape]; }
+  bool shares_all_bounds() const { return std::find(shared_.begin(), shared_.end(), false) == shared_.end(); }
+  /// The state of its Things as a record. Bounds are those of the first Thing.
+  const rdf::Type& state_type() const;
 
   const std::string signature;
   std::vector<ThingNode*> things;
+  ThinVector<CompiledShapes> compiled_shapes;  ///< for its Things without a Blueprint of their own, from the first body on
 
  private:
-  void compare_bounds();
+  void describe(const Description& d, bool with_targets) const;
+  void set_shared(std::vector<bool> shared);
   std::vector<bool> shared_;  ///< by value shape
+  mutable std::unique_ptr<const rdf::Type> state_type_;
 };
 
 /// The kinds of the registered Things.
