@@ -19,7 +19,7 @@ tests="$urdf python3 python3-websockets python3-rdflib curl openssl"
 proxies="nginx-light haproxy caddy"
 browser="python3 chromium chromium-driver"
 ros="libroscpp-dev libsensor-msgs-dev python3-rosmaster python3-rospy python3-sensor-msgs"
-ci="clang libclang-rt-14-dev shellcheck libapache-jena-java default-jdk-headless"
+ci="clang libclang-rt-14-dev shellcheck valgrind libapache-jena-java default-jdk-headless"
 
 wanted=$build
 for group in "$@"; do

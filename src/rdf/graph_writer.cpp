@@ -38,13 +38,19 @@ bool is_local_name(std::string_view name) noexcept {
 }
 
 PrefixTable::PrefixTable(const Prefixes& prefixes) {
-  const bool known_good = &prefixes == &default_prefixes();
   table_.reserve(prefixes.size());
-  for (const auto& [name, iri] : prefixes) {
-    if (iri.size() < 8) continue;
-    if (!known_good && (!is_prefix(name) || !iri::is_absolute(iri) || find(name) != nullptr)) continue;
-    table_.push_back({name, iri, eight_bytes(iri.data() + iri.size() - 8)});
+  for (const auto& [name, iri] : prefixes)
+    if (iri.size() >= 8) table_.push_back({name, iri, eight_bytes(iri.data() + iri.size() - 8), std::nullopt});
+}
+
+bool PrefixTable::is_usable(Prefix& prefix) noexcept {
+  if (!prefix.usable) {
+    bool usable = is_prefix(prefix.name) && iri::is_absolute(prefix.iri);
+    for (Prefix* before = table_.data(); usable && before != &prefix; ++before)
+      usable = before->name != prefix.name || !is_usable(*before);
+    prefix.usable = usable;
   }
+  return *prefix.usable;
 }
 
 PrefixTable::Prefix* PrefixTable::best_for(std::string_view iri) noexcept {
@@ -53,14 +59,15 @@ PrefixTable::Prefix* PrefixTable::best_for(std::string_view iri) noexcept {
     const std::size_t size = prefix.iri.size();
     if (size > iri.size() || eight_bytes(iri.data() + size - 8) != prefix.tail) continue;
     if (best != nullptr && best->iri.size() >= size) continue;
-    if (std::memcmp(iri.data(), prefix.iri.data(), size) == 0 && is_local_name(iri.substr(size))) best = &prefix;
+    if (std::memcmp(iri.data(), prefix.iri.data(), size) == 0 && is_local_name(iri.substr(size)) && is_usable(prefix)) best = &prefix;
   }
   return best;
 }
 
 PrefixTable::Prefix* PrefixTable::find(std::string_view name) noexcept {
-  const auto found = std::find_if(table_.begin(), table_.end(), [&](const Prefix& p) { return p.name == name; });
-  return found == table_.end() ? nullptr : &*found;
+  for (Prefix& prefix : table_)
+    if (prefix.name == name && is_usable(prefix)) return &prefix;
+  return nullptr;
 }
 
 GraphWriter::GraphWriter(const Graph& graph)

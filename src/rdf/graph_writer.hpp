@@ -15,20 +15,23 @@ namespace lrt::rdf {
 /// Whether a local name is in the part of Turtle's PN_LOCAL that needs no escapes and that all readers accept.
 bool is_local_name(std::string_view name) noexcept;
 
-/// The usable prefixes of a caller, for shortening IRIs.
+/// The usable prefixes of a caller, for shortening IRIs. Usable are those whose name Turtle allows and whose IRI is absolute; of several with
+/// one name, the first. It is found out for those that an IRI needs: a document uses few of them.
 class PrefixTable {
  public:
   struct Prefix {
     std::string_view name, iri;
     std::uint64_t tail;  // the last eight bytes of `iri`: compared first, because most namespaces begin alike
+    std::optional<bool> usable;
     bool used = false;
   };
 
-  /// @param prefixes  must outlive the table. If a name is repeated, the first entry is used.
+  /// @param prefixes  must outlive the table
   explicit PrefixTable(const Prefixes& prefixes);
 
   /// The prefix with the longest namespace that leaves a local name of the IRI, or nullptr.
   Prefix* best_for(std::string_view iri) noexcept;
+  /// The usable prefix of that name, or nullptr.
   Prefix* find(std::string_view name) noexcept;
   template <class Condition>
   void remove_if(Condition condition) {
@@ -37,6 +40,8 @@ class PrefixTable {
   const std::vector<Prefix>& all() const noexcept { return table_; }
 
  private:
+  bool is_usable(Prefix& prefix) noexcept;
+
   std::vector<Prefix> table_;
 };
 

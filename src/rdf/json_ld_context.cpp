@@ -187,7 +187,7 @@ std::string members(PrefixTable& prefixes, const std::vector<bool>* used, int in
   }
   std::string out = line.substr(1) + "\"id\": \"@id\"" + line + "\"type\": \"@type\"";
   for (const PrefixTable::Prefix& prefix : prefixes.all()) {
-    if (used != nullptr && !prefix.used) continue;
+    if (used != nullptr ? !prefix.used : prefixes.find(prefix.name) != &prefix) continue;
     out += line;
     append_quoted(out, prefix.name);
     out += ": ";

@@ -1,11 +1,11 @@
-// WebSocket subscribers for tests/bench: how long after publish() a value arrives, and how many are missed.
+// WebSocket subscribers for tests/bench: how long after publish() a value arrives, how many are missed, and how fair the server is.
 //
 //   push_load --port N [--path /arm/joint/angle] [--clients 50] [--seconds 5] [--stalled 0] [--buffer 0] [--pid SERVER] [--tls]
 //
 // The server publishes a number that grows by 0.001 at each step (pushed_server --publish). Latency is from dcterms:modified, which is
 // the time of publish(), to recv() here, by the same clock. With --buffer each socket's receive buffer has so many bytes: when clients are
 // slower than the server, what waits there is old. `--stalled` further clients open a socket and never read. With --pid the
-// server's CPU per message is printed, read from /proc.
+// server's CPU per message is printed. The last figures are the messages of the client that got the fewest, and the most.
 
 #include <sys/epoll.h>
 
@@ -13,7 +13,7 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
-#include <ctime>
+#include <cstring>
 #include <vector>
 
 #include "tests/bench/cpu.hpp"
@@ -30,19 +30,28 @@ struct Client {
   long first = -1, last = -1, messages = 0;
 };
 
-std::string_view quoted_after(std::string_view text, std::string_view word) {
-  const std::size_t at = text.find(word);
-  if (at == std::string_view::npos) return {};
-  const std::size_t from = text.find_first_of("\"0123456789-", at + word.size()) + (text[text.find_first_of("\"0123456789-", at + word.size())] == '"');
-  return text.substr(from, text.find_first_of("\"^ ;\n", from) - from);
+/// The text after a predicate, from its first digit or sign on.
+std::string_view number_after(std::string_view text, std::string_view predicate) {
+  const auto* const at = static_cast<const char*>(::memmem(text.data(), text.size(), predicate.data(), predicate.size()));
+  if (!at) return {};
+  text.remove_prefix(static_cast<std::size_t>(at - text.data()) + predicate.size());
+  if (!text.empty() && text.front() == '"') text.remove_prefix(1);
+  return text;
 }
 
 /// Microseconds since 1970 of "2026-11-21T10:38:39.000125Z".
 double time_of(std::string_view text) {
-  std::tm tm{};
-  const std::string zone(text);
-  if (!::strptime(zone.c_str(), "%Y-%m-%dT%H:%M:%S", &tm)) return 0;
-  return static_cast<double>(::timegm(&tm)) * 1e6 + std::atof(zone.c_str() + 19) * 1e6;
+  if (text.size() < 27) return 0;
+  const auto digits = [&](std::size_t at, std::size_t count) {
+    long value = 0;
+    for (const char c : text.substr(at, count)) value = 10 * value + (c - '0');
+    return value;
+  };
+  // Days since 1970 in the Gregorian calendar; the year begins in March.
+  const long month = digits(5, 2), year = digits(0, 4) - (month <= 2 ? 1 : 0);
+  const long days = 365 * year + year / 4 - year / 100 + year / 400 + (153 * (month + (month > 2 ? -3 : 9)) + 2) / 5 + digits(8, 2) - 1 - 719'468;
+  const long seconds = ((24 * days + digits(11, 2)) * 60 + digits(14, 2)) * 60 + digits(17, 2);
+  return static_cast<double>(seconds) * 1e6 + static_cast<double>(digits(20, 6));
 }
 
 /// As bench::open_websocket(), plain or TLS.
@@ -130,21 +139,24 @@ int main(int argc, char** argv) {
         }
         for (std::string_view payload; bench::next_frame(bytes, payload);) {
           if (payload.empty() || !measuring) continue;
-          latencies.push_back(static_cast<float>(now - time_of(quoted_after(payload, "dcterms:modified "))));
-          const long number = std::lround(std::atof(std::string(quoted_after(payload, "vom:numericalValue ")).c_str()) * 1000);
+          latencies.push_back(static_cast<float>(now - time_of(number_after(payload, "dcterms:modified "))));
+          const std::string_view text = number_after(payload, "vom:numericalValue ");
+          const long number = text.empty() ? 0 : std::lround(std::strtod(text.data(), nullptr) * 1000);  // a character follows it
           if (client.first < 0) client.first = number;
           client.last = number;
           ++client.messages;
           ++messages;
         }
-        const std::string rest(bytes);
-        client.received = rest;
+        if (bytes.empty()) client.received.clear();
+        else client.received = std::string(bytes);  // it may be part of itself
       } while (client.stream.pending());
     }
   }
   const double measured = std::chrono::duration<double>(Clock::now() - warm).count();
   const double spent = pid ? bench::cpu_microseconds(pid) - cpu : 0;
   long published = 0;
+  const auto fewer = [](const Client& a, const Client& b) { return a.messages < b.messages; };
+  const auto [fewest, most] = std::minmax_element(all.begin(), all.end(), fewer);
   for (const Client& c : all)
     if (c.messages > 0) published += c.last - c.first + 1;
   if (latencies.empty()) return std::printf("%d clients: nothing arrived\n", clients), 1;
@@ -153,5 +165,5 @@ int main(int argc, char** argv) {
   std::printf("%d clients, %d stalled: %.0f messages/s, latency median %.3f ms, 99 %% %.3f ms, max %.3f ms, missed %ld of %ld", clients, stalled,
               static_cast<double>(messages) / measured, at(0.5), at(0.99), at(1), published - messages, published);
   if (pid) std::printf(", server CPU %.2f us per message", spent / static_cast<double>(messages));
-  std::printf("\n");
+  std::printf(", each client %ld to %ld\n", fewest->messages, most->messages);
 }

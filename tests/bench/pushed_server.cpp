@@ -1,15 +1,16 @@
 // The server under tests/bench/http_load: one pushed property, optionally among many things and published at 1 kHz.
 //
-//   pushed_server [--things 1] [--publish] [--period 1000 (us)] [--keep N] [--tick] [--in-poll] [--urgent]
+//   pushed_server [--things 1] [--publish] [--period 1000 (us) | --irregular] [--keep N] [--tick] [--in-poll] [--urgent]
 //                 [--transport http|libwebsockets] [--tls DIR]
 //
-// The property is at /arm/joint/angle. Ends on SIGINT or SIGTERM and prints its resident memory.
+// The property is at /arm/joint/angle. An irregular source publishes after 1 to 40 ms, in steps that repeat in each run. Ends on SIGINT or SIGTERM and prints its resident memory.
 
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <random>
 #include <string>
 #include <thread>
 
@@ -23,7 +24,7 @@ volatile std::sig_atomic_t ended = 0;
 
 int main(int argc, char** argv) {
   std::size_t things = 1;
-  bool publish = false, tick = false, urgent = false;
+  bool publish = false, irregular = false, tick = false, urgent = false;
   std::size_t keep = 0;
   long period = 1000;
   lrt::Options options;
@@ -32,13 +33,14 @@ int main(int argc, char** argv) {
     if (arg == "--things" && i + 1 < argc) things = static_cast<std::size_t>(std::atol(argv[++i]));
     else if (arg == "--publish") publish = true;
     else if (arg == "--period" && i + 1 < argc) period = std::atol(argv[++i]);
+    else if (arg == "--irregular") irregular = true;
     else if (arg == "--keep" && i + 1 < argc) keep = static_cast<std::size_t>(std::atol(argv[++i]));
     else if (arg == "--tick") tick = true;
     else if (arg == "--in-poll") options.threads.io = lrt::Io::in_poll;
     else if (arg == "--urgent") urgent = true;
     else if (arg == "--transport" && i + 1 < argc) bench::use_transport(argv[++i], options);
     else if (arg == "--tls" && i + 1 < argc) bench::use_tls(argv[++i], options);
-    else return std::fprintf(stderr, "usage: pushed_server [--things N] [--publish] [--period US] [--keep N] [--tick] [--in-poll] [--urgent] [--transport NAME] "
+    else return std::fprintf(stderr, "usage: pushed_server [--things N] [--publish] [--period US | --irregular] [--keep N] [--tick] [--in-poll] [--urgent] [--transport NAME] "
                                      "[--tls DIR]\n"), 2;
   }
   std::signal(SIGINT, [](int) { ended = 1; });
@@ -65,10 +67,12 @@ int main(int argc, char** argv) {
   std::fflush(stdout);
 
   double t = 0;
+  std::minstd_rand steps;
   auto next = std::chrono::steady_clock::now();
   while (!ended) {
     if (publish) angle.publish(t += 0.001);
     server->poll(std::chrono::microseconds(200));
+    if (irregular) period = static_cast<long>(1000 + steps() % 39'000);
     next += std::chrono::microseconds(publish ? period : 50'000);
     std::this_thread::sleep_until(next);
   }

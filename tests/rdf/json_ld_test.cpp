@@ -261,8 +261,11 @@ TEST_CASE("the context document has every term once, and every prefix without th
   CHECK(says(text, R"("sh:path": {"@type": "@id"})"));
   CHECK(parse("{\"@context\": [" + text.substr(text.find("{", 1), text.rfind('}') - text.find("{", 1)) + "], \"id\": \"a\", \"title\": \"b\"}"));
   // Under other prefixes terms keep their meaning.
-  const Prefixes mine = {{"sh", "http://other/"}, {"state", "http://x/state#"}, {"h", "https://hybr-it-projekt.de/ns/hybr-it#"}, {"odd", "http://odd/ns"}};
+  const Prefixes mine = {{"sh", "http://other/"}, {"state", "http://x/state#"}, {"h", "https://hybr-it-projekt.de/ns/hybr-it#"}, {"odd", "http://odd/ns"},
+                         {"relative", "/somewhere"}, {"odd", "http://odd/second"}};
   const std::string other = json_ld_context(mine);
+  CHECK_FALSE(says(other, "/somewhere"));
+  CHECK_FALSE(says(other, "http://odd/second"));
   CHECK_FALSE(says(other, "sh:path"));
   CHECK_FALSE(says(other, "http://x/state#"));
   CHECK(says(other, R"("property": {"@id": "h:property", "@type": "@id"})"));

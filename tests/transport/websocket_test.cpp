@@ -1038,6 +1038,31 @@ TEST_CASE("what a small budget can send is shared by all clients that always hav
   }
 }
 
+TEST_CASE("clients that become ready together, more than are served until the next value, get equally many", "[transport]") {
+  Host host;
+  std::vector<std::unique_ptr<WebSocketClient>> clients;
+  std::map<engine::Channel, std::size_t> sent;
+  for (int i = 0; i < 20; ++i) {
+    clients.push_back(host.open("/a"));
+    sent[host.last()];
+  }
+  host.settle();
+  const std::size_t values = 200, served = 15;  // of 20 clients
+  for (std::size_t value = 0; value < values; ++value) {
+    for (auto& [channel, count] : sent) {  // in one order each time, as the handler's observers of one resource are
+      if (!host.handler.open[channel].queue.empty()) continue;
+      ++count;
+      host.handler.say(channel, "x");
+    }
+    for (std::size_t poll = 0; poll < served; ++poll) host.server->poll(microseconds(0), milliseconds(0));
+    for (auto& client : clients) client->step();
+  }
+  for (const auto& [channel, count] : sent) {
+    CHECK(count >= values * served / clients.size());
+    CHECK(count <= values * served / clients.size() + 2);
+  }
+}
+
 TEST_CASE("a client that talks fast does not keep the others waiting", "[transport]") {
   auto options = on_any_port();
   options.limits.max_websocket_messages = std::numeric_limits<std::size_t>::max();

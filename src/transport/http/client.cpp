@@ -74,7 +74,7 @@ void Client::push_some(TimePoint now) {
     round.add(*this);
     loop_.context.handler->take_pushes(round.requests, round.pushes, now);
     const engine::PushRequest request = round.requests.front();
-    send_messages(round.pushes.data(), request.given, now);
+    take_turn(round.pushes.data(), request.given, now);
     if (!request.more) return;
     if (loop_.readiness.is_over()) break;
   }

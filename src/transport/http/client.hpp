@@ -3,6 +3,7 @@
 #include <sys/types.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 
 #include <lrt/base/clock.hpp>
@@ -22,9 +23,11 @@ class Client : public Watched, public Linked<TurnTag>, public std::enable_shared
   std::optional<engine::Channel> channel() const noexcept { return channel_; }
   /// Sends messages of its channel, at most max_messages().
   void push(engine::Push* pushes, std::size_t count, TimePoint now) {
-    send_messages(pushes, count, now);
+    take_turn(pushes, count, now);
     update(now);
   }
+  /// When messages were sent last, as the number of that turn; 0: never.
+  std::uint64_t last_turn() const noexcept { return last_turn_; }
 
   /// The server stops: ends what can end now.
   virtual void begin_stop(TimePoint now) = 0;
@@ -63,7 +66,13 @@ class Client : public Watched, public Linked<TurnTag>, public std::enable_shared
   Loop& loop_;
 
  private:
+  void take_turn(engine::Push* pushes, std::size_t count, TimePoint now) {
+    last_turn_ = ++loop_.turn;
+    send_messages(pushes, count, now);
+  }
+
   std::size_t index_ = 0;  ///< in loop_.clients
+  std::uint64_t last_turn_ = 0;
   std::optional<engine::Channel> channel_;
 };
 

@@ -82,7 +82,7 @@ class HttpTransport final : public Transport {
   void deliver(TimePoint now);
   void deliver_replies(TimePoint now);
   void deliver_pushes(TimePoint now);
-  void enqueue(const engine::ReadyChannel& ready);
+  void enqueue_ready(TimePoint now);
   void expire(TimePoint now);
   std::optional<Deadlines::Instant> next_due() const;
   void close_all();
@@ -213,12 +213,7 @@ void HttpTransport::deliver_replies(TimePoint now) {
 /// even if the replies have used the budget up.
 void HttpTransport::deliver_pushes(TimePoint now) {
   auto& handler = *loop_.context.handler;
-  loop_.ready.clear();
-  handler.take_ready(loop_.ready, now);
-  for (std::size_t i = loop_.ready.size(); i-- > 0;)  // so that the first urgent one is at the front
-    if (loop_.ready[i].urgent) enqueue(loop_.ready[i]);
-  for (const engine::ReadyChannel& ready : loop_.ready)
-    if (!ready.urgent) enqueue(ready);
+  enqueue_ready(now);
   // Taken out: the end of a stream may make way for a WebSocket, which then asks for its first message.
   PushRound round = std::exchange(loop_.pushes, {});
   while (!loop_.turns.empty()) {
@@ -245,12 +240,21 @@ void HttpTransport::deliver_pushes(TimePoint now) {
   left_ = left_ || !loop_.turns.empty();
 }
 
-void HttpTransport::enqueue(const engine::ReadyChannel& ready) {
-  const auto found = loop_.channels.find(static_cast<std::uint64_t>(ready.channel));
-  if (found == loop_.channels.end()) return;
-  Client& client = *found->second;
-  if (ready.urgent) loop_.turns.push_front(client);
-  else if (!static_cast<Linked<TurnTag>&>(client).is_linked()) loop_.turns.push_back(client);
+/// Urgent ones first. Of the others that have become ready together, who was served longest ago: the handler names them in an order of its own, in
+/// which the last would miss most values when not all are served before the next value.
+void HttpTransport::enqueue_ready(TimePoint now) {
+  loop_.ready.clear();
+  loop_.context.handler->take_ready(loop_.ready, now);
+  loop_.candidates.clear();
+  for (std::size_t i = loop_.ready.size(); i-- > 0;) {  // so that the first urgent one is at the front
+    const auto found = loop_.channels.find(static_cast<std::uint64_t>(loop_.ready[i].channel));
+    if (found == loop_.channels.end()) continue;
+    Client& client = *found->second;
+    if (loop_.ready[i].urgent) loop_.turns.push_front(client);
+    else if (!static_cast<Linked<TurnTag>&>(client).is_linked()) loop_.candidates.push_back(&client);
+  }
+  std::sort(loop_.candidates.begin(), loop_.candidates.end(), [](const Client* a, const Client* b) { return a->last_turn() < b->last_turn(); });
+  for (Client* const client : loop_.candidates) loop_.turns.push_back(*client);
 }
 
 /// After reading, so that a client is not late because the host did not poll.
