@@ -77,6 +77,30 @@ TEST_CASE("registering a Thing costs the same whether there are a hundred or tho
   CHECK(many.times <= few.times + few.times / 20);  // tables that are doubled may be among them
 }
 
+TEST_CASE("a kind of its own costs the same whether its name is taken by ten kinds or by hundreds", "[engine][scale]") {
+  Bench bench;
+  int number = 0;
+  const auto add_more = [&](int count) {
+    for (const int end = number + count; number < end; ++number) {
+      Thing arm{"arm" + std::to_string(1000 + number)};
+      arm.type(vocab::ros::Link);
+      arm.property<double>("p" + std::to_string(1000 + number));
+      bench.add(std::move(arm));
+    }
+  };
+  add_more(10);
+  const Cost few = cost_of([&] { add_more(20); });
+  add_more(570);
+  const Cost many = cost_of([&] { add_more(20); });
+  CHECK(many.times <= few.times + few.times / 4);
+  CHECK(bench.get("/blueprints/Link-620").status == 200);
+  CHECK(bench.engine.remove("arm1003"));  // its number is given again
+  CHECK(bench.get("/blueprints/Link-4").status == 404);
+  add_more(1);
+  CHECK(bench.get("/blueprints/Link-4").status == 200);
+  CHECK(bench.get("/blueprints/Link-621").status == 404);
+}
+
 TEST_CASE("a GET of a property costs the same among ten Things and among thousands", "[engine][scale]") {
   const auto cost_among = [](std::size_t arms) {
     Cell cell(arms);

@@ -174,6 +174,10 @@ std::vector<ValueShape> value_shapes(const ThingNode& thing) {
 
 // ------------------------------------------------------------------------------------------------------------------ kind
 
+std::string KindResource::usual_path(const std::string& name, unsigned number) {
+  return std::string(folder) + "/" + name + (number == 1 ? std::string() : "-" + std::to_string(number));
+}
+
 void KindResource::join(ThingNode& member) {
   std::vector<bool> shared = things.empty() ? std::vector<bool>(all_facets(member).size(), true) : shared_;
   if (!things.empty()) compare_bounds(*things.front(), member, shared);
@@ -361,10 +365,12 @@ void Kinds::join(ThingNode& thing) {
   std::unique_ptr<KindResource>& kind = kinds_[signature];
   if (!kind) {
     const std::string name = thing.spec->classes.empty() ? local_name(thing.spec->path) : iri::encode_segment(local_name(thing.spec->classes.back()));
-    std::string path = std::string(KindResource::folder) + "/" + name;
-    for (int n = 2; registry_.find_usual(path, {}) != nullptr; ++n) path = std::string(KindResource::folder) + "/" + name + "-" + std::to_string(n);
-    kind = std::make_unique<KindResource>(std::move(path), std::move(signature));
+    const auto known = first_free_.find(name);
+    unsigned number = known == first_free_.end() ? 1 : known->second;
+    while (registry_.find_usual(KindResource::usual_path(name, number), {}) != nullptr) ++number;
+    kind = std::make_unique<KindResource>(name, number, std::move(signature));
     registry_.add(*kind);
+    first_free_[name] = number + 1;
   }
   kind->join(thing);
 }
@@ -374,6 +380,10 @@ void Kinds::leave(ThingNode& thing) {
   kind.leave(thing);
   if (!kind.things.empty()) return;
   registry_.remove(kind);
+  if (const auto free = first_free_.find(kind.name); free != first_free_.end()) {
+    free->second = std::min(free->second, kind.number);
+    if (free->second == 1) first_free_.erase(free);
+  }
   kinds_.erase(kinds_.find(kind.signature));
 }
 

@@ -35,8 +35,13 @@ std::vector<ValueShape> value_shapes(const ThingNode& thing);
 class KindResource final : public Resource {
  public:
   static constexpr std::string_view folder = "/blueprints";
-  KindResource(std::string its_path, std::string its_signature)
-      : Resource(std::move(its_path), nullptr, folder.size()), signature(std::move(its_signature)) {}
+  /// @param its_number  of the kinds with that name, from 1
+  KindResource(std::string its_name, unsigned its_number, std::string its_signature)
+      : Resource(usual_path(its_name, its_number), nullptr, folder.size()),
+        name(std::move(its_name)),
+        number(its_number),
+        signature(std::move(its_signature)) {}
+  static std::string usual_path(const std::string& name, unsigned number);
 
   void describe(const Description& d) const override;
   /// The same without the Things that the shape is for: bodies are judged by shapes that are named.
@@ -58,6 +63,8 @@ class KindResource final : public Resource {
   /// The state of its Things as a record. Bounds are those of the first Thing.
   const rdf::Type& state_type() const;
 
+  const std::string name;
+  const unsigned number;
   const std::string signature;
   std::vector<ThingNode*> things;
   ThinVector<CompiledShapes> compiled_shapes;  ///< for its Things without a Blueprint of their own, from the first body on
@@ -78,11 +85,15 @@ class Kinds {
   /// The last Thing of a kind ends it.
   void leave(ThingNode& thing);
   /// Ends all kinds, after their Things.
-  void clear() { kinds_.clear(); }
+  void clear() noexcept {
+    kinds_.clear();
+    first_free_.clear();
+  }
 
  private:
   Registry& registry_;
   std::map<std::string, std::unique_ptr<KindResource>> kinds_;  ///< by signature
+  std::map<std::string, unsigned> first_free_;                  ///< by name: no lower number is free; absent: 1 may be
 };
 
 }  // namespace lrt::engine
