@@ -7,5 +7,7 @@ include(FindPackageHandleStandardArgs)
 find_package_handle_standard_args(Libwebsockets REQUIRED_VARS Libwebsockets_LIBRARIES VERSION_VAR Libwebsockets_VERSION)
 if(Libwebsockets_FOUND AND NOT TARGET Libwebsockets::Libwebsockets)
   add_library(Libwebsockets::Libwebsockets INTERFACE IMPORTED)
-  target_link_libraries(Libwebsockets::Libwebsockets INTERFACE PkgConfig::Libwebsockets)
+  target_include_directories(Libwebsockets::Libwebsockets INTERFACE ${Libwebsockets_INCLUDE_DIRS})
+  # A program that does not use the transport does not load the library.
+  target_link_libraries(Libwebsockets::Libwebsockets INTERFACE -Wl,--push-state,--as-needed ${Libwebsockets_LINK_LIBRARIES} -Wl,--pop-state)
 endif()

@@ -146,7 +146,7 @@ class Action : public model::ResourceHandle<Action, model::ActionSpec> {
   template <class Handle>
   static std::string location_of(const Handle& resource) {
     assert(resource.spec_ && "lrt: the handle is empty; assign what Thing::property or Thing::action returns");
-    return resource.spec_ ? resource.spec_->location : std::string();
+    return resource.spec_ ? resource.spec_->location() : std::string();
   }
   Action& add_effect(model::EffectSpec effect);
   Action& add_effect(std::string_view property, bool input);

@@ -54,7 +54,7 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
   }
   /// The frame of the numbers: lrt:frame, of a pose spatial:sourceCoordinateSystem. An IRI, a name, or Object::resource("baxter/torso").
   Self& frame(Object system) {
-    return this->edit("frame", [&](auto& s) { s.frame = std::move(system); });
+    return this->edit("frame", [&](auto& s) { s.frame = std::make_unique<const Object>(std::move(system)); });
   }
 
   /// Offers the property's values in a further media type. Clients that request it get the bytes that `encode` makes of the present value, by

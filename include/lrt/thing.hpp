@@ -159,7 +159,7 @@ class Thing {
   std::shared_ptr<model::PropertySpec> new_property(std::string_view path, const rdf::Type& type, const Unit& unit);
   std::shared_ptr<model::ActionSpec> new_action(std::string_view path);
   std::shared_ptr<model::CollectionSpec> new_collection(std::string_view path, const rdf::Type& type);
-  void set_path(model::ResourceSpec& spec, std::string_view path, const char* what, const char* folder = "");
+  void set_path(model::ResourceSpec& spec, std::string_view path, const char* what);
   void remember(Error error);
 
   std::unique_ptr<model::ThingSpec> spec_;

@@ -78,9 +78,9 @@ Bodies::Read Bodies::read_nothing(Context& context) {
 
 std::optional<http::Response> Bodies::set_shapes(const Context& context, BodyTask& task) const {
   ThingNode& thing = *context.resource->thing;
-  const Result<const shacl::Shapes*> shapes = compiled_shapes(thing, context.base, view_);
+  const Result<shacl::Shapes> shapes = compiled_shapes(thing, context.base, view_);
   if (!shapes) return responses_.problem(context, 500, "the blueprint: " + shapes.error().message);
-  task.shapes = **shapes;
+  task.shapes = *shapes;
   task.shape = thing.shape_iri(view_.bases[context.base], context.resource->input_shape());
   return std::nullopt;
 }

@@ -164,7 +164,7 @@ void ChangeScanner::read_samples(TimePoint now) {
   while (const auto id = samples_.take_due(now.steady)) {
     auto& property = static_cast<PropertyResource&>(*registry_.find(*id));
     property.next_sample.reset();
-    if (!property.refresh_state.running && !calls_.overloaded()) values_.refresh_observed(property, values_.catch_up_end());
+    if (!property.is_refreshing() && !calls_.overloaded()) values_.refresh_observed(property, values_.catch_up_end());
     sample_later(property, now);
   }
 }

@@ -366,6 +366,8 @@ Result<void> Engine::Impl::add(std::vector<Thing> things) {
     added.push_back(std::move(path));
   }
   parts.saved.resume();
+  // Observers of the structure are notified in the transport's next turn.
+  if (!parts.subscriptions.empty()) parts.calls.inbox()->put([](TimePoint) {});
   return {};
 }
 
@@ -386,7 +388,10 @@ void Engine::Impl::remove_with_children(ThingNode& thing) {
 void Engine::Impl::listens_on(std::string_view address, std::uint16_t port, bool secure, std::string_view name, Upgrades upgrades) {
   // What is kept is of the bases that were.
   parts.cache.clear();
-  for (const auto& [path, thing] : parts.registry.things()) thing->compiled_shapes.clear();
+  for (const auto& [path, thing] : parts.registry.things()) {
+    thing->compiled_shapes.clear();
+    thing->kind->compiled_shapes.clear();
+  }
   parts.bases.listens_on(address, port, secure, name, upgrades);
 }
 

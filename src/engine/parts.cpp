@@ -99,8 +99,8 @@ Result<void> Parts::add(Thing thing) {
     return taken;
   }
   kinds.join(node);
-  if (!node.user_shapes.empty()) {
-    if (const Result<const shacl::Shapes*> compiled = compiled_shapes(node, 0, view); !compiled) {
+  if (!node.user_shapes().empty()) {
+    if (const Result<shacl::Shapes> compiled = compiled_shapes(node, 0, view); !compiled) {
       kinds.leave(node);
       for (Resource* r : all) registry.remove(*r);
       Error error = compiled.error();
@@ -109,21 +109,19 @@ Result<void> Parts::add(Thing thing) {
       return Unexpected{std::move(error)};
     }
   }
-  const auto seal = [&](model::ResourceSpec& resource, const char* what, const char* folder) {
-    resource.seal(std::string(what) + " \"" + node.spec->path + "/" + folder + resource.path + "\"", handle_log);
-  };
+  if (node.spec->handles) node.spec->handles->log = handle_log;
   for (const auto& p : node.spec->properties) {
-    seal(*p, "property", "");
+    p->seal();
     if (p->slot) p->slot->set_clock(clock);
     if (p->slot) p->slot->attach(scanner.wake_signal());
     if (p->changes) p->changes->attach(scanner.wake_signal());
   }
   for (const auto& a : node.spec->actions) {
-    seal(*a, "action", "actions/");
+    a->seal();
     a->availability.attach(scanner.availability_signal());
   }
   for (const auto& a : node.actions) a->take_availability();
-  for (const auto& c : node.spec->collections) seal(*c, "collection", "");
+  for (const auto& c : node.spec->collections) c->seal();
   vocabulary.add(*node.spec);
   registry.add_thing(*std::move(built));
   for (const auto& p : node.properties) values.take_published(*p);  // what was published before

@@ -67,6 +67,11 @@ Encodings Encodings::of(Variant variant) noexcept {
   return needed;
 }
 
+PropertyRefresh& PropertyValues::refresh_of(PropertyResource& property) {
+  if (!property.refresh_state) property.refresh_state = std::make_unique<PropertyRefresh>();
+  return *property.refresh_state;
+}
+
 bool PropertyValues::has_encodings(const PropertyResource& property, Encodings wanted) {
   for (std::size_t i = 0; i < property.spec->representations.size(); ++i)
     if (wanted.contains(i) && (property.encodings.size() <= i || !property.encodings[i].made)) return false;
@@ -79,10 +84,12 @@ std::vector<std::size_t> PropertyValues::wanted_encoders(const PropertyResource&
   const auto observed_in = [](const Resource& r, std::size_t i) {
     return std::any_of(r.observers.begin(), r.observers.end(), [i](const Observer* o) { return Encodings::of(o->variant()).contains(i); });
   };
-  const auto& waiters = property.refresh_state.waiters;
+  const auto is_waited_for = [refresh = property.refresh_state.get()](std::size_t i) {
+    const auto contains = [i](const PropertyRefresh::Waiter& w) { return w.encodings.contains(i); };
+    return refresh && std::any_of(refresh->waiters.begin(), refresh->waiters.end(), contains);
+  };
   for (std::size_t i = 0; i < property.spec->representations.size(); ++i) {
-    const bool is_waited_for = std::any_of(waiters.begin(), waiters.end(), [i](const auto& w) { return w.encodings.contains(i); });
-    if (is_waited_for || observed_in(property, i) || observed_in(property.thing->state, i)) wanted.push_back(i);
+    if (is_waited_for(i) || observed_in(property, i) || observed_in(property.thing->state, i)) wanted.push_back(i);
   }
   return wanted;
 }
@@ -101,7 +108,7 @@ bool PropertyValues::ready(Resource& resource, Variant variant, bool current) {
     if (!current) {
       if (p.spec->slot) {
         take_published(p);
-        if ((p.spec->slot->has_change() || p.refresh_state.running) && (values || p.value.is_null())) all = false;
+        if ((p.spec->slot->has_change() || p.is_refreshing()) && (values || p.value.is_null())) all = false;
       } else if (values) {
         all = false;
       }
@@ -135,7 +142,7 @@ void PropertyValues::refresh(Resource& resource, Encodings encodings, Done done)
 }
 
 void PropertyValues::refresh(PropertyResource& property, Encodings encodings, Done done) {
-  PropertyRefresh& state = property.refresh_state;
+  PropertyRefresh& state = refresh_of(property);
   // When the host does not poll, most of so many requests have got 503 already: they are dropped.
   if (state.waiters.size() + state.next_waiters.size() >= 2 * options_.max_waiting_requests) {
     std::vector<PropertyRefresh::Waiter> waiters = std::exchange(state.waiters, {});
@@ -155,15 +162,15 @@ void PropertyValues::refresh(PropertyResource& property, Encodings encodings, Do
 void PropertyValues::refresh_observed(PropertyResource& property, Instant until) {
   if (property.spec->slot) take_published(property, until);
   const bool more = !property.spec->slot || property.spec->slot->has_change();
-  if (more && !property.refresh_state.running) start(property);
-  else if (more && !property.spec->slot && property.refresh_state.next_waiters.empty()) refresh(property, {}, [](const Result<void>&, TimePoint) {});
+  if (more && !property.is_refreshing()) start(property);
+  else if (more && !property.spec->slot && property.refresh_state->next_waiters.empty()) refresh(property, {}, [](const Result<void>&, TimePoint) {});
 }
 
 void PropertyValues::take_published(PropertyResource& property) { take_published(property, catch_up_end()); }
 
 void PropertyValues::take_published(PropertyResource& property, Instant until) {
   model::SlotBase* slot = property.spec->slot.get();
-  if (!slot || property.refresh_state.running || !slot->has_change() || needs_user_code(property)) return;
+  if (!slot || property.is_refreshing() || !slot->has_change() || needs_user_code(property)) return;
   // Of values that are kept each one is a change.
   take_each(*slot, clock_, until, [&](Sample sample) {
     if (slot->every_sample() || !rdf::same(sample.value, property.value)) set(property, std::move(sample));  // SPEC 3.8
@@ -195,7 +202,7 @@ void PropertyValues::set_value_bytes(PropertyResource& property) {
 }
 
 void PropertyValues::start(PropertyResource& property) {
-  property.refresh_state.running = true;
+  refresh_of(property).running = true;
   ends_if_thrown(property, [&] {
     if (property.spec->read) return read(property);
     std::vector<std::size_t> encoders = wanted_encoders(property);
@@ -210,14 +217,14 @@ void PropertyValues::ends_if_thrown(PropertyResource& property, Step step) {
   try {
     step();
   } catch (const std::exception& e) {
-    if (!property.refresh_state.running) throw;  // it has ended: what the waiters did has failed
+    if (!property.is_refreshing()) throw;  // it has ended: what the waiters did has failed
     end(property, unexpected(Errc::failed, std::string("the server failed: ") + e.what()), clock_.now());
   }
 }
 
 /// A pulled property: its lambda, where that is to run.
 void PropertyValues::read(PropertyResource& property) {
-  property.refresh_state.token = calls_.call<model::Reading>(
+  property.refresh_state->token = calls_.call<model::Reading>(
       property.thing->where(*property.spec), [spec = property.spec]() -> Result<model::Reading> { return spec->read(); },
       [this, ref = Ref(property)](Result<model::Reading> reading, TimePoint now) {
         PropertyResource* p = registry_.find(ref);
@@ -226,7 +233,7 @@ void PropertyValues::read(PropertyResource& property) {
 }
 
 void PropertyValues::was_read(PropertyResource& property, Result<model::Reading> reading, TimePoint now) {
-  PropertyRefresh& state = property.refresh_state;
+  PropertyRefresh& state = *property.refresh_state;
   if (reading) {
     state.failing = false;
     const std::vector<std::size_t> encoders = wanted_encoders(property);
@@ -243,7 +250,7 @@ void PropertyValues::was_read(PropertyResource& property, Result<model::Reading>
 /// A pushed property: what was published, through the user's traits and encoders.
 void PropertyValues::take(PropertyResource& property, std::vector<std::size_t> encoders) {
   using Samples = std::vector<Sample>;
-  property.refresh_state.token = calls_.call<Samples>(
+  property.refresh_state->token = calls_.call<Samples>(
       Dispatch::io_thread,
       [spec = property.spec, encoders = std::move(encoders), &clock = clock_,
        limit = options_.subscriptions.max_catch_up_time]() -> Result<Samples> {
@@ -293,7 +300,7 @@ void PropertyValues::encode(PropertyResource& property, std::optional<Sample> sa
     return end(property, {}, clock_.now());
   }
   const std::shared_ptr<const void> whole = sample ? sample->whole : property.whole;
-  property.refresh_state.token = calls_.call<std::vector<Encoding>>(
+  property.refresh_state->token = calls_.call<std::vector<Encoding>>(
       Dispatch::io_thread,
       [spec = property.spec, whole, encoders]() -> Result<std::vector<Encoding>> {
         std::vector<Encoding> encodings;
@@ -320,7 +327,7 @@ void PropertyValues::were_encoded(PropertyResource& property, std::optional<Samp
 }
 
 void PropertyValues::end(PropertyResource& property, const Result<void>& result, TimePoint now) {
-  PropertyRefresh& state = property.refresh_state;
+  PropertyRefresh& state = *property.refresh_state;
   state.running = false;
   state.token = nullptr;
   std::vector<PropertyRefresh::Waiter> waiters = std::exchange(state.waiters, std::exchange(state.next_waiters, {}));
@@ -350,7 +357,8 @@ void PropertyValues::set(PropertyResource& property, Sample sample) {
 }
 
 void PropertyValues::cancel(PropertyResource& property, TimePoint now) {
-  PropertyRefresh& state = property.refresh_state;
+  if (!property.refresh_state) return;
+  PropertyRefresh& state = *property.refresh_state;
   if (state.token) state.token->cancel();
   for (auto* list : {&state.waiters, &state.next_waiters})
     for (auto& w : std::exchange(*list, {})) w.done(unexpected(Errc::closed, "the thing was removed while the request waited"), now);

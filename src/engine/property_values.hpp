@@ -92,6 +92,7 @@ class PropertyValues {
   void cancel(PropertyResource& property, TimePoint now);
 
  private:
+  static PropertyRefresh& refresh_of(PropertyResource& property);
   static void set_value_bytes(PropertyResource& property);
   bool needs_user_code(const PropertyResource& property) const;
   static bool has_encodings(const PropertyResource& property, Encodings wanted);

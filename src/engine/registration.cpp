@@ -55,6 +55,7 @@ Result<rdf::Graph> read_documents(const std::vector<std::string>& documents, con
 Result<void> check_formats(model::PropertySpec& property, const std::string& name) {
   if (property.octets && !rdf::octets_of(*property.type))
     return unexpected(Errc::invalid_option, name + ": octets() needs a number or lists of numbers");
+  if (property.representations.empty()) return {};
   if (property.representations.size() > 100) return unexpected(Errc::limit_exceeded, name + ": more than 100 representations");
   std::vector<std::string> taken;
   for (const std::string_view type : value_variants().with_page) taken.emplace_back(type.substr(0, type.find(';')));
@@ -223,8 +224,8 @@ Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>
   }
   auto node = std::make_unique<ThingNode>(std::move(spec));
   for (std::size_t i = 0; i < effects.size(); ++i) node->actions[i]->effects = std::move(effects[i]);
-  node->statements = *std::move(statements);
-  node->user_shapes = *std::move(shapes);
+  if (!statements->empty() || !shapes->empty())
+    node->texts = std::make_unique<ThingTexts>(ThingTexts{*std::move(statements), *std::move(shapes)});
   return node;
 }
 

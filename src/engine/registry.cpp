@@ -16,34 +16,32 @@ Registry::~Registry() = default;
 bool Registry::add(Resource& resource) {
   const Resource* const holder = find(resource.path);
   if (holder && holder->naming() == resource.naming()) return false;
-  const std::uint64_t id = next_id_++;
-  by_id_.emplace(id, &resource);
+  by_id_.add(resource);
   try {
     settle(resource);
   } catch (...) {
-    by_id_.erase(id);
+    by_id_.remove(resource);
     throw;
   }
-  resource.id = ResourceId{id};
   return true;
 }
 
 /// Gives a resource without a path the first one that is free, or whose resource has to move.
 void Registry::settle(Resource& resource) {
-  std::size_t n = 0;
+  std::uint32_t n = 0;
   std::string path = resource.path_aside(n);
   Resource* holder = find(path);
   while (holder && holder->naming() <= resource.naming()) {
     path = resource.path_aside(++n);
     holder = find(path);
   }
-  if (holder) by_path_.erase(holder->path);
+  if (holder) by_path_.remove(*holder);
   if (n != 0 && resource.times_aside == 0) aside_.push_back(&resource);
   if (n == 0 && resource.times_aside != 0) aside_.erase(std::find(aside_.begin(), aside_.end(), &resource));
   const bool moves = n != resource.times_aside;
   resource.path = std::move(path);
   resource.times_aside = n;
-  by_path_.emplace(resource.path, &resource);
+  by_path_.add(resource);
   if (moves) {
     cache_.clear();  // other representations link to it
     resource.path_changed();
@@ -54,25 +52,17 @@ void Registry::settle(Resource& resource) {
 void Registry::remove(Resource& resource) {
   while (!resource.observers.empty()) resource.observers.back()->resource_removed();
   cache_.forget(resource);
-  const auto found = by_path_.find(resource.path);
-  if (found != by_path_.end() && found->second == &resource) by_path_.erase(found);
-  by_id_.erase(static_cast<std::uint64_t>(resource.id));
+  if (find(resource.path) == &resource) by_path_.remove(resource);
+  by_id_.remove(resource);
   aside_.erase(std::remove(aside_.begin(), aside_.end(), &resource), aside_.end());
   for (Resource* other : std::vector<Resource*>(aside_)) {
-    by_path_.erase(other->path);
+    by_path_.remove(*other);
     settle(*other);
   }
 }
 
-Resource* Registry::find(std::string_view path) const {
-  const auto found = by_path_.find(path);
-  return found == by_path_.end() ? nullptr : found->second;
-}
-
-Resource* Registry::find(ResourceId id) const {
-  const auto found = by_id_.find(static_cast<std::uint64_t>(id));
-  return found == by_id_.end() ? nullptr : found->second;
-}
+Resource* Registry::find(std::string_view path) const { return by_path_.find(path); }
+Resource* Registry::find(ResourceId id) const { return by_id_.find(id); }
 
 Resource* Registry::find_usual(std::string_view usual_path, std::string_view saved_type) const {
   const auto is_it = [&](const Resource* r) { return r->saved_type().text == saved_type && r->path_aside(0) == usual_path; };
@@ -103,7 +93,7 @@ void Registry::clear() {
   things_.clear();
 }
 
-std::vector<ThingNode*>& Registry::siblings_of(const ThingNode& thing) { return thing.parent ? thing.parent->children : roots_; }
+ThinVector<ThingNode*>& Registry::siblings_of(const ThingNode& thing) { return thing.parent ? thing.parent->children : roots_; }
 
 ThingNode& Registry::add_thing(std::unique_ptr<ThingNode> made) {
   ThingNode& thing = *made;
@@ -113,7 +103,7 @@ ThingNode& Registry::add_thing(std::unique_ptr<ThingNode> made) {
     path = path.substr(0, slash);
     thing.parent = find_thing(path);
   }
-  std::vector<ThingNode*>& siblings = siblings_of(thing);
+  ThinVector<ThingNode*>& siblings = siblings_of(thing);
   const std::string prefix = thing.self.path + "/";
   const auto is_below = [&](const ThingNode* other) { return other->self.path.compare(0, prefix.size(), prefix) == 0; };
   // Siblings are searched only if some Thing is below at all, so that registering many siblings stays linear.
@@ -124,7 +114,7 @@ ThingNode& Registry::add_thing(std::unique_ptr<ThingNode> made) {
       other->parent = &thing;
       thing.children.push_back(other);
     }
-    siblings.erase(std::remove_if(siblings.begin(), siblings.end(), is_below), siblings.end());
+    siblings.remove_if(is_below);
   }
   siblings.push_back(&thing);
   structure_changed();
@@ -132,8 +122,8 @@ ThingNode& Registry::add_thing(std::unique_ptr<ThingNode> made) {
 }
 
 std::unique_ptr<ThingNode> Registry::remove_thing(ThingNode& thing) {
-  std::vector<ThingNode*>& siblings = siblings_of(thing);
-  siblings.erase(std::remove(siblings.begin(), siblings.end(), &thing), siblings.end());
+  ThinVector<ThingNode*>& siblings = siblings_of(thing);
+  siblings.remove(&thing);
   for (ThingNode* child : thing.children) {
     child->parent = thing.parent;
     siblings.push_back(child);

@@ -5,13 +5,13 @@
 #include <memory>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <vector>
 
 #include <lrt/base/result.hpp>
 
 #include "src/engine/representation_cache.hpp"
 #include "src/engine/resource.hpp"
+#include "src/engine/resource_index.hpp"
 
 namespace lrt::engine {
 
@@ -56,8 +56,8 @@ class Registry {
   ThingNode* find_thing(std::string_view path) const;
   /// Whether a Thing has this path, or one below it.
   bool has_things_below(std::string_view path) const;
-  const std::vector<ThingNode*>& roots() const noexcept { return roots_; }
-  const std::map<std::string, std::unique_ptr<ThingNode>, std::less<>>& things() const noexcept { return things_; }
+  const ThinVector<ThingNode*>& roots() const noexcept { return roots_; }
+  const std::map<std::string_view, std::unique_ptr<ThingNode>>& things() const noexcept { return things_; }
 
   /// Moves with every change of the structure: Things, what they promise.
   std::uint64_t structure() const noexcept { return structure_; }
@@ -65,15 +65,14 @@ class Registry {
 
  private:
   void settle(Resource& resource);
-  std::vector<ThingNode*>& siblings_of(const ThingNode& thing);
+  ThinVector<ThingNode*>& siblings_of(const ThingNode& thing);
 
   RepresentationCache& cache_;
-  std::unordered_map<std::string_view, Resource*> by_path_;
-  std::unordered_map<std::uint64_t, Resource*> by_id_;
-  std::vector<Resource*> aside_;                                           ///< those that have moved aside
-  std::map<std::string, std::unique_ptr<ThingNode>, std::less<>> things_;  ///< by path
-  std::vector<ThingNode*> roots_;                                          ///< in the order of registration
-  std::uint64_t next_id_ = 1;
+  PathIndex by_path_;
+  IdIndex by_id_;
+  std::vector<Resource*> aside_;                                   ///< those that have moved aside
+  std::map<std::string_view, std::unique_ptr<ThingNode>> things_;  ///< by the path that the node has
+  ThinVector<ThingNode*> roots_;                                   ///< in the order of registration
   std::uint64_t structure_ = 1;
 };
 

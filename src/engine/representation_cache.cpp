@@ -1,6 +1,5 @@
 #include "src/engine/representation_cache.hpp"
 
-#include <algorithm>
 #include <iterator>
 
 namespace lrt::engine {
@@ -19,9 +18,13 @@ Representation& RepresentationCache::keep(Representation made) {
     break;
   }
   const std::size_t bytes = made.bytes();
-  resource.representations.reserve(resource.representations.size() + 1);
   kept_.push_front(std::move(made));
-  resource.representations.push_back(kept_.begin());
+  try {
+    resource.representations.push_back(kept_.begin());
+  } catch (...) {
+    kept_.pop_front();
+    throw;
+  }
   bytes_ += bytes;
   while (bytes_ > max_bytes_ && kept_.size() > 1) erase(std::prev(kept_.end()));
   return kept_.front();
@@ -41,8 +44,7 @@ void RepresentationCache::clear() noexcept {
 }
 
 void RepresentationCache::erase(Place place) noexcept {
-  auto& of_resource = place->resource->representations;
-  of_resource.erase(std::find(of_resource.begin(), of_resource.end(), place));
+  place->resource->representations.remove(place);
   bytes_ -= place->bytes();
   kept_.erase(place);
 }

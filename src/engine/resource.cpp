@@ -80,7 +80,7 @@ void Resource::add_observer(Observer& observer, ChangeScanner& scanner) {
 }
 
 void Resource::remove_observer(Observer& observer, ChangeScanner& scanner) {
-  observers.erase(std::find(observers.begin(), observers.end(), &observer));
+  observers.remove(&observer);
   if (observers.empty()) set_observed(false, scanner);
 }
 

@@ -15,6 +15,7 @@
 #include <lrt/http/link.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/base/iri.hpp>
+#include <lrt/base/thin_vector.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
@@ -136,7 +137,7 @@ class Resource {
  public:
   /// @param named_by_lrt  Resource::lrt_name_end
   Resource(std::string resource_path, ThingNode* its_thing, std::size_t named_by_lrt = 0)
-      : path(std::move(resource_path)), thing(its_thing), lrt_name_end(named_by_lrt) {}
+      : path(std::move(resource_path)), thing(its_thing), lrt_name_end(static_cast<std::uint32_t>(named_by_lrt)) {}
   virtual ~Resource() = default;
   Resource(const Resource&) = delete;
   Resource& operator=(const Resource&) = delete;
@@ -254,11 +255,11 @@ class Resource {
   std::string path;              ///< absolute and percent-encoded: "/baxter/right_s1"; changed by Registry only
   ThingNode* const thing;        ///< that it belongs to; nullptr for the resources of the server itself
   /// Where the segment ends that lrt named in its usual path: after "state" in "/arm/state", after "actions" in "/arm/actions/turn". 0: none.
-  const std::size_t lrt_name_end;
-  std::size_t times_aside = 0;  ///< `path` is path_aside(times_aside)
+  const std::uint32_t lrt_name_end;
+  std::uint32_t times_aside = 0;  ///< `path` is path_aside(times_aside)
   std::uint64_t revision = 1;
-  std::vector<Observer*> observers;
-  std::vector<std::list<Representation>::iterator> representations;  ///< RepresentationCache's
+  ThinVector<Observer*> observers;
+  ThinVector<std::list<Representation>::iterator> representations;  ///< RepresentationCache's
 
  private:
   std::size_t usual_size() const noexcept;

@@ -42,6 +42,7 @@ class Subscriptions {
 
   /// @par Errors  invalid_option: of the options of subscriptions and callbacks
   Result<void> check_options() const;
+  bool empty() const noexcept { return by_channel_.empty() && closing_.empty(); }
   bool makes_callbacks() const { return allowed_ && !allowed_->empty(); }
   /// This server may post to the URL.
   bool may_call(const subscription::CallbackUrl& url) const;

@@ -83,9 +83,15 @@ void HandleLog::close() noexcept {
   log_ = nullptr;
 }
 
+std::string ResourceSpec::location() const {
+  return "/" + thing->path + (kind == Kind::action ? "/actions/" : "/") + path;
+}
+
 void ResourceSpec::report(const char* call, const char* what) const noexcept {
   try {
-    if (log) log->write(label + ": " + call + "() " + what);
+    if (!thing || !thing->log) return;
+    constexpr const char* kinds[] = {"property", "action", "collection"};
+    thing->log->write(std::string(kinds[static_cast<std::size_t>(kind)]) + " \"" + location().substr(1) + "\": " + call + "() " + what);
   } catch (...) {  // out of memory: the message is lost
   }
 }
@@ -108,7 +114,7 @@ Thing::~Thing() = default;
 
 const std::string& Thing::path() const noexcept { return spec_->path; }
 
-Thing& Thing::type(Iri type) { return spec_->classes.emplace_back(type.text), *this; }
+Thing& Thing::type(Iri type) { return spec_->classes.push_back(std::string(type.text)), *this; }
 Thing& Thing::title(std::string text) { return spec_->title = std::move(text), *this; }
 Thing& Thing::add(Iri predicate, Object object) {
   spec_->statements.push_back({std::string(predicate.text), std::move(object)});
@@ -128,15 +134,15 @@ Thing& Thing::shapes_from_file(const std::string& path) {
 Thing& Thing::dispatch(Dispatch where) { return spec_->dispatch = where, *this; }
 
 void Thing::remember(Error error) {
-  if (!spec_->first_error) spec_->first_error = std::move(error);
+  if (!spec_->first_error) spec_->first_error = std::make_unique<const Error>(std::move(error));
 }
 
-/// @param folder  of lrt, before the name: "actions/"
-void Thing::set_path(model::ResourceSpec& spec, std::string_view path, const char* what, const char* folder) {
+void Thing::set_path(model::ResourceSpec& spec, std::string_view path, const char* what) {
+  if (!spec_->handles) spec_->handles = std::make_shared<model::HandleContext>(model::HandleContext{spec_->path});
+  spec.thing = spec_->handles;
   Result<std::string> encoded = model::encode_path(path);
   if (encoded) {
     spec.path = *std::move(encoded);
-    spec.location = "/" + spec_->path + "/" + folder + spec.path;
     return;
   }
   remember({encoded.error().code, std::string(what) + " of thing \"" + spec_->path + "\": " + encoded.error().message,
@@ -154,7 +160,7 @@ std::shared_ptr<model::PropertySpec> Thing::new_property(std::string_view path, 
 
 std::shared_ptr<model::ActionSpec> Thing::new_action(std::string_view path) {
   auto spec = std::make_shared<model::ActionSpec>();
-  set_path(*spec, path, "action", "actions/");
+  set_path(*spec, path, "action");
   spec_->actions.push_back(spec);
   return spec;
 }

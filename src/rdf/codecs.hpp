@@ -15,8 +15,10 @@ Result<std::string> write_n_quads(const Dataset& dataset);
 Result<std::string> write_json_ld(const Graph& graph, const Prefixes& prefixes, std::string_view context);
 Result<Graph> read_json_ld(std::string_view text, const ReadOptions& options);
 
-/// Whether this build has RDF/XML: redland/ defines these three functions, or else without_redland/.
+/// Whether this build has RDF/XML: redland/ defines these four functions, or else without_redland/.
 bool has_rdf_xml() noexcept;
+/// Loads what the first document in RDF/XML would wait for.
+void prepare_rdf_xml() noexcept;
 Result<Graph> read_rdf_xml(std::string_view text, const ReadOptions& options);
 /// @par Errors  unsupported_syntax also when what Raptor wrote does not read back as the same graph.
 Result<std::string> write_rdf_xml(const Graph& graph, const Prefixes& prefixes);

@@ -9,13 +9,14 @@
 #include <thread>
 #include <type_traits>
 
-#include <lrt/transport/named.hpp>
+#include <lrt/transport/http.hpp>
 
 #include "src/base/event_waker.hpp"
 #include "src/base/mailbox.hpp"
 #include "src/base/process.hpp"
 #include "src/base/thread.hpp"
 #include "src/page/page.hpp"
+#include "src/rdf/codecs.hpp"
 #include "src/server/body_pool.hpp"
 #include "src/server/callers.hpp"
 #include "src/server/guest_requests.hpp"
@@ -76,6 +77,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       if (!made) return Unexpected{std::move(made).error()};
       deliverer_ = *std::move(made);
     }
+    if (options_.threads.io == Io::in_poll) rdf::prepare_rdf_xml();  // no turn in poll() is to wait for that
     if (options_.threads.io == Io::own_thread) {
       Result<Thread> io = start_thread("lrt-io", options_.threads.own, [this] { serve(); });
       if (!io) return Unexpected{std::move(io).error()};
@@ -96,9 +98,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   template <class Things>
   Result<void> add(Things what) {
     if (Result<void> open = check_open(); !open) return open;
-    Result<void> result = with_engine([&] { return engine_.add(std::move(what)); });
-    if (transport_waker_) transport_waker_->wake();  // for observers of the structure
-    return result;
+    return with_engine([&] { return engine_.add(std::move(what)); });
   }
   Result<void> remove(std::string_view path) {
     if (!process_.is_current()) return check_open();
@@ -366,7 +366,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     t.clock = &clock_;
     t.log = log_.sink();
     t.turn = [this] { poll(host_loop_budget); };
-    transport_ = options_.listen.transport ? options_.listen.transport(std::move(t)) : transport::make_named({}, std::move(t));
+    transport_ = options_.listen.transport ? options_.listen.transport(std::move(t)) : transport::make_http(std::move(t));
   }
 
   Result<void> check_transport(const std::string& address) {

@@ -1,6 +1,6 @@
 """What lrt costs, beside the least that any program could do on this machine, in one run.
 
-  run.py BUILD_FOLDER [--json FILE] [--parts get,push,rates,publish,memory,read,compile] [--rounds 3] [--seconds 3]
+  run.py BUILD_FOLDER [--json FILE] [--parts get,push,rates,publish,memory,scale,read,compile] [--rounds 3] [--seconds 3]
 
 tests/bench/run.sh builds the programs and calls this. Each row is a figure of lrt, the same figure of a bare program that does nothing but the
 system calls ("limit"), and their ratio: the median of the ratios of rounds, in each of which both run one after the other. Servers run on
@@ -182,6 +182,21 @@ def memory(bench):
     bench.row("memory", "an idle connection", "KiB", [mine for mine, _ in rounds], aim=0.5)
 
 
+def scale(bench):
+    """Many Things with three properties: the time until the server has them, and the memory of each. A server that nobody talks to."""
+    for things in (10, 1000, 10_000, 100_000):
+        runs = {how: [json.loads(bench.client("scale", "--things", things, "--json", *how.split())) for _ in range(bench.rounds)]
+                for how in ("", "--at-once")}
+        for how, text in (("", "one by one"), ("--at-once", "at once")):
+            bench.row("scale", f"{things} Things added {text}", "s", [run["seconds"] for run in runs[how]], aim=2 if things == 100_000 else None)
+        bench.row("scale", f"{things} Things: allocated for each", "bytes", [run["allocated_bytes_per_thing"] for run in runs[""]], aim=4096)
+        if things >= 1000:  # below, the pages that the allocator has already suffice
+            bench.row("scale", f"{things} Things: resident for each", "bytes", [run["resident_bytes_per_thing"] for run in runs[""]], aim=4096)
+    for arguments, text in (((), "a thread of lrt's"), (("--in-poll",), "in poll")):
+        runs = [json.loads(bench.client("idle_cpu", "--seconds", bench.seconds, "--json", *arguments)) for _ in range(bench.rounds)]
+        bench.row("scale", f"idle beside a loop at 1 kHz, {text}", "% of core", [run["percent_of_core"] for run in runs], aim=0.1)
+
+
 def read(bench):
     """RDF read into a graph."""
     for line in bench.client("read_bench").splitlines():
@@ -201,7 +216,7 @@ def compile(bench):
     bench.row("compile", "#include <lrt/lrt.hpp>", "s", [number(r": ([\d.]+) s, ", text)], [number(r"in it: ([\d.]+) s", text)], 1.5)
 
 
-PARTS = {part.__name__: part for part in (get, push, rates, publish, memory, read, compile)}
+PARTS = {part.__name__: part for part in (get, push, rates, publish, memory, scale, read, compile)}
 
 
 def main():

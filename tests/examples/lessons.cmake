@@ -6,3 +6,5 @@ foreach(lesson IN LISTS lessons)
   set_tests_properties(lesson_${lesson} PROPERTIES TIMEOUT 60)
 endforeach()
 add_test(NAME lesson_readme COMMAND sh ${CMAKE_CURRENT_LIST_DIR}/readme.sh ${PROJECT_SOURCE_DIR}/README.md ${CMAKE_CURRENT_SOURCE_DIR}/t01_first_thing/main.cpp)
+# A program loads only the libraries that it needs.
+add_test(NAME lesson_libraries COMMAND sh -c "! ldd $<TARGET_FILE:t01_first_thing> | grep -E 'libraptor|libwebsockets'")

@@ -7,12 +7,8 @@
 #include <cstdlib>
 #include <new>
 
+#include "tests/support/allocation_counters.hpp"
 #include "tests/support/sanitizer.hpp"
-
-namespace lrt::test {
-inline thread_local std::size_t allocations = 0;
-inline thread_local std::size_t allocated_bytes = 0;  ///< in all, whatever was freed since
-}
 
 #if !LRT_TEST_SANITIZED
 [[gnu::noinline]] void* operator new(std::size_t size) {

@@ -85,11 +85,11 @@ class ResourceHandle {
 
   /// A domain predicate from the thing to this resource, in addition to hybrit:property or hybrit:action (R1.9, R1.10).
   Self& predicate(Iri p) {
-    return edit("predicate", [&](auto& s) { s.predicates.emplace_back(p.text); });
+    return edit("predicate", [&](auto& s) { s.predicates.push_back(std::string(p.text)); });
   }
   /// A further rdf:type (R1.4).
   Self& type(Iri t) {
-    return edit("type", [&](auto& s) { s.classes.emplace_back(t.text); });
+    return edit("type", [&](auto& s) { s.classes.push_back(std::string(t.text)); });
   }
   /// Adds dcterms:title, for people.
   Self& title(std::string text) {

@@ -20,14 +20,16 @@ namespace lrt::rdf {
 class Facets {
  public:
   Facets() = default;
-  explicit Facets(const Unit& u) : unit_(u) {}
-  Facets& unit(const Unit& u) { return unit_ = u, *this; }
-  Facets& at_least(double v) { return min_ = v, min_exclusive_ = false, *this; }
-  Facets& above(double v) { return min_ = v, min_exclusive_ = true, *this; }
-  Facets& at_most(double v) { return max_ = v, max_exclusive_ = false, *this; }
-  Facets& below(double v) { return max_ = v, max_exclusive_ = true, *this; }
+  explicit Facets(const Unit& u) : unit_(&detail::kept_unit(u)) {}
+  Facets& unit(const Unit& u) { return unit_ = &detail::kept_unit(u), *this; }
+  /// Takes the unit of `other`.
+  Facets& unit_of(const Facets& other) { return unit_ = other.unit_, *this; }
+  Facets& at_least(double v) { return min_ = v, has_min_ = true, min_exclusive_ = false, *this; }
+  Facets& above(double v) { return min_ = v, has_min_ = true, min_exclusive_ = true, *this; }
+  Facets& at_most(double v) { return max_ = v, has_max_ = true, max_exclusive_ = false, *this; }
+  Facets& below(double v) { return max_ = v, has_max_ = true, max_exclusive_ = true, *this; }
   Facets& between(double low, double high) { return at_least(low).at_most(high); }
-  Facets& without_bounds() { return min_.reset(), max_.reset(), *this; }
+  Facets& without_bounds() { return has_min_ = false, has_max_ = false, *this; }
   /// Accepts NaN and infinities from clients. Values that the robot reads or publishes may always be non-finite.
   Facets& allow_non_finite() { return non_finite_ = true, *this; }
   /// Bounds the length of a text, in code points.
@@ -35,9 +37,9 @@ class Facets {
 
   /// Takes everything that `other` sets. The rest stays as it is.
   Facets& merge(const Facets& other) {
-    if (!other.unit_.empty()) unit_ = other.unit_;
-    if (other.min_) min_ = other.min_, min_exclusive_ = other.min_exclusive_;
-    if (other.max_) max_ = other.max_, max_exclusive_ = other.max_exclusive_;
+    if (!other.unit_->empty()) unit_ = other.unit_;
+    if (other.has_min_) min_ = other.min_, has_min_ = true, min_exclusive_ = other.min_exclusive_;
+    if (other.has_max_) max_ = other.max_, has_max_ = true, max_exclusive_ = other.max_exclusive_;
     non_finite_ = non_finite_ || other.non_finite_;
     if (other.min_length_ != 0) min_length_ = other.min_length_;
     if (other.max_length_ != std::numeric_limits<std::size_t>::max()) max_length_ = other.max_length_;
@@ -46,11 +48,11 @@ class Facets {
 
   /// True if nothing is set.
   bool empty() const noexcept {
-    return unit_.empty() && !min_ && !max_ && !non_finite_ && min_length_ == 0 && max_length_ == std::numeric_limits<std::size_t>::max();
+    return unit_->empty() && !has_min_ && !has_max_ && !non_finite_ && min_length_ == 0 && max_length_ == std::numeric_limits<std::size_t>::max();
   }
-  const Unit& unit() const noexcept { return unit_; }
-  std::optional<double> min() const noexcept { return min_; }
-  std::optional<double> max() const noexcept { return max_; }
+  const Unit& unit() const noexcept { return *unit_; }
+  std::optional<double> min() const noexcept { return has_min_ ? std::optional(min_) : std::nullopt; }
+  std::optional<double> max() const noexcept { return has_max_ ? std::optional(max_) : std::nullopt; }
   bool min_exclusive() const noexcept { return min_exclusive_; }
   bool max_exclusive() const noexcept { return max_exclusive_; }
   bool allows_non_finite() const noexcept { return non_finite_; }
@@ -58,9 +60,9 @@ class Facets {
   std::size_t max_length() const noexcept { return max_length_; }
 
  private:
-  Unit unit_{};
-  std::optional<double> min_, max_;
-  bool min_exclusive_ = false, max_exclusive_ = false, non_finite_ = false;
+  const Unit* unit_ = &unit::none;  // kept for the life of the process
+  double min_ = 0, max_ = 0;
+  bool has_min_ = false, has_max_ = false, min_exclusive_ = false, max_exclusive_ = false, non_finite_ = false;
   std::size_t min_length_ = 0, max_length_ = std::numeric_limits<std::size_t>::max();
 };
 
@@ -108,7 +110,7 @@ inline Unit node_unit(const Type& record, const Facets& facets) {
 
 /// The facets of a field of a record with these facets.
 inline Facets field_facets(const FieldType& field, const Facets& record) {
-  return field.takes_unit ? Facets(field.facets).unit(record.unit()) : field.facets;
+  return field.takes_unit ? Facets(field.facets).unit_of(record) : field.facets;
 }
 
 }  // namespace lrt::rdf

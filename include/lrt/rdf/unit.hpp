@@ -36,4 +36,12 @@ inline constexpr Unit ampere{vocab::unit_::A, {}, "A", vocab::quantitykind::Elec
 inline constexpr Unit percent{vocab::unit_::PERCENT, {}, "%"};
 inline constexpr Unit one{vocab::unit_::UNITLESS, {}, "1"};
 }  // namespace unit
+
+namespace rdf::detail {
+
+/// The one copy of a unit that the process keeps, with its texts. It is never destroyed.
+/// @par Threads  Any. Locks and may allocate.
+const Unit& kept_unit(const Unit& unit);
+
+}  // namespace rdf::detail
 }  // namespace lrt

@@ -26,9 +26,11 @@ using rdf::TermId;
 
 /// The shape of that name among the user's, which replaces the generated one.
 std::optional<TermId> user_shape(const ThingNode& thing, const std::string& name) {
+  const Graph& shapes = thing.user_shapes();
+  if (shapes.empty()) return std::nullopt;
   const std::string iri = std::string(placeholder_base) + thing.blueprint.path + (name.empty() ? "" : "#" + name);
-  const auto id = thing.user_shapes.find(rdf::iri(iri));
-  return id && !thing.user_shapes.match(*id, std::nullopt, std::nullopt).empty() ? id : std::nullopt;
+  const auto id = shapes.find(rdf::iri(iri));
+  return id && !shapes.match(*id, std::nullopt, std::nullopt).empty() ? id : std::nullopt;
 }
 
 /// The triples about a node and about the blank nodes that it leads to.
@@ -71,7 +73,7 @@ void describe_value_shape(const Description& d, const ThingNode& thing, const st
   const std::string iri = thing.shape_iri(d.base, name);
   if (const auto users = user_shape(thing, name)) {
     Graph described;
-    copy_described(described, thing.user_shapes, *users);
+    copy_described(described, thing.user_shapes(), *users);
     add_placed(d.graph, described, d.base);
   } else {
     describe_generated(d, iri, values);
@@ -94,7 +96,7 @@ void BlueprintResource::describe(const Description& d) const {
     if (i < node.properties.size() && node.properties[i]->promises_triples())
       About(d.graph, iri).link(vocab::sh::targetNode, d.base + node.properties[i]->path);
   }
-  add_placed(d.graph, node.user_shapes, d.base);
+  add_placed(d.graph, node.user_shapes(), d.base);
 }
 
 void BlueprintResource::overview(Overview& o) const {
@@ -109,19 +111,22 @@ void BlueprintResource::for_each_property(FunctionRef<void(PropertyResource&)> v
 /// Names and shapes are resolved against its path, so what was made with them is made again.
 void BlueprintResource::path_changed() {
   if (Result<rdf::Graph> shapes = read_shapes(*thing->spec, path))
-    thing->user_shapes = *std::move(shapes);  // the texts were judged before
+    if (thing->texts) thing->texts->shapes = *std::move(shapes);  // the texts were judged before
   thing->shapes_moved();
 }
 
-Result<const shacl::Shapes*> compiled_shapes(ThingNode& thing, std::size_t base, const EngineView& engine) {
-  if (const auto known = thing.compiled_shapes.find(base); known != thing.compiled_shapes.end()) return &known->second;
+Result<shacl::Shapes> compiled_shapes(ThingNode& thing, std::size_t base, const EngineView& engine) {
+  const bool is_own = thing.adds_shapes();
+  ThinVector<CompiledShapes>& known = is_own ? thing.compiled_shapes : thing.kind->compiled_shapes;
+  for (const CompiledShapes& compiled : known)
+    if (compiled.base == base) return compiled.shapes;
   Graph graph;
   const Description d{graph, engine.bases[base], 1, engine};
-  thing.kind->describe(d);
-  thing.blueprint.describe(d);
+  thing.kind->describe_shapes(d);
+  if (is_own) thing.blueprint.describe(d);
   Result<shacl::Shapes> compiled = shacl::Shapes::compile(std::move(graph));
-  if (!compiled) return Unexpected{std::move(compiled).error()};
-  return &thing.compiled_shapes.emplace(base, *std::move(compiled)).first->second;
+  if (compiled) known.push_back({base, *compiled});
+  return compiled;
 }
 
 }  // namespace lrt::engine

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,12 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+
+/// A compiled Blueprint, with the index of the base IRI for which it was compiled.
+struct CompiledShapes {
+  std::size_t base;
+  shacl::Shapes shapes;
+};
 
 /// What a Thing adds to the Blueprint of its kind (R1.11): bounds that other Things of the kind do not share, and the shapes that the user gave.
 /// The state of the Thing conforms to both (SPEC 2).
@@ -37,9 +44,9 @@ bool has_own_shape(const ThingNode& thing, const std::string& name);
 /// Whether the user has given the shape of that name.
 bool has_user_shape(const ThingNode& thing, const std::string& name);
 
-/// The Blueprints of a Thing and its kind, compiled for one base. It is compiled once, for the first body, or at registration when the user gave
-/// shapes, which may be ill-formed.
+/// The Blueprints of a Thing and its kind, compiled for one base. They are compiled once, for the first body, or at registration when the user gave
+/// shapes, which may be ill-formed. Things without a Blueprint of their own share those of their kind.
 /// @par Errors  expected_value, unsupported_syntax, limit_exceeded: of shacl::Shapes::compile
-Result<const shacl::Shapes*> compiled_shapes(ThingNode& thing, std::size_t base, const EngineView& engine);
+Result<shacl::Shapes> compiled_shapes(ThingNode& thing, std::size_t base, const EngineView& engine);
 
 }  // namespace lrt::engine

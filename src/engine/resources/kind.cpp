@@ -34,7 +34,28 @@ bool has_own_bounds(const rdf::Type& type) {
   return type.kind == rdf::Type::Kind::optional ? has_own_bounds(*type.element) : type.is_number();
 }
 
-auto bounds_of(const rdf::Facets& f) { return std::tuple(f.min(), f.max(), f.min_exclusive(), f.max_exclusive()); }
+bool has_equal_bounds(const rdf::Facets& a, const rdf::Facets& b) {
+  return std::tuple(a.min(), a.max(), a.min_exclusive(), a.max_exclusive()) == std::tuple(b.min(), b.max(), b.min_exclusive(), b.max_exclusive());
+}
+
+/// The facets of the value shapes of a Thing, in the order of value_shapes().
+std::vector<const rdf::Facets*> all_facets(const ThingNode& thing) {
+  std::vector<const rdf::Facets*> all;
+  for (const auto& p : thing.properties) all.push_back(&p->spec->facets);
+  for (const auto& a : thing.actions) {
+    if (a->spec->input) all.push_back(&a->spec->facets);
+    if (a->spec->output) all.push_back(&a->spec->output_facets);
+  }
+  for (const auto& c : thing.collections) all.push_back(&c->spec->facets);
+  return all;
+}
+
+/// Marks the value shapes whose bounds differ between two Things of a kind.
+void compare_bounds(const ThingNode& one, const ThingNode& other, std::vector<bool>& shared) {
+  const std::vector<const rdf::Facets*> a = all_facets(one), b = all_facets(other);
+  for (std::size_t i = 0; i < shared.size(); ++i)
+    if (!has_equal_bounds(*a[i], *b[i])) shared[i] = false;
+}
 
 /// Writes what the description of a Thing of this kind depends on, except for bounds of numbers.
 class Signature {
@@ -85,7 +106,7 @@ std::map<std::string, Links> links_of(const ThingNode& thing, const Registry& re
       if (const Result<std::string> path = model::encode_path_from_root(s.object.text())) to = registry.find("/" + *path);
     add(s.predicate, to);
   }
-  const rdf::Graph& graph = thing.statements;
+  const rdf::Graph& graph = thing.statements();
   const std::string base(placeholder_base);
   if (const auto self = graph.find(rdf::iri(base + "/" + thing.spec->path)))
     for (const rdf::Triple& t : graph.match(*self, std::nullopt, std::nullopt)) {
@@ -153,31 +174,50 @@ std::vector<ValueShape> value_shapes(const ThingNode& thing) {
 
 // ------------------------------------------------------------------------------------------------------------------ kind
 
+std::string KindResource::usual_path(const std::string& name, unsigned number) {
+  return std::string(folder) + "/" + name + (number == 1 ? std::string() : "-" + std::to_string(number));
+}
+
 void KindResource::join(ThingNode& member) {
+  std::vector<bool> shared = things.empty() ? std::vector<bool>(all_facets(member).size(), true) : shared_;
+  if (!things.empty()) compare_bounds(*things.front(), member, shared);
   things.push_back(&member);
   member.kind = this;
-  compare_bounds();
+  set_shared(std::move(shared));
 }
 
 void KindResource::leave(ThingNode& member) {
+  const bool is_first = things.front() == &member;
   things.erase(std::find(things.begin(), things.end(), &member));
   member.kind = nullptr;
-  compare_bounds();
+  if (is_first) state_type_ = nullptr;
+  if (things.empty() || shares_all_bounds()) return;
+  std::vector<bool> shared(shared_.size(), true);
+  for (const ThingNode* t : things) compare_bounds(*things.front(), *t, shared);
+  set_shared(std::move(shared));
 }
 
-void KindResource::compare_bounds() {
-  if (things.empty()) return;
-  const std::vector<ValueShape> first = value_shapes(*things.front());
-  shared_.assign(first.size(), true);
-  for (ThingNode* t : things) {
-    const std::vector<ValueShape> shapes = value_shapes(*t);
-    for (std::size_t i = 0; i < first.size(); ++i)
-      if (bounds_of(*shapes[i].facets) != bounds_of(*first[i].facets)) shared_[i] = false;
-    t->compiled_shapes.clear();
+void KindResource::set_shared(std::vector<bool> shared) {
+  if (shared == shared_) return;
+  shared_ = std::move(shared);
+  compiled_shapes.clear();
+  for (ThingNode* t : things) t->compiled_shapes.clear();
+}
+
+const rdf::Type& KindResource::state_type() const {
+  if (!state_type_) {
+    auto record = std::make_unique<rdf::Type>();
+    record->kind = rdf::Type::Kind::record;
+    for (const auto& p : things.front()->spec->properties)
+      if (!p->file) record->fields.push_back({p->path, "#" + p->path, p->type, p->facets});
+    state_type_ = std::move(record);
   }
+  return *state_type_;
 }
 
-void KindResource::describe(const Description& d) const {
+void KindResource::describe(const Description& d) const { describe(d, true); }
+
+void KindResource::describe(const Description& d, bool with_targets) const {
   rdf::Graph& graph = d.graph;
   const ThingNode& first = *things.front();
   const model::ThingSpec& spec = *first.spec;
@@ -186,14 +226,16 @@ void KindResource::describe(const Description& d) const {
   about.a(vocab::sh::NodeShape).add(vocab::sh::name, rdf::literal(local_name(path)));
 
   // The class, if it says which Things these are.
-  const auto is_other = [&](const auto& entry) {
-    const ThingNode& other = *entry.second;
-    const auto& classes = other.spec->classes;
-    return other.kind != this && std::find(classes.begin(), classes.end(), spec.classes.back()) != classes.end();
-  };
-  const auto& all = d.engine.registry.things();
-  if (!spec.classes.empty() && std::none_of(all.begin(), all.end(), is_other)) about.link(vocab::sh::targetClass, spec.classes.back());
-  else for (const ThingNode* t : things) about.link(vocab::sh::targetNode, d.base + t->self.path);
+  if (with_targets) {
+    const auto is_other = [&](const auto& entry) {
+      const ThingNode& other = *entry.second;
+      const auto& classes = other.spec->classes;
+      return other.kind != this && std::find(classes.begin(), classes.end(), spec.classes.back()) != classes.end();
+    };
+    const auto& all = d.engine.registry.things();
+    if (!spec.classes.empty() && std::none_of(all.begin(), all.end(), is_other)) about.link(vocab::sh::targetClass, spec.classes.back());
+    else for (const ThingNode* t : things) about.link(vocab::sh::targetNode, d.base + t->self.path);
+  }
 
   about.add(vocab::sh::class_, rdf::TermView(vocab::hybrit::RoboticThing));
   for (const std::string& c : spec.classes) about.link(vocab::sh::class_, c);
@@ -261,7 +303,7 @@ void KindResource::describe(const Description& d) const {
     constraint.add(vocab::sh::node, promised && p.type->kind != rdf::Type::Kind::optional ? with_value : any);
     Structure more(graph, constraint.subject());
     const auto all_have = [&](auto has) { return std::all_of(things.begin(), things.end(), [&](const ThingNode* t) { return has(*t->properties[i]->spec); }); };
-    if (all_have([](const model::PropertySpec& s) { return s.frame.has_value(); })) more.path(frame_predicate(*p.type), 1, 1);
+    if (all_have([](const model::PropertySpec& s) { return s.frame != nullptr; })) more.path(frame_predicate(*p.type), 1, 1);
     // What the Property says of its values, where their shape does not.
     const Quantity quantity = quantity_of(*p.type, p.facets);
     const bool has_unit_in_shape = has_shape && (p.type->is_number() || p.type->kind == rdf::Type::Kind::record);
@@ -312,6 +354,7 @@ void KindResource::for_each_property(FunctionRef<void(PropertyResource&)> visit)
 }
 
 void KindResource::path_changed() {
+  compiled_shapes.clear();
   for (ThingNode* t : things) t->shapes_moved();
 }
 
@@ -322,10 +365,12 @@ void Kinds::join(ThingNode& thing) {
   std::unique_ptr<KindResource>& kind = kinds_[signature];
   if (!kind) {
     const std::string name = thing.spec->classes.empty() ? local_name(thing.spec->path) : iri::encode_segment(local_name(thing.spec->classes.back()));
-    std::string path = std::string(KindResource::folder) + "/" + name;
-    for (int n = 2; registry_.find_usual(path, {}) != nullptr; ++n) path = std::string(KindResource::folder) + "/" + name + "-" + std::to_string(n);
-    kind = std::make_unique<KindResource>(std::move(path), std::move(signature));
+    const auto known = first_free_.find(name);
+    unsigned number = known == first_free_.end() ? 1 : known->second;
+    while (registry_.find_usual(KindResource::usual_path(name, number), {}) != nullptr) ++number;
+    kind = std::make_unique<KindResource>(name, number, std::move(signature));
     registry_.add(*kind);
+    first_free_[name] = number + 1;
   }
   kind->join(thing);
 }
@@ -335,6 +380,10 @@ void Kinds::leave(ThingNode& thing) {
   kind.leave(thing);
   if (!kind.things.empty()) return;
   registry_.remove(kind);
+  if (const auto free = first_free_.find(kind.name); free != first_free_.end()) {
+    free->second = std::min(free->second, kind.number);
+    if (free->second == 1) first_free_.erase(free);
+  }
   kinds_.erase(kinds_.find(kind.signature));
 }
 

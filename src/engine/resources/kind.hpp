@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <map>
 #include <memory>
@@ -7,10 +8,12 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/thin_vector.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
 
 #include "src/engine/resource.hpp"
+#include "src/engine/resources/blueprint.hpp"
 
 namespace lrt::engine {
 
@@ -32,10 +35,17 @@ std::vector<ValueShape> value_shapes(const ThingNode& thing);
 class KindResource final : public Resource {
  public:
   static constexpr std::string_view folder = "/blueprints";
-  KindResource(std::string its_path, std::string its_signature)
-      : Resource(std::move(its_path), nullptr, folder.size()), signature(std::move(its_signature)) {}
+  /// @param its_number  of the kinds with that name, from 1
+  KindResource(std::string its_name, unsigned its_number, std::string its_signature)
+      : Resource(usual_path(its_name, its_number), nullptr, folder.size()),
+        name(std::move(its_name)),
+        number(its_number),
+        signature(std::move(its_signature)) {}
+  static std::string usual_path(const std::string& name, unsigned number);
 
   void describe(const Description& d) const override;
+  /// The same without the Things that the shape is for: bodies are judged by shapes that are named.
+  void describe_shapes(const Description& d) const { describe(d, false); }
   void describe_types(About&, const Description&) const override {}
   std::string_view kind() const noexcept override { return "blueprint"; }
   void overview(Overview& o) const override;
@@ -49,13 +59,21 @@ class KindResource final : public Resource {
   void leave(ThingNode& thing);
   /// The bounds of a value shape are the same for all Things.
   bool shares_bounds(std::size_t value_shape) const { return shared_[value_shape]; }
+  bool shares_all_bounds() const { return std::find(shared_.begin(), shared_.end(), false) == shared_.end(); }
+  /// The state of its Things as a record. Bounds are those of the first Thing.
+  const rdf::Type& state_type() const;
 
+  const std::string name;
+  const unsigned number;
   const std::string signature;
   std::vector<ThingNode*> things;
+  ThinVector<CompiledShapes> compiled_shapes;  ///< for its Things without a Blueprint of their own, from the first body on
 
  private:
-  void compare_bounds();
+  void describe(const Description& d, bool with_targets) const;
+  void set_shared(std::vector<bool> shared);
   std::vector<bool> shared_;  ///< by value shape
+  mutable std::unique_ptr<const rdf::Type> state_type_;
 };
 
 /// The kinds of the registered Things.
@@ -67,11 +85,15 @@ class Kinds {
   /// The last Thing of a kind ends it.
   void leave(ThingNode& thing);
   /// Ends all kinds, after their Things.
-  void clear() { kinds_.clear(); }
+  void clear() noexcept {
+    kinds_.clear();
+    first_free_.clear();
+  }
 
  private:
   Registry& registry_;
   std::map<std::string, std::unique_ptr<KindResource>> kinds_;  ///< by signature
+  std::map<std::string, unsigned> first_free_;                  ///< by name: no lower number is free; absent: 1 may be
 };
 
 }  // namespace lrt::engine

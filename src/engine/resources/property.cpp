@@ -129,33 +129,37 @@ Outcome PropertyResource::put(Context& context, Parts& parts) {
   auto written = std::make_shared<const rdf::Value>(std::move(std::get<Body>(read).value));
   const auto ticket = parts.pending.defer(context, parts.options.host_timeout, parts.timed_out(), thing->where(*spec));
   if (!ticket) return parts.responses.overloaded(context);
-  if (writes_.size() > 64) {  // most of their clients got 503 meanwhile; the first may be under way
+  if (!writes_) writes_ = std::make_unique<Writes>();
+  std::vector<Write>& queue = writes_->queue;
+  if (queue.size() > 64) {  // most of their clients got 503 meanwhile; the first may be under way
     const auto is_over = [&](const Write& w) { return !parts.pending.is_pending(w.ticket); };
-    writes_.erase(std::remove_if(writes_.begin() + 1, writes_.end(), is_over), writes_.end());
+    queue.erase(std::remove_if(queue.begin() + 1, queue.end(), is_over), queue.end());
   }
-  writes_.push_back({*ticket, std::move(written)});
-  if (!writing_) begin_next_write(parts, context.now);
+  queue.push_back({*ticket, std::move(written)});
+  if (!writes_->writing) begin_next_write(parts, context.now);
   return Deferred{*ticket};
 }
 
 /// Takes up the first write that has a client. Its preconditions are judged now, so that the second of two writers with the same If-Match
 /// meets what the first has written.
 void PropertyResource::begin_next_write(Parts& parts, TimePoint now) {
-  writing_ = false;
-  while (!writes_.empty()) {
-    const Ticket ticket = writes_.front().ticket;
+  writes_->writing = false;
+  std::vector<Write>& queue = writes_->queue;
+  while (!queue.empty()) {
+    const Ticket ticket = queue.front().ticket;
     const Context* context = parts.pending.resume(ticket, now);
     if (!context) {
-      writes_.pop_front();
+      queue.erase(queue.begin());
       continue;
     }
-    writing_ = true;
+    writes_->writing = true;
     const bool conditional = context->request().find("If-Match") || context->request().find("If-None-Match");
     parts.values.take_published(*this);
     const bool is_behind = spec->slot && spec->slot->has_change();
     if (!conditional && !is_behind) return judge_write(parts, now, true);
     return drops_if_thrown(ticket, [&] { judge_after_refresh({}, parts); });
   }
+  writes_ = nullptr;
 }
 
 /// A write that fails inside makes room for the next.
@@ -164,16 +168,16 @@ void PropertyResource::drops_if_thrown(Ticket ticket, Step step) {
   try {
     step();
   } catch (...) {
-    if (!writes_.empty() && writes_.front().ticket == ticket) drop_write();
+    if (is_first_write(ticket)) drop_write();
     throw;
   }
 }
 
 /// Judges the first write with the present value, which user code may have to make.
 void PropertyResource::judge_after_refresh(Encodings wanted, Parts& parts) {
-  const Ticket ticket = writes_.front().ticket;
+  const Ticket ticket = writes_->queue.front().ticket;
   parts.values.refresh(*this, wanted, [this, &parts, ref = Ref(*this), ticket, all = wanted.all](const Result<void>& result, TimePoint now) {
-    if (!parts.registry.find(ref) || writes_.empty() || writes_.front().ticket != ticket) return;
+    if (!parts.registry.find(ref) || !is_first_write(ticket)) return;
     if (result) return judge_write(parts, now, all);
     if (const Context* c = parts.pending.resume(ticket, now)) parts.pending.respond(ticket, parts.responses.problem(*c, 500, result.error().message));
     drop_write();
@@ -183,7 +187,7 @@ void PropertyResource::judge_after_refresh(Encodings wanted, Parts& parts) {
 
 /// @param encoded  variants that lack an encoding have no entity tag
 void PropertyResource::judge_write(Parts& parts, TimePoint now, bool encoded) {
-  const Ticket ticket = writes_.front().ticket;
+  const Ticket ticket = writes_->queue.front().ticket;
   drops_if_thrown(ticket, [&] { judge_write(ticket, parts, now, encoded); });
 }
 
@@ -205,9 +209,9 @@ void PropertyResource::judge_write(Ticket ticket, Parts& parts, TimePoint now, b
     return begin_next_write(parts, now);
   }
   context->ignores_conditions = true;
-  write_token_ = parts.calls.call<Written>(
+  writes_->token = parts.calls.call<Written>(
       thing->where(*spec),
-      [s = spec, value = writes_.front().value]() -> Result<Written> {
+      [s = spec, value = writes_->queue.front().value]() -> Result<Written> {
         if (s->slot) s->slot->forget();
         if (Result<void> result = s->write(*value); !result) return Unexpected{std::move(result).error()};
         // The write has succeeded: without a T of its own the value just has no encodings.
@@ -217,13 +221,13 @@ void PropertyResource::judge_write(Ticket ticket, Parts& parts, TimePoint now, b
       [this, &parts, ref = Ref(*this)](Result<Written> written, TimePoint at) {
         if (parts.registry.find(ref)) end_write(std::move(written), parts, at);
       });
-  parts.pending.waits_for(ticket, write_token_);
+  parts.pending.waits_for(ticket, writes_->token);
 }
 
 void PropertyResource::end_write(Result<Written> written, Parts& parts, TimePoint now) {
-  write_token_ = nullptr;
-  const Write write = std::move(writes_.front());
-  writes_.pop_front();
+  writes_->token = nullptr;
+  const Write write = std::move(writes_->queue.front());
+  writes_->queue.erase(writes_->queue.begin());
   try {
     respond_to(write, std::move(written), parts, now);
   } catch (const std::exception& e) {
@@ -257,14 +261,16 @@ void PropertyResource::respond_to(const Write& write, Result<Written> written, P
 }
 
 void PropertyResource::drop_write() {
-  writes_.pop_front();
-  writing_ = false;
+  writes_->queue.erase(writes_->queue.begin());
+  writes_->writing = false;
 }
 
 void PropertyResource::removed(Parts& parts) {
-  for (const Write& w : writes_) parts.respond_gone(w.ticket);
-  writes_.clear();
-  if (write_token_) write_token_->cancel();
+  if (writes_) {
+    for (const Write& w : writes_->queue) parts.respond_gone(w.ticket);
+    writes_->queue.clear();
+    if (writes_->token) writes_->token->cancel();
+  }
   parts.values.cancel(*this, parts.clock.now());
 }
 

@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <string>
 #include <vector>
@@ -27,7 +26,7 @@ class PropertyResource final : public Resource {
   Input input(const EngineOptions& options) const override { return input_of(*spec, *spec->type, spec->facets, options); }
   /// @pre published values were taken
   bool is_up_to_date() const noexcept override {
-    return spec->slot && !spec->slot->has_change() && !refresh_state.running && writes_.empty() && !writing_;
+    return spec->slot && !spec->slot->has_change() && !is_refreshing() && !has_writes();
   }
   std::string input_shape() const override { return spec->path; }
   bool takes_plain_values() const noexcept override { return true; }
@@ -71,9 +70,12 @@ class PropertyResource final : public Resource {
   bool only_octets = false;           ///< the value has too many members for RDF, which describes its octets instead
 
   std::vector<Encoding> encodings;    ///< of the present value, by the user's encoders; of the same index
-  PropertyRefresh refresh_state;      ///< PropertyValues'
-  std::size_t watchers = 0;
-  std::size_t queues = 0;                        ///< observers with a queue, for which the slot keeps values; PropertyValues'
+  std::unique_ptr<PropertyRefresh> refresh_state;  ///< PropertyValues'; null: none was needed yet
+  bool is_refreshing() const noexcept { return refresh_state && refresh_state->running; }
+  /// The last read of a pulled property failed.
+  bool is_failing() const noexcept { return refresh_state && refresh_state->failing; }
+  std::uint32_t watchers = 0;
+  std::uint32_t queues = 0;                      ///< observers with a queue, for which the slot keeps values; PropertyValues'
   DeadlineQueue<ResourceId>::Place next_sample;  ///< ChangeScanner's, of a pulled property
   std::uint64_t seen_lost = 0;        ///< of the slot's lost values, those that observers know of
 
@@ -87,6 +89,8 @@ class PropertyResource final : public Resource {
     std::shared_ptr<const void> whole;
   };
 
+  bool has_writes() const noexcept { return writes_ && (writes_->writing || !writes_->queue.empty()); }
+  bool is_first_write(Ticket ticket) const noexcept { return writes_ && !writes_->queue.empty() && writes_->queue.front().ticket == ticket; }
   void describe_formats(About& about, const Description& d) const;
   void begin_next_write(Parts& parts, TimePoint now);
   void judge_after_refresh(Encodings wanted, Parts& parts);
@@ -98,10 +102,15 @@ class PropertyResource final : public Resource {
   void drops_if_thrown(Ticket ticket, Step step);
   void drop_write();
 
+  /// The writes that wait, and the first, which may be under way.
+  struct Writes {
+    std::vector<Write> queue;  ///< carried out one at a time; the preconditions of each are judged when it begins
+    bool writing = false;
+    std::shared_ptr<CancelToken> token;
+  };
+
   std::unique_ptr<const Variants> own_variants_;  ///< nullptr: those of any value
-  std::deque<Write> writes_;                      ///< carried out one at a time; the preconditions of each are judged when it begins
-  bool writing_ = false;
-  std::shared_ptr<CancelToken> write_token_;
+  std::unique_ptr<Writes> writes_;                ///< nullptr: there are none
 };
 
 }  // namespace lrt::engine

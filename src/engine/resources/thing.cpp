@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/engine/engine.hpp>
 #include <lrt/rdf/value_codec.hpp>
 
@@ -48,7 +49,7 @@ void ThingResource::describe(const Description& d) const {
     if (p->spec->predicates.empty()) about.link(Iri(std::string_view(rdf::term_iri(link_term(p->spec->path), vocabulary))), d.base + p->path);
   domain_links(node.collections);
   about.statements(spec.statements, d.base);
-  add_placed(d.graph, node.statements, d.base);
+  add_placed(d.graph, node.statements(), d.base);
 
   // The types of what it links to.
   for (const ActionResource* a : actions) describe_types_of(*a, d);
@@ -113,84 +114,82 @@ void ThingResource::set_observed(bool observed, ChangeScanner& scanner) {
 
 void StateResource::describe(const Description& d) const {
   thing->self.describe(d);
-  for (const auto& p : thing->in_state) p->describe(d);
+  for (PropertyResource* p : thing->in_state()) p->describe(d);
 }
 
 std::vector<const Resource*> StateResource::described_resources() const {
   std::vector<const Resource*> parts = {&thing->self};
-  parts.insert(parts.end(), thing->in_state.begin(), thing->in_state.end());
+  for (const PropertyResource* p : thing->in_state()) parts.push_back(p);
   return parts;
 }
 
 std::optional<PlainValue> StateResource::plain_value() const {
   static const rdf::Facets no_facets;
   rdf::Value::Sequence values;
-  for (const auto& p : thing->in_state) values.push_back(p->value);
-  return PlainValue{&thing->state_type, &no_facets, nullptr, rdf::Value(std::move(values))};
+  for (PropertyResource* p : thing->in_state()) values.push_back(p->value);
+  return PlainValue{&thing->kind->state_type(), &no_facets, nullptr, rdf::Value(std::move(values))};
 }
 
 bool StateResource::fits_rdf(std::size_t max_values) const {
-  return std::all_of(thing->in_state.begin(), thing->in_state.end(),
-                     [&](const auto& p) { return p->only_octets || fits(p->value, max_values); });
+  const StateProperties properties = thing->in_state();
+  return std::all_of(properties.begin(), properties.end(), [&](const PropertyResource* p) { return p->only_octets || fits(p->value, max_values); });
 }
 
 std::uint64_t StateResource::state(std::uint64_t structure) const noexcept {
   std::uint64_t sum = structure;
-  for (const auto& p : thing->in_state) sum += p->revision;
+  for (PropertyResource* p : thing->in_state()) sum += p->revision;
   return sum;
 }
 
 void StateResource::link_related(http::LinkWriter& links, const std::string& base) const {
-  for (const auto& p : thing->in_state) links.add(base + p->path, "related");
+  for (PropertyResource* p : thing->in_state()) links.add(base + p->path, "related");
 }
 
 void StateResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const {
-  for (const auto& p : thing->in_state) visit(*p);
+  for (PropertyResource* p : thing->in_state()) visit(*p);
 }
 
 void StateResource::set_observed(bool observed, ChangeScanner& scanner) {
   thing->self.set_observed(observed, scanner);
-  for (const auto& p : thing->in_state) p->set_watched(observed, scanner);
+  for (PropertyResource* p : thing->in_state()) p->set_watched(observed, scanner);
 }
 
 // ------------------------------------------------------------------------------------------------------------- both
 
 namespace {
 
-rdf::Type record_of(const std::vector<std::shared_ptr<model::PropertySpec>>& properties) {
-  rdf::Type record;
-  record.kind = rdf::Type::Kind::record;
-  for (const auto& p : properties)
-    if (!p->file) record.fields.push_back({p->path, "#" + p->path, p->type, p->facets});
-  return record;
+/// Of a Thing that was given no Turtle.
+const ThingTexts& no_texts() {
+  static const Immortal<ThingTexts> none;
+  return *none;
 }
 
 }  // namespace
 
 ThingNode::ThingNode(std::unique_ptr<model::ThingSpec> s)
     : spec(std::move(s)),
-      state_type(record_of(spec->properties)),
       self("/" + spec->path, this),
       state(self.path + "/state", this, (self.path + "/state").size()),
       blueprint(self.path + "/blueprint", this, (self.path + "/blueprint").size()),
       subscriptions(self.path + "/subscriptions", this, (self.path + "/subscriptions").size()),
       tree(self.path + "/all", this) {
   for (const auto& p : spec->properties) properties.push_back(std::make_unique<PropertyResource>(self.path + "/" + p->path, this, p));
-  for (const auto& p : properties)
-    if (!p->spec->file) in_state.push_back(p.get());
   for (const auto& a : spec->actions) actions.push_back(std::make_unique<ActionResource>(self.path + "/actions/" + a->path, this, a));
   for (const auto& c : spec->collections) collections.push_back(std::make_unique<CollectionResource>(self.path + "/" + c->path, this, c));
 }
 
 ThingNode::~ThingNode() = default;
 
-bool ThingNode::adds_shapes() const {
-  if (!user_shapes.empty()) return true;
-  const std::vector<ValueShape> shapes = value_shapes(*this);
-  for (std::size_t i = 0; kind && i < shapes.size(); ++i)
-    if (!kind->shares_bounds(i)) return true;
-  return false;
+void StateProperties::iterator::skip_files() {
+  while (at_ != end_ && (*at_)->spec->file) ++at_;
 }
+
+bool ThingNode::adds_shapes() const {
+  return !user_shapes().empty() || (kind && !kind->shares_all_bounds());
+}
+
+const rdf::Graph& ThingNode::statements() const noexcept { return (texts ? *texts : no_texts()).statements; }
+const rdf::Graph& ThingNode::user_shapes() const noexcept { return (texts ? *texts : no_texts()).shapes; }
 
 std::vector<std::string> ThingNode::blueprint_iris(const std::string& base) const {
   std::vector<std::string> iris = {!spec->blueprint.empty() ? spec->blueprint : base + (kind ? kind->path : blueprint.path)};

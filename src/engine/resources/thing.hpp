@@ -1,16 +1,16 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/thin_vector.hpp>
 #include <lrt/model/detail/spec.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
-#include <lrt/shacl/shapes.hpp>
 
 #include "src/engine/resource.hpp"
 #include "src/engine/resources/blueprint.hpp"
@@ -60,6 +60,46 @@ class StateResource final : public Resource {
   void set_observed(bool observed, ChangeScanner& scanner) override;
 };
 
+/// The properties of a Thing that its state contains: all but files.
+class StateProperties {
+ public:
+  using All = std::vector<std::unique_ptr<PropertyResource>>;
+  class iterator {
+   public:
+    using iterator_category = std::forward_iterator_tag;
+    using value_type = PropertyResource*;
+    using difference_type = std::ptrdiff_t;
+    using pointer = PropertyResource* const*;
+    using reference = PropertyResource*;
+
+    iterator(All::const_iterator at, All::const_iterator end) : at_(at), end_(end) { skip_files(); }
+    PropertyResource* operator*() const { return at_->get(); }
+    iterator& operator++() {
+      ++at_;
+      skip_files();
+      return *this;
+    }
+    friend bool operator==(const iterator& a, const iterator& b) { return a.at_ == b.at_; }
+    friend bool operator!=(const iterator& a, const iterator& b) { return a.at_ != b.at_; }
+
+   private:
+    void skip_files();
+    All::const_iterator at_, end_;
+  };
+
+  explicit StateProperties(const All& all) noexcept : all_(all) {}
+  iterator begin() const { return {all_.begin(), all_.end()}; }
+  iterator end() const { return {all_.end(), all_.end()}; }
+
+ private:
+  const All& all_;
+};
+
+/// What the user gave a Thing as Turtle, with IRIs below placeholder_base.
+struct ThingTexts {
+  rdf::Graph statements, shapes;
+};
+
 /// A registered Thing: the resources that each Thing has, those it was given, and its place in the tree.
 struct ThingNode {
   explicit ThingNode(std::unique_ptr<model::ThingSpec> s);
@@ -76,32 +116,34 @@ struct ThingNode {
   std::string shape_iri(const std::string& base, const std::string& name) const { return shapes_of(base, name) + "#" + name; }
   /// The path of a Blueprint has changed.
   void shapes_moved();
+  const rdf::Graph& statements() const noexcept;
+  /// The shapes that the user gave.
+  const rdf::Graph& user_shapes() const noexcept;
   /// Where the lambdas of one of its resources run.
   Dispatch where(const model::ResourceSpec& resource) const noexcept { return resource.dispatch.value_or(spec->dispatch); }
   /// The name of a shape that is not that of a property or collection of the user: "actions" + "/turn/input", "actions-lrt" + "/turn/input".
   std::string shape_name(std::string name, std::string_view rest = {}) const;
   /// The actions that are available now.
   std::vector<ActionResource*> available_actions() const;
+  /// Its properties that its state contains.
+  StateProperties in_state() const noexcept { return StateProperties(properties); }
   /// All its resources that have been there since its registration.
   std::vector<Resource*> resources();
 
   const std::unique_ptr<model::ThingSpec> spec;
-  rdf::Type state_type;                                 ///< of its state as a record
-  rdf::Graph statements;                                ///< of its Turtle, with IRIs below placeholder_base
-  rdf::Graph user_shapes;                               ///< the same of the shapes that the user gave
-  std::map<std::size_t, shacl::Shapes> compiled_shapes; ///< the Blueprint by base, from the first body on
+  std::unique_ptr<ThingTexts> texts;                    ///< null: there are none
+  ThinVector<CompiledShapes> compiled_shapes;           ///< of a Thing with a Blueprint of its own, from the first body on
   ThingResource self;
   StateResource state;
   BlueprintResource blueprint;
   SubscriptionsResource subscriptions;
   TreeResource tree;  ///< linked where there are Things below
   std::vector<std::unique_ptr<PropertyResource>> properties;
-  std::vector<PropertyResource*> in_state;  ///< those of them that its state contains
-  std::vector<std::unique_ptr<ActionResource>> actions;
-  std::vector<std::unique_ptr<CollectionResource>> collections;
+  ThinVector<std::unique_ptr<ActionResource>> actions;
+  ThinVector<std::unique_ptr<CollectionResource>> collections;
   KindResource* kind = nullptr;                         ///< set while it is registered
   ThingNode* parent = nullptr;                          ///< nullptr: below the root
-  std::vector<ThingNode*> children;                     ///< in the order of registration
+  ThinVector<ThingNode*> children;                      ///< in the order of registration
 };
 
 }  // namespace lrt::engine

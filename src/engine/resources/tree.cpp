@@ -6,6 +6,7 @@
 
 #include "src/engine/description.hpp"
 #include "src/engine/registry.hpp"
+#include "src/engine/resources/kind.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
 
@@ -19,7 +20,7 @@ void visit_tree(const ThingNode& thing, FunctionRef<void(const ThingNode&)> visi
 }
 
 /// Its value is that of the last refresh.
-bool is_readable(const PropertyResource& property) { return !property.refresh_state.failing; }
+bool is_readable(const PropertyResource& property) { return !property.is_failing(); }
 
 rdf::Type empty_record() {
   rdf::Type record;
@@ -42,7 +43,7 @@ std::vector<const Resource*> TreeResource::described_resources() const {
   std::vector<const Resource*> parts;
   for_each_thing([&](const ThingNode& one) {
     parts.push_back(&one.self);
-    for (const PropertyResource* p : one.in_state)
+    for (const PropertyResource* p : one.in_state())
       if (is_readable(*p)) parts.push_back(p);
   });
   return parts;
@@ -64,8 +65,8 @@ std::optional<PlainValue> TreeResource::plain_value() const {
 /// Adds what a Thing's state has, and the Things below it.
 /// @param prefix  how much of their paths is left out
 void TreeResource::add_to(rdf::Type& record, rdf::Value::Sequence& values, const ThingNode& one, std::size_t prefix) const {
-  record.fields = one.state_type.fields;
-  for (const PropertyResource* p : one.in_state) values.push_back(is_readable(*p) ? p->value : rdf::Value());
+  record.fields = one.kind->state_type().fields;
+  for (const PropertyResource* p : one.in_state()) values.push_back(is_readable(*p) ? p->value : rdf::Value());
   for (const ThingNode* child : one.children) add_member(record, values, *child, prefix);
 }
 
@@ -99,7 +100,7 @@ std::string TreeResource::up() const { return thing ? thing->self.path : "/"; }
 
 void TreeResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const {
   for_each_thing([&](const ThingNode& one) {
-    for (PropertyResource* p : one.in_state) visit(*p);
+    for (PropertyResource* p : one.in_state()) visit(*p);
   });
 }
 

@@ -2,7 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
+#include <list>
 #include <string>
 #include <vector>
 
@@ -41,7 +41,7 @@ class TreeResource final : public Resource {
   void add_member(rdf::Type& record, rdf::Value::Sequence& values, const ThingNode& member, std::size_t prefix) const;
 
   const Registry* const registry_;
-  mutable std::deque<rdf::Type> types_;  ///< of the last plain_value()
+  mutable std::list<rdf::Type> types_;  ///< of the last plain_value()
 };
 
 }  // namespace lrt::engine

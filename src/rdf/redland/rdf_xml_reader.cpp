@@ -28,6 +28,8 @@ Result<Graph> checked(Result<Graph> graph) {
 
 bool has_rdf_xml() noexcept { return true; }
 
+void prepare_rdf_xml() noexcept { redland::prepare(); }
+
 Result<Graph> read_rdf_xml(std::string_view text, const ReadOptions& options) {
   if (Result<void> scanned = scan_rdf_xml(text, options); !scanned) return unexpected(scanned.error());
   return checked(redland::parse_rdf_xml(text, options));

@@ -1,7 +1,5 @@
 #include "src/rdf/redland/redland.hpp"
 
-#include <raptor2.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
@@ -16,6 +14,7 @@
 #include "src/base/third_party_call.hpp"
 #include "src/base/thread.hpp"
 #include "src/rdf/limits.hpp"
+#include "src/rdf/redland/raptor.hpp"
 
 namespace lrt::rdf::redland {
 namespace {
@@ -26,6 +25,9 @@ namespace {
 /// Stands for a missing base, which Raptor requires. No term of a result may begin with it.
 constexpr std::string_view no_base = "lrt-no-base://none/";
 
+/// @pre a Lease has been had, so it is loaded
+const Raptor& raptor() noexcept { return *load_raptor(); }
+
 const unsigned char* bytes(const char* text) noexcept { return reinterpret_cast<const unsigned char*>(text); }
 const unsigned char* bytes(std::string_view text) noexcept { return bytes(text.data()); }
 std::string_view view(const unsigned char* text, std::size_t length) noexcept {
@@ -33,7 +35,7 @@ std::string_view view(const unsigned char* text, std::size_t length) noexcept {
 }
 std::string_view view(raptor_uri* uri) noexcept {
   std::size_t length = 0;
-  const unsigned char* text = raptor_uri_as_counted_string(uri, &length);
+  const unsigned char* text = raptor().uri_as_counted_string(uri, &length);
   return view(text, length);
 }
 
@@ -41,27 +43,27 @@ template <auto free_function>
 struct Free {
   template <class T>
   void operator()(T* object) const noexcept {
-    free_function(object);
+    (raptor().*free_function)(object);
   }
 };
-using Uri = std::unique_ptr<raptor_uri, Free<raptor_free_uri>>;
-using Parser = std::unique_ptr<raptor_parser, Free<raptor_free_parser>>;
-using Serializer = std::unique_ptr<raptor_serializer, Free<raptor_free_serializer>>;
-using Stream = std::unique_ptr<raptor_iostream, Free<raptor_free_iostream>>;
-using OwnedTerm = std::unique_ptr<raptor_term, Free<raptor_free_term>>;
+using Uri = std::unique_ptr<raptor_uri, Free<&Raptor::free_uri>>;
+using Parser = std::unique_ptr<raptor_parser, Free<&Raptor::free_parser>>;
+using Serializer = std::unique_ptr<raptor_serializer, Free<&Raptor::free_serializer>>;
+using Stream = std::unique_ptr<raptor_iostream, Free<&Raptor::free_iostream>>;
+using OwnedTerm = std::unique_ptr<raptor_term, Free<&Raptor::free_term>>;
 
 /// A Raptor world, used by one call at a time: its URIs, its error messages, its names for blank nodes. Never destroyed: when
 /// threads freed theirs, a parser of libxml2 on another thread hung in a lock that all share.
 class World {
  public:
   World() {
-    world_ = raptor_new_world();
+    world_ = raptor().new_world_internal(RAPTOR_VERSION);
     if (world_ == nullptr) throw std::bad_alloc();
-    raptor_world_set_log_handler(world_, this, &World::on_log);
-    raptor_world_set_generate_bnodeid_handler(world_, this, &World::on_blank);
-    raptor_world_set_flag(world_, RAPTOR_WORLD_FLAG_WWW_SKIP_INIT_FINISH, 1);  // curl is the host's, not ours
-    if (raptor_world_open(world_) != 0) {
-      raptor_free_world(world_);
+    raptor().world_set_log_handler(world_, this, &World::on_log);
+    raptor().world_set_generate_bnodeid_handler(world_, this, &World::on_blank);
+    raptor().world_set_flag(world_, RAPTOR_WORLD_FLAG_WWW_SKIP_INIT_FINISH, 1);  // curl is the host's, not ours
+    if (raptor().world_open(world_) != 0) {
+      raptor().free_world(world_);
       throw std::bad_alloc();
     }
   }
@@ -102,7 +104,7 @@ class World {
     if (message->level < RAPTOR_LOG_LEVEL_ERROR || world.failed_) return;
     world.failed_ = true;
     const raptor_locator* place = message->locator;
-    if (place == nullptr && world.parser_ != nullptr) place = raptor_parser_get_locator(world.parser_);
+    if (place == nullptr && world.parser_ != nullptr) place = raptor().parser_get_locator(world.parser_);
     if (place != nullptr) {
       world.line_ = place->line;
       world.column_ = place->column;
@@ -116,7 +118,7 @@ class World {
   static unsigned char* on_blank(void* self, unsigned char* name) noexcept {
     auto& world = *static_cast<World*>(self);
     const std::size_t length = name != nullptr ? std::strlen(reinterpret_cast<const char*>(name)) : 24;
-    auto* label = static_cast<unsigned char*>(raptor_alloc_memory(length + 2));
+    auto* label = static_cast<unsigned char*>(raptor().alloc_memory(length + 2));
     if (label != nullptr) {
       auto* text = reinterpret_cast<char*>(label);
       if (name != nullptr) {
@@ -126,7 +128,7 @@ class World {
         std::snprintf(text, length + 2, "g%u", world.generated_++);
       }
     }
-    if (name != nullptr) raptor_free_memory(name);
+    if (name != nullptr) raptor().free_memory(name);
     return label;
   }
 
@@ -147,7 +149,9 @@ class Lease {
     const std::lock_guard<std::mutex> lock(pool.mutex);
     if (pool.idle.empty()) {
       pool.idle.reserve(++pool.made);  // so that giving back cannot fail
-      pool.idle.push_back(make());
+      World* const made = make();
+      if (!made) return;
+      pool.idle.push_back(made);
     }
     world_ = pool.idle.back();
     pool.idle.pop_back();
@@ -155,14 +159,18 @@ class Lease {
   Lease(const Lease&) = delete;
   Lease& operator=(const Lease&) = delete;
   ~Lease() {
-    if (!call_) return;
+    if (!world_) return;
     Pool& pool = shared();
     const std::lock_guard<std::mutex> lock(pool.mutex);
     pool.idle.push_back(world_);
   }
   World* operator->() const noexcept { return world_; }
-  /// False: the process ends, and libxml2 may have freed what its parsers need.
+  /// False: refusal() says why.
   explicit operator bool() const noexcept { return world_ != nullptr; }
+  Unexpected refusal() const {
+    if (call_) return unexpected(Errc::unsupported_syntax, "RDF/XML: libraptor2 cannot be loaded");
+    return unexpected(Errc::closed, "the process ends");  // libxml2 may have freed what its parsers need
+  }
 
  private:
   struct Pool {
@@ -175,16 +183,17 @@ class Lease {
     return *pool;
   }
 
-  /// On a thread of its own: opening a world replaces the calling thread's error handlers of libxml2, which are the host's.
+  /// nullptr: Raptor cannot be loaded. On a thread of its own: opening a world replaces the calling thread's error handlers of libxml2, which are the host's.
   static World* make() {
     World* world = nullptr;
     std::exception_ptr exception;
     start_thread("lrt-raptor", {}, [&] {
       try {
-        world = new World;
+        if (load_raptor()) world = new World;
       } catch (...) { exception = std::current_exception(); }
     }).value().join();
     if (exception) std::rethrow_exception(exception);
+    if (!world) return nullptr;
     [[maybe_unused]] static const bool closes = ThirdPartyCall::close_at_exit();
     return world;
   }
@@ -248,7 +257,7 @@ struct Sink {
       exceeded = "IRIs and literals of more than " + std::to_string(options.max_bytes) + " bytes when written out";
     }
     if (exceeded.empty()) return true;
-    if (raptor_locator* const place = raptor_parser_get_locator(parser)) line = raptor_locator_line(place);
+    if (raptor_locator* const place = raptor().parser_get_locator(parser)) line = raptor().locator_line(place);
     return false;
   }
 
@@ -256,19 +265,19 @@ struct Sink {
     auto& sink = *static_cast<Sink*>(self);
     if (!sink.exceeded.empty() || sink.exception) return;
     try {
-      if (!sink.within_limits(*statement)) return raptor_parser_parse_abort(sink.parser);
+      if (!sink.within_limits(*statement)) return raptor().parser_parse_abort(sink.parser);
       char subject[16], object[16];
       sink.graph.add(sink.term(statement->subject, subject), iri(view(statement->predicate->value.uri)),
                      sink.term(statement->object, object));
     } catch (...) {
       sink.exception = std::current_exception();
-      raptor_parser_parse_abort(sink.parser);
+      raptor().parser_parse_abort(sink.parser);
     }
   }
 };
 
 Uri make_uri(raptor_world* world, std::string_view text) {
-  Uri uri(raptor_new_uri_from_counted_string(world, bytes(text), text.size()));
+  Uri uri(raptor().new_uri_from_counted_string(world, bytes(text), text.size()));
   if (!uri) throw std::bad_alloc();
   return uri;
 }
@@ -278,16 +287,16 @@ OwnedTerm make_term(raptor_world* world, const TermView& term, TermId id) {
   OwnedTerm made;
   const std::string text = term.is_blank() ? "b" + std::to_string(static_cast<std::uint32_t>(id)) : std::string(term.text);
   if (term.is_iri()) {
-    made.reset(raptor_new_term_from_counted_uri_string(world, bytes(text), text.size()));
+    made.reset(raptor().new_term_from_counted_uri_string(world, bytes(text), text.size()));
   } else if (term.is_blank()) {
-    made.reset(raptor_new_term_from_counted_blank(world, bytes(text), text.size()));
+    made.reset(raptor().new_term_from_counted_blank(world, bytes(text), text.size()));
   } else if (!term.language.empty()) {
     const std::string language(term.language);
-    made.reset(raptor_new_term_from_counted_literal(world, bytes(text), text.size(), nullptr, bytes(language),
+    made.reset(raptor().new_term_from_counted_literal(world, bytes(text), text.size(), nullptr, bytes(language),
                                                     static_cast<unsigned char>(language.size())));
   } else {
     const Uri datatype = term.datatype == vocab::xsd::string.text ? Uri() : make_uri(world, term.datatype);
-    made.reset(raptor_new_term_from_counted_literal(world, bytes(text), text.size(), datatype.get(), nullptr, 0));
+    made.reset(raptor().new_term_from_counted_literal(world, bytes(text), text.size(), datatype.get(), nullptr, 0));
   }
   if (!made) throw std::bad_alloc();
   return made;
@@ -297,20 +306,20 @@ OwnedTerm make_term(raptor_world* world, const TermView& term, TermId id) {
 
 Result<Graph> parse_rdf_xml(std::string_view text, const ReadOptions& options) {
   const Lease world;
-  if (!world) return unexpected(Errc::closed, "the process ends");
+  if (!world) return world.refusal();
   world->begin(nullptr);
   const Uri base = make_uri(world->get(), options.base.empty() ? no_base : options.base);
-  const Parser parser(raptor_new_parser(world->get(), "rdfxml"));
+  const Parser parser(raptor().new_parser(world->get(), "rdfxml"));
   if (!parser) throw std::bad_alloc();
   world->begin(parser.get());
   Sink sink(options, parser.get());
-  raptor_parser_set_statement_handler(parser.get(), &sink, &Sink::on_statement);
-  raptor_parser_set_option(parser.get(), RAPTOR_OPTION_NO_NET, nullptr, 1);
-  raptor_parser_set_option(parser.get(), RAPTOR_OPTION_NO_FILE, nullptr, 1);
-  raptor_parser_set_option(parser.get(), RAPTOR_OPTION_LOAD_EXTERNAL_ENTITIES, nullptr, 0);
+  raptor().parser_set_statement_handler(parser.get(), &sink, &Sink::on_statement);
+  raptor().parser_set_option(parser.get(), RAPTOR_OPTION_NO_NET, nullptr, 1);
+  raptor().parser_set_option(parser.get(), RAPTOR_OPTION_NO_FILE, nullptr, 1);
+  raptor().parser_set_option(parser.get(), RAPTOR_OPTION_LOAD_EXTERNAL_ENTITIES, nullptr, 0);
 
-  int status = raptor_parser_parse_start(parser.get(), base.get());
-  if (status == 0) status = raptor_parser_parse_chunk(parser.get(), bytes(text), text.size(), 1);
+  int status = raptor().parser_parse_start(parser.get(), base.get());
+  if (status == 0) status = raptor().parser_parse_chunk(parser.get(), bytes(text), text.size(), 1);
   world->end();
   if (sink.exception) std::rethrow_exception(sink.exception);
   if (!sink.exceeded.empty()) {
@@ -336,24 +345,24 @@ Result<Graph> parse_rdf_xml(std::string_view text, const ReadOptions& options) {
 
 Result<std::string> serialize_rdf_xml(const Graph& graph, const Prefixes& prefixes, bool nested) {
   const Lease world;
-  if (!world) return unexpected(Errc::closed, "the process ends");
+  if (!world) return world.refusal();
   world->begin(nullptr);
   raptor_world* const w = world->get();
-  const Serializer serializer(raptor_new_serializer(w, nested ? "rdfxml-abbrev" : "rdfxml"));
+  const Serializer serializer(raptor().new_serializer(w, nested ? "rdfxml-abbrev" : "rdfxml"));
   if (!serializer) throw std::bad_alloc();
-  raptor_serializer_set_option(serializer.get(), RAPTOR_OPTION_RELATIVE_URIS, nullptr, 0);
-  raptor_serializer_set_option(serializer.get(), RAPTOR_OPTION_WRITE_BASE_URI, nullptr, 0);
+  raptor().serializer_set_option(serializer.get(), RAPTOR_OPTION_RELATIVE_URIS, nullptr, 0);
+  raptor().serializer_set_option(serializer.get(), RAPTOR_OPTION_WRITE_BASE_URI, nullptr, 0);
   for (const auto& [name, iri] : prefixes) {
-    raptor_serializer_set_namespace(serializer.get(), make_uri(w, iri).get(), bytes(name.c_str()));
+    raptor().serializer_set_namespace(serializer.get(), make_uri(w, iri).get(), bytes(name.c_str()));
   }
   struct Text {
     void* bytes = nullptr;
     std::size_t length = 0;
-    ~Text() { raptor_free_memory(bytes); }
+    ~Text() { raptor().free_memory(bytes); }
   } out;  // filled when the stream is freed
-  Stream stream(raptor_new_iostream_to_string(w, &out.bytes, &out.length, nullptr));
+  Stream stream(raptor().new_iostream_to_string(w, &out.bytes, &out.length, nullptr));
   if (!stream) throw std::bad_alloc();
-  int status = raptor_serializer_start_to_iostream(serializer.get(), nullptr, stream.get());
+  int status = raptor().serializer_start_to_iostream(serializer.get(), nullptr, stream.get());
   std::vector<OwnedTerm> terms(graph.term_count());
   const auto term = [&](TermId id) {
     OwnedTerm& made = terms[static_cast<std::uint32_t>(id)];
@@ -363,18 +372,25 @@ Result<std::string> serialize_rdf_xml(const Graph& graph, const Prefixes& prefix
   for (const Triple& t : graph.triples()) {
     if (status != 0) break;
     raptor_statement statement;
-    raptor_statement_init(&statement, w);
+    raptor().statement_init(&statement, w);
     statement.subject = term(t.subject);
     statement.predicate = term(t.predicate);
     statement.object = term(t.object);
-    status = raptor_serializer_serialize_statement(serializer.get(), &statement);
+    status = raptor().serializer_serialize_statement(serializer.get(), &statement);
   }
-  if (status == 0) status = raptor_serializer_serialize_end(serializer.get());
+  if (status == 0) status = raptor().serializer_serialize_end(serializer.get());
   stream.reset();
   if (status != 0 || world->failed() || out.bytes == nullptr) {
     return unexpected(Errc::unsupported_syntax, "RDF/XML: " + world->error().error.message);
   }
   return std::string(static_cast<const char*>(out.bytes), out.length);
+}
+
+void prepare() noexcept {
+  try {
+    const Lease world;
+  } catch (...) {  // the first document reports it
+  }
 }
 
 }  // namespace lrt::rdf::redland

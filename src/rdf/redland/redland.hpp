@@ -5,6 +5,9 @@
 /// RDF/XML by Redland's Raptor. Only redland.cpp includes its headers, and a build may leave this directory out (LRT_REDLAND).
 namespace lrt::rdf::redland {
 
+/// Loads Raptor and opens a world, so that the first document does not wait for that.
+void prepare() noexcept;
+
 /// Parses RDF/XML in a Raptor world of its own.
 /// @pre         `text` has passed scan_rdf_xml()
 /// @par Errors  expected_rdf, with the line if Raptor reports one; limit_exceeded.

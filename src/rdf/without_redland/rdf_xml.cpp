@@ -10,6 +10,7 @@ Unexpected absent() { return unexpected(Errc::unsupported_syntax, "this build of
 }  // namespace
 
 bool has_rdf_xml() noexcept { return false; }
+void prepare_rdf_xml() noexcept {}
 Result<Graph> read_rdf_xml(std::string_view, const ReadOptions&) { return absent(); }
 Result<std::string> write_rdf_xml(const Graph&, const Prefixes&) { return absent(); }
 

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -136,6 +135,7 @@ class KeepingSlot : public SlotBase {
   static constexpr bool owning = !std::is_trivially_destructible_v<T>;
 
  public:
+  ~KeepingSlot() override { delete ring_.load(std::memory_order_relaxed); }
   bool owns_memory() const noexcept final { return owning; }
   std::size_t available() const noexcept final { return this->keeps() ? ring_.load(std::memory_order_acquire)->size() + 1 : 1; }
   void skip_to_newest() noexcept final {
@@ -143,12 +143,10 @@ class KeepingSlot : public SlotBase {
   }
   void keep(std::size_t samples) final { wanted_ = samples; }
   void start_keeping(std::size_t samples, std::size_t bytes) final {
-    SampleRing<T>* ring = ring_.load(std::memory_order_relaxed);
+    Ring* ring = ring_.load(std::memory_order_relaxed);
     if (!ring) {
-      own_ring_ = std::make_unique<SampleRing<T>>(wanted_.value_or(std::min(samples, bytes / sizeof(Sample<T>))));
-      ring = own_ring_.get();
-      max_bytes_ = bytes;
-      if (owning && !wanted_) ring->set_limit(1);
+      ring = new Ring(wanted_ != any ? wanted_ : std::min(samples, bytes / sizeof(Sample<T>)), bytes);
+      if (owning && wanted_ == any) ring->set_limit(1);
     }
     ring->skip();
     first_ = this->has_change();
@@ -157,10 +155,11 @@ class KeepingSlot : public SlotBase {
   }
   void stop_keeping() noexcept final { this->keeps_.store(false, std::memory_order_release); }
   void set_value_bytes(std::size_t bytes) noexcept final {
-    if (owning && own_ring_ && !wanted_) own_ring_->set_limit(max_bytes_ / (sizeof(Sample<T>) + bytes));
+    Ring* const ring = ring_.load(std::memory_order_relaxed);
+    if (owning && ring && wanted_ == any) ring->set_limit(ring->max_bytes / (sizeof(Sample<T>) + bytes));
   }
-  void hold() final { holds_ = true; }
-  std::shared_ptr<const void> whole() const noexcept final { return whole_; }
+  void hold() final { held_ = std::make_unique<std::shared_ptr<const T>>(); }
+  std::shared_ptr<const void> whole() const noexcept final { return held_ ? *held_ : nullptr; }
   bool runs_user_code() const noexcept final { return rdf::detail::runs_user_code<T>(); }
 
  protected:
@@ -170,7 +169,7 @@ class KeepingSlot : public SlotBase {
   }
   bool take_kept(rdf::Value& value, Utc& since) {
     if (!this->keeps()) return false;
-    SampleRing<T>& ring = *ring_.load(std::memory_order_relaxed);
+    Ring& ring = *ring_.load(std::memory_order_relaxed);
     Sample<T> sample;
     while (ring.take(sample)) {
       if (sample.number <= taken_) continue;  // has been taken as the newest
@@ -182,7 +181,7 @@ class KeepingSlot : public SlotBase {
   bool is_untaken(const Sample<T>& sample) const noexcept { return sample.number > taken_; }
   void give(const Sample<T>& sample, rdf::Value& value, Utc& since) {
     value = rdf::traits<T>::encode(sample.value);
-    if (holds_) whole_ = std::make_shared<const T>(sample.value);
+    if (held_) *held_ = std::make_shared<const T>(sample.value);
     since = sample.since;
     // What was published before start_keeping() is not lost. If something was, the first value after it is in the ring.
     if (const bool first = first_.exchange(false, std::memory_order_relaxed); this->keeps() && !first)
@@ -193,14 +192,17 @@ class KeepingSlot : public SlotBase {
   std::uint64_t number_ = 0;  // used by the writer
 
  private:
-  std::uint64_t taken_ = 0;  // used by the reader
-  std::shared_ptr<const T> whole_;
-  bool holds_ = false;
-  std::optional<std::size_t> wanted_;          // by keep()
-  std::unique_ptr<SampleRing<T>> own_ring_;    // used by the engine
-  std::size_t max_bytes_ = 0;                  // used by the engine
-  std::atomic<SampleRing<T>*> ring_{nullptr};  // used by writer and reader
-  std::atomic<bool> first_{false};             // the next value is the first since start_keeping()
+  struct Ring : SampleRing<T> {
+    Ring(std::size_t size, std::size_t bytes) : SampleRing<T>(size), max_bytes(bytes) {}
+    const std::size_t max_bytes;
+  };
+  static constexpr std::size_t any = static_cast<std::size_t>(-1);
+
+  std::uint64_t taken_ = 0;                           // used by the reader
+  std::unique_ptr<std::shared_ptr<const T>> held_;    // used by the reader; null without hold()
+  std::size_t wanted_ = any;                          // by keep()
+  std::atomic<Ring*> ring_{nullptr};                  // made by the engine, owned; used by writer and reader
+  std::atomic<bool> first_{false};                    // the next value is the first since start_keeping()
 };
 
 /// For types that own no memory: numbers, structs and arrays of such types, fixed sizes of Eigen. The criterion is a trivial destructor,

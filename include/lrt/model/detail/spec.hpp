@@ -16,6 +16,7 @@
 #include <lrt/base/error.hpp>
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
+#include <lrt/base/thin_vector.hpp>
 #include <lrt/base/unique_function.hpp>
 #include <lrt/model/detail/availability.hpp>
 #include <lrt/model/detail/slot.hpp>
@@ -63,24 +64,31 @@ class HandleLog {
   LogCallback log_;
 };
 
+/// What the handles of a Thing's resources need of it, also when it is gone.
+struct HandleContext {
+  std::string path;                      ///< ThingSpec::path
+  std::shared_ptr<HandleLog> log{};      ///< of the server, set before the resources are sealed
+};
+
 /// What all registered resources have in common.
 struct ResourceSpec {
-  std::string path;                      ///< percent-encoded, relative to its thing
-  std::string location;                  ///< its usual path below the root: "/arm/angle", "/arm/actions/turn"
-  std::vector<std::string> classes;      ///< further rdf:types
-  std::vector<std::string> predicates;   ///< domain predicates from the thing to it
-  std::vector<Statement> statements;
-  std::optional<Dispatch> dispatch;      ///< nullopt: as the thing
-  std::optional<std::size_t> max_body_bytes;  ///< nullopt: what the type needs
-  std::atomic<bool> sealed{false};       ///< registered: set-up calls of the handle have no effect
-  std::string label;                     ///< if sealed: the resource for messages, `property "arm/angle"`
-  std::shared_ptr<HandleLog> log;        ///< if sealed: of the server
+  enum class Kind : std::uint8_t { property, action, collection };
 
-  void seal(std::string name, std::shared_ptr<HandleLog> server_log) {
-    label = std::move(name);
-    log = std::move(server_log);
-    sealed.store(true, std::memory_order_release);
-  }
+  explicit ResourceSpec(Kind its_kind) noexcept : kind(its_kind) {}
+
+  std::string path;                      ///< percent-encoded, relative to its thing
+  std::shared_ptr<HandleContext> thing;
+  ThinVector<std::string> classes;       ///< further rdf:types
+  ThinVector<std::string> predicates;    ///< domain predicates from the thing to it
+  ThinVector<Statement> statements;
+  std::optional<std::size_t> max_body_bytes;  ///< nullopt: what the type needs
+  const Kind kind;
+  std::optional<Dispatch> dispatch;      ///< nullopt: as the thing
+  std::atomic<bool> sealed{false};       ///< registered: set-up calls of the handle have no effect
+
+  /// Its usual path below the root: "/arm/angle", "/arm/actions/turn".
+  std::string location() const;
+  void seal() noexcept { sealed.store(true, std::memory_order_release); }
   /// Logs an error: the resource, "call()" and what is wrong with the call. Any thread.
   void report(const char* call, const char* what) const noexcept;
 };
@@ -92,6 +100,7 @@ struct Reading {
 };
 
 struct PropertySpec : ResourceSpec {
+  PropertySpec() noexcept : ResourceSpec(Kind::property) {}
   const rdf::Type* type = nullptr;
   rdf::Facets facets;
   std::shared_ptr<SlotBase> slot;                              ///< of a pushed property; null: the property is pulled
@@ -99,11 +108,11 @@ struct PropertySpec : ResourceSpec {
   std::shared_ptr<ChangeSignal> changes;                       ///< of a pulled property
   std::optional<std::chrono::milliseconds> sample_period;      ///< of a pulled property; nullopt: SubscriptionOptions::sample_period
   UniqueFunction<Result<void>(const rdf::Value&)> write;       ///< empty: read-only
-  std::vector<RepresentationSpec> representations;
+  ThinVector<RepresentationSpec> representations;
   UniqueFunction<std::shared_ptr<const void>(const rdf::Value&)> whole;  ///< makes the T of a written value; returns null if it cannot
   bool octets = false;                                         ///< rdf::Plain::octets is offered
   bool file = false;                                           ///< not in the state; the first representation is the default
-  std::optional<Object> frame;
+  std::unique_ptr<const Object> frame;                         ///< null: none
 };
 
 /// What a successful invocation of an action leaves in a property: any value, the input, or `value`.
@@ -115,6 +124,7 @@ struct EffectSpec {
 };
 
 struct ActionSpec : ResourceSpec {
+  ActionSpec() noexcept : ResourceSpec(Kind::action) {}
   const rdf::Type* input = nullptr;      ///< nullptr: no input
   const rdf::Type* output = nullptr;     ///< nullptr: no output
   rdf::Facets facets, output_facets;     ///< of the input and of the output
@@ -132,6 +142,7 @@ struct ActionSpec : ResourceSpec {
 };
 
 struct CollectionSpec : ResourceSpec {
+  CollectionSpec() noexcept : ResourceSpec(Kind::collection) {}
   const rdf::Type* type = nullptr;
   rdf::Facets facets;
   std::size_t max_members = 1000;        ///< beyond: 409
@@ -141,17 +152,18 @@ struct CollectionSpec : ResourceSpec {
 
 struct ThingSpec {
   std::string path;                      ///< percent-encoded, without leading or trailing '/'
-  std::vector<std::string> classes;
+  std::shared_ptr<HandleContext> handles;  ///< null: it has no resources
+  ThinVector<std::string> classes;
   std::string title;
-  std::vector<Statement> statements;
-  std::vector<std::string> turtle;       ///< documents; their base is the thing
+  ThinVector<Statement> statements;
+  ThinVector<std::string> turtle;        ///< documents; their base is the thing
   std::string blueprint;                 ///< IRI of an external one; empty: generated
-  std::vector<std::string> shapes;       ///< Turtle documents; their base is the blueprint
+  ThinVector<std::string> shapes;        ///< Turtle documents; their base is the blueprint
   Dispatch dispatch = Dispatch::as_server;
   std::vector<std::shared_ptr<PropertySpec>> properties;
-  std::vector<std::shared_ptr<ActionSpec>> actions;
-  std::vector<std::shared_ptr<CollectionSpec>> collections;
-  std::optional<Error> first_error;
+  ThinVector<std::shared_ptr<ActionSpec>> actions;
+  ThinVector<std::shared_ptr<CollectionSpec>> collections;
+  std::unique_ptr<const Error> first_error;  ///< null: none
 };
 
 /// Percent-encodes each segment of a path.
