@@ -45,7 +45,8 @@ unsigned char write_header(std::array<char, 10>& header, unsigned opcode, std::u
   const int length_bytes = size < 126 ? 0 : size <= 0xFFFF ? 2 : 8;
   header[0] = static_cast<char>(0x80U | opcode);
   header[1] = static_cast<char>(length_bytes == 0 ? size : length_bytes == 2 ? 126U : 127U);
-  for (int i = 0; i < length_bytes; ++i) header[static_cast<std::size_t>(2 + i)] = static_cast<char>(size >> (8 * (length_bytes - 1 - i)));
+  for (int i = 0; i < length_bytes; ++i)
+    header[static_cast<std::size_t>(2 + i)] = static_cast<char>(size >> (8 * (length_bytes - 1 - i)));
   return static_cast<unsigned char>(2 + length_bytes);
 }
 
@@ -53,7 +54,8 @@ void clear(std::string& buffer) { std::string().swap(buffer); }
 
 }  // namespace
 
-WebSocketFrames::WebSocketFrames(std::size_t max_message_bytes) noexcept : max_message_bytes_(std::max<std::size_t>(max_message_bytes, 1)) {}
+WebSocketFrames::WebSocketFrames(std::size_t max_message_bytes) noexcept
+    : max_message_bytes_(std::max<std::size_t>(max_message_bytes, 1)) {}
 
 // ---------------------------------------------------------------------------------------------------------------- reading
 
@@ -120,7 +122,8 @@ std::optional<WebSocketFrames::Frame> WebSocketFrames::take_frame() {
   if (!is_control(opcode) && length > max_message_bytes_ - message_.size()) return fail(too_large), std::nullopt;
   const std::size_t begin = used_ + header + mask_bytes, size = static_cast<std::size_t>(length);
   if (input_.size() < begin + size) return std::nullopt;
-  for (std::size_t i = 0; i < size; ++i) input_[begin + i] = static_cast<char>(input_[begin + i] ^ input_[begin - mask_bytes + i % mask_bytes]);
+  for (std::size_t i = 0; i < size; ++i)
+    input_[begin + i] = static_cast<char>(input_[begin + i] ^ input_[begin - mask_bytes + i % mask_bytes]);
   used_ = begin + size;
   has_unread_ = used_ < input_.size();
   return Frame{opcode, (first & 0x80U) != 0, std::string_view(input_).substr(begin, size)};
@@ -144,7 +147,8 @@ void WebSocketFrames::take_control(const Frame& frame) {
 
 /// RFC 6455 5.5.1: a client's close gets one with the same bytes, or with 1000 if it has no code, unless it is the response to ours.
 void WebSocketFrames::take_close(std::string_view payload) {
-  if (payload.size() == 1 || (!payload.empty() && !may_be_sent(static_cast<unsigned>(big_endian(payload.substr(0, 2)))))) return fail(protocol_error);
+  if (payload.size() == 1 || (!payload.empty() && !may_be_sent(static_cast<unsigned>(big_endian(payload.substr(0, 2))))))
+    return fail(protocol_error);
   if (!payload.empty() && utf8::find_invalid(payload.substr(2))) return fail(protocol_error);
   if (!closing_ && payload.empty()) add_close(normal, {});
   else if (!closing_) add_control(close_frame, payload);

@@ -98,14 +98,14 @@ class WebSocketFrames {
   std::size_t control_sent_ = 0;
   std::string input_;  ///< from a frame on that is not complete or not read
   std::size_t used_ = 0;
-  std::string message_;  ///< of the client, as far as it was received
+  std::string message_;      ///< of the client, as far as it was received
   std::size_t checked_ = 0;  ///< bytes of it that are whole characters
   std::size_t pings_ = 0;
-  bool has_unread_ = false;   ///< input_ may have a whole frame
-  bool in_message_ = false;   ///< a continuation must follow
-  bool is_text_ = true;       ///< message_ is
-  bool closing_ = false;      ///< a close of ours is in the output or was sent
-  bool over_ = false;         ///< nothing more is read
+  bool has_unread_ = false;  ///< input_ may have a whole frame
+  bool in_message_ = false;  ///< a continuation must follow
+  bool is_text_ = true;      ///< message_ is
+  bool closing_ = false;     ///< a close of ours is in the output or was sent
+  bool over_ = false;        ///< nothing more is read
 };
 
 }  // namespace lrt::transport
