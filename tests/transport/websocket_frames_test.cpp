@@ -448,6 +448,14 @@ TEST_CASE("text that is no UTF-8 gets 1007", "[transport][R0.12]") {
     refuses(part(Frame::text, "a", false).bytes() + part(Frame::continuation, wrong, false).bytes() + part(Frame::continuation, "", true).bytes(),
             1007);
   }
+  // before the message or the frame ends
+  for (const std::string wrong : {"\xF4\x90", "\xE0\x9F", "\xED\xA0", "\xF0\x8F", "\xC1", "\xF5", "a\x80"}) {
+    INFO(base64(wrong));
+    refuses(part(Frame::text, wrong, false).bytes(), 1007);
+    Frame frame = text(wrong);
+    frame.length = 100;
+    refuses(frame.bytes(), 1007);
+  }
   // a character that the last frame does not complete, however empty that is
   for (const std::string cut : {"\xC3", "\xE2", "\xE2\x82", "\xF0", "\xF0\x90", "\xF0\x90\x8D"}) {
     INFO(base64(cut));

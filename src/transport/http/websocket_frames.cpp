@@ -20,8 +20,6 @@ constexpr bool is_control(unsigned opcode) noexcept { return opcode >= close_fra
 /// RFC 6455 5.5: a control frame has at most 125 bytes, two of a close are its code.
 constexpr std::size_t max_control_bytes = 125, max_reason_bytes = 123;
 
-constexpr std::size_t mask_bytes = 4;
-
 /// RFC 6455 7.4; 1012 and 1013 are registered by IANA.
 constexpr bool may_be_sent(unsigned code) noexcept {
   return (code >= 1000 && code <= 1003) || (code >= 1007 && code <= 1013) || (code >= 3000 && code <= 4999);
@@ -32,6 +30,16 @@ std::string_view clipped(std::string_view text, std::size_t limit) {
   if (text.size() <= limit) return text;
   while (limit > 0 && (static_cast<unsigned char>(text[limit]) & 0xC0U) == 0x80) --limit;
   return text.substr(0, limit);
+}
+
+/// Whether bytes can follow that make it a character.
+bool may_begin_character(std::string_view part) {
+  if (part.empty()) return true;
+  const auto lead = static_cast<unsigned char>(part[0]);
+  std::string whole(part);
+  if (whole.size() == 1) whole += lead == 0xE0 || lead == 0xF0 ? '\xBF' : '\x80';
+  whole.resize(lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2, '\x80');
+  return !utf8::find_invalid(whole);
 }
 
 std::uint64_t big_endian(std::string_view bytes) noexcept {
@@ -45,7 +53,8 @@ unsigned char write_header(std::array<char, 10>& header, unsigned opcode, std::u
   const int length_bytes = size < 126 ? 0 : size <= 0xFFFF ? 2 : 8;
   header[0] = static_cast<char>(0x80U | opcode);
   header[1] = static_cast<char>(length_bytes == 0 ? size : length_bytes == 2 ? 126U : 127U);
-  for (int i = 0; i < length_bytes; ++i) header[static_cast<std::size_t>(2 + i)] = static_cast<char>(size >> (8 * (length_bytes - 1 - i)));
+  for (int i = 0; i < length_bytes; ++i)
+    header[static_cast<std::size_t>(2 + i)] = static_cast<char>(size >> (8 * (length_bytes - 1 - i)));
   return static_cast<unsigned char>(2 + length_bytes);
 }
 
@@ -53,7 +62,8 @@ void clear(std::string& buffer) { std::string().swap(buffer); }
 
 }  // namespace
 
-WebSocketFrames::WebSocketFrames(std::size_t max_message_bytes) noexcept : max_message_bytes_(std::max<std::size_t>(max_message_bytes, 1)) {}
+WebSocketFrames::WebSocketFrames(std::size_t max_message_bytes) noexcept
+    : max_message_bytes_(std::max<std::size_t>(max_message_bytes, 1)) {}
 
 // ---------------------------------------------------------------------------------------------------------------- reading
 
@@ -66,20 +76,35 @@ void WebSocketFrames::receive(std::string_view bytes) {
 
 std::optional<WebSocketFrames::Message> WebSocketFrames::next() {
   while (!over_ && control_.empty()) {
-    const auto frame = take_frame();
-    if (!frame) break;
-    if (is_control(frame->opcode)) {
+    if (in_payload_) {
+      if (auto message = take_payload()) return message;
+      if (in_payload_) break;
+    } else if (const auto frame = take_frame()) {
       take_control(*frame);
-      continue;
+    } else if (!in_payload_) {
+      break;
     }
-    if (!in_message_) is_text_ = frame->opcode == text_frame;
-    in_message_ = !frame->is_last;
-    if (closing_) continue;
-    message_ += frame->payload;
-    if (is_text_ && !check_text(frame->is_last)) fail(no_utf8);
-    else if (frame->is_last) return Message{std::exchange(message_, {}), is_text_};
   }
   return std::nullopt;
+}
+
+/// Takes what was received of a data frame. Returns the message if this completes it.
+std::optional<WebSocketFrames::Message> WebSocketFrames::take_payload() {
+  const std::size_t size = std::min<std::size_t>(left_, input_.size() - used_);
+  if (!closing_) {
+    for (std::size_t i = 0; i < size; ++i)
+      message_ += static_cast<char>(input_[used_ + i] ^ mask_[(mask_at_ + i) % mask_bytes]);
+  }
+  mask_at_ = (mask_at_ + size) % mask_bytes;
+  used_ += size;
+  left_ -= size;
+  has_unread_ = used_ < input_.size();
+  in_payload_ = left_ > 0;
+  if (closing_) return std::nullopt;
+  const bool is_whole = !in_payload_ && !in_message_;
+  if (is_text_ && !check_text(is_whole)) return fail(no_utf8), std::nullopt;
+  if (!is_whole) return std::nullopt;
+  return Message{std::exchange(message_, {}), is_text_};
 }
 
 /// Whether what was received of a text can be UTF-8.
@@ -90,12 +115,13 @@ bool WebSocketFrames::check_text(bool is_whole) {
     do --size;
     while (size > 0 && (static_cast<unsigned char>(unchecked[size]) & 0xC0U) == 0x80);
   }
-  if (utf8::find_invalid(unchecked.substr(0, size))) return false;
+  if (utf8::find_invalid(unchecked.substr(0, size)) || !may_begin_character(unchecked.substr(size))) return false;
   checked_ = is_whole ? 0 : checked_ + size;
   return true;
 }
 
-/// The next frame, if all of it has been received. Ends the connection if it is not allowed.
+/// The next control frame, if all of it has been received. Of a data frame it takes the header, and take_payload() follows. Ends the connection if the
+/// frame is not allowed.
 std::optional<WebSocketFrames::Frame> WebSocketFrames::take_frame() {
   const std::string_view input = std::string_view(input_).substr(used_);
   has_unread_ = false;  // unless a whole frame is found
@@ -119,11 +145,22 @@ std::optional<WebSocketFrames::Frame> WebSocketFrames::take_frame() {
   const unsigned opcode = first & 0x0FU;
   if (!is_control(opcode) && length > max_message_bytes_ - message_.size()) return fail(too_large), std::nullopt;
   const std::size_t begin = used_ + header + mask_bytes, size = static_cast<std::size_t>(length);
-  if (input_.size() < begin + size) return std::nullopt;
-  for (std::size_t i = 0; i < size; ++i) input_[begin + i] = static_cast<char>(input_[begin + i] ^ input_[begin - mask_bytes + i % mask_bytes]);
-  used_ = begin + size;
+  if (input_.size() < begin + (is_control(opcode) ? size : 0)) return std::nullopt;
+  has_unread_ = true;
+  std::copy_n(input_.begin() + static_cast<std::ptrdiff_t>(begin - mask_bytes), mask_bytes, mask_.begin());
+  used_ = begin;
+  if (!is_control(opcode)) {
+    if (!in_message_) is_text_ = opcode == text_frame;
+    in_message_ = (first & 0x80U) == 0;
+    in_payload_ = true;
+    left_ = size;
+    mask_at_ = 0;
+    return std::nullopt;
+  }
+  for (std::size_t i = 0; i < size; ++i) input_[begin + i] = static_cast<char>(input_[begin + i] ^ mask_[i % mask_bytes]);
+  used_ += size;
   has_unread_ = used_ < input_.size();
-  return Frame{opcode, (first & 0x80U) != 0, std::string_view(input_).substr(begin, size)};
+  return Frame{opcode, std::string_view(input_).substr(begin, size)};
 }
 
 /// RFC 6455 5.2, 5.4, 5.5, by the first two bytes of a frame.
@@ -144,7 +181,8 @@ void WebSocketFrames::take_control(const Frame& frame) {
 
 /// RFC 6455 5.5.1: a client's close gets one with the same bytes, or with 1000 if it has no code, unless it is the response to ours.
 void WebSocketFrames::take_close(std::string_view payload) {
-  if (payload.size() == 1 || (!payload.empty() && !may_be_sent(static_cast<unsigned>(big_endian(payload.substr(0, 2)))))) return fail(protocol_error);
+  if (payload.size() == 1 || (!payload.empty() && !may_be_sent(static_cast<unsigned>(big_endian(payload.substr(0, 2))))))
+    return fail(protocol_error);
   if (!payload.empty() && utf8::find_invalid(payload.substr(2))) return fail(protocol_error);
   if (!closing_ && payload.empty()) add_close(normal, {});
   else if (!closing_) add_control(close_frame, payload);
@@ -210,6 +248,7 @@ void WebSocketFrames::close(std::uint16_t code, std::string_view reason) {
   if (state() != State::open) return;
   add_close(code, reason);
   clear(message_);
+  checked_ = 0;
 }
 
 void WebSocketFrames::add_close(std::uint16_t code, std::string_view reason) {
@@ -227,7 +266,7 @@ void WebSocketFrames::fail(std::uint16_t code) {
 
 void WebSocketFrames::end() noexcept {
   over_ = true;
-  has_unread_ = false;
+  has_unread_ = in_payload_ = false;
   clear(input_);
   clear(message_);
   used_ = 0;

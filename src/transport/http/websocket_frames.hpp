@@ -66,6 +66,8 @@ class WebSocketFrames {
   std::size_t pings() const noexcept { return pings_; }
 
  private:
+  static constexpr std::size_t mask_bytes = 4;
+
   /// A message and its header: a server's frame has no mask, so the bytes of the message are shared by all clients that get it.
   struct Outgoing {
     std::shared_ptr<const std::string> message;
@@ -73,14 +75,14 @@ class WebSocketFrames {
     unsigned char header_size;
     std::size_t size() const noexcept { return header_size + message->size(); }
   };
-  /// Of the client, whole and unmasked.
+  /// A control frame of the client, whole and unmasked.
   struct Frame {
     unsigned opcode;
-    bool is_last;
     std::string_view payload;
   };
 
   std::optional<Frame> take_frame();
+  std::optional<Message> take_payload();
   bool check_text(bool is_whole);
   bool is_allowed(unsigned char first, unsigned char second) const noexcept;
   void take_control(const Frame& frame);
@@ -98,14 +100,18 @@ class WebSocketFrames {
   std::size_t control_sent_ = 0;
   std::string input_;  ///< from a frame on that is not complete or not read
   std::size_t used_ = 0;
-  std::string message_;  ///< of the client, as far as it was received
+  std::string message_;      ///< of the client, as far as it was received
   std::size_t checked_ = 0;  ///< bytes of it that are whole characters
   std::size_t pings_ = 0;
-  bool has_unread_ = false;   ///< input_ may have a whole frame
-  bool in_message_ = false;   ///< a continuation must follow
-  bool is_text_ = true;       ///< message_ is
-  bool closing_ = false;      ///< a close of ours is in the output or was sent
-  bool over_ = false;         ///< nothing more is read
+  std::size_t left_ = 0;     ///< of the payload of a data frame
+  std::size_t mask_at_ = 0;  ///< of mask_, for the next byte
+  std::array<char, mask_bytes> mask_{};
+  bool has_unread_ = false;  ///< input_ may have a whole frame
+  bool in_payload_ = false;  ///< of a data frame
+  bool in_message_ = false;  ///< a continuation must follow
+  bool is_text_ = true;      ///< message_ is
+  bool closing_ = false;     ///< a close of ours is in the output or was sent
+  bool over_ = false;        ///< nothing more is read
 };
 
 }  // namespace lrt::transport
