@@ -186,9 +186,9 @@ bool Session::wants_input() const noexcept {
 }
 
 bool Session::expects_much() const noexcept {
-  const Exchange& x = *exchange_;
   if (phase_ == Phase::lingering) return true;
   if (phase_ != Phase::body) return false;
+  const Exchange& x = *exchange_;
   return (x.framing.chunked ? x.body->size() : x.framing.length) > large_body_bytes;
 }
 
