@@ -677,6 +677,7 @@ TEST_CASE("libwebsockets: a WebSocket is closed with the code of the reason", "[
           for (int i = 0; i < 4; ++i) client.send_text("x");
         }) == 1008);
   CHECK(code([](auto& client, auto&) { client.send(Frame{Frame::text, "x", true, 1}); }) == 1002);
+  CHECK(code([](auto& client, auto&) { client.send(Frame{Frame::close, "\x03"}); }) == 1002);  // half a code
 }
 
 TEST_CASE("libwebsockets: the handler hears of a WebSocket whose client breaks off", "[transport][libwebsockets][websocket]") {

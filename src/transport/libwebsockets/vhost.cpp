@@ -270,6 +270,7 @@ int Vhost::dispatch(lws* wsi, lws_callback_reasons reason, void* in, std::size_t
     case LWS_CALLBACK_ADD_HEADERS:
     case LWS_CALLBACK_ESTABLISHED:
     case LWS_CALLBACK_RECEIVE:
+    case LWS_CALLBACK_WS_PEER_INITIATED_CLOSE:
     case LWS_CALLBACK_SERVER_WRITEABLE:
     case LWS_CALLBACK_CLOSED:
     case LWS_CALLBACK_CLOSED_HTTP: break;
@@ -291,6 +292,7 @@ int Vhost::dispatch(lws* wsi, lws_callback_reasons reason, void* in, std::size_t
       return websocket != nullptr ? websocket->add_fields(*static_cast<lws_process_html_args*>(in)) : 0;
     case LWS_CALLBACK_ESTABLISHED: return websocket != nullptr ? followed(websocket->on_open()) : -1;
     case LWS_CALLBACK_RECEIVE: return websocket != nullptr ? followed(websocket->on_received(bytes, size)) : -1;
+    case LWS_CALLBACK_WS_PEER_INITIATED_CLOSE: return websocket != nullptr ? followed(websocket->on_client_close(size)) : -1;
     default: return websocket != nullptr ? followed(websocket->on_writable()) : -1;
   }
 }

@@ -74,6 +74,9 @@ int WebSocket::on_received(const char* bytes, std::size_t size) {
   return take_message();
 }
 
+/// libwebsockets responds to a close with the same payload, and does not see that half a code is none (RFC 6455 5.5.1).
+int WebSocket::on_client_close(std::size_t size) { return size == 1 ? close(1002, {}) : 0; }
+
 int WebSocket::take_message() {
   const auto now = vhost_.now();
   if (is_too_much(now)) return close(1008, "too many messages");
