@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <lrt/base/utf8.hpp>
+
 #include "src/base/ascii.hpp"
 
 namespace lrt::http {
@@ -106,6 +108,14 @@ std::optional<Refusal> check_websocket(const Request& request) {
 
 std::string websocket_accept(std::string_view key) {
   return base64(sha1(std::string(key) + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11"));
+}
+
+bool is_close_payload(std::string_view payload) noexcept {
+  if (payload.empty()) return true;
+  if (payload.size() == 1) return false;
+  const unsigned code = static_cast<unsigned char>(payload[0]) * 256U + static_cast<unsigned char>(payload[1]);
+  const bool may_be_sent = (code >= 1000 && code <= 1003) || (code >= 1007 && code <= 1013) || (code >= 3000 && code <= 4999);
+  return may_be_sent && !utf8::find_invalid(payload.substr(2));
 }
 
 }  // namespace lrt::http

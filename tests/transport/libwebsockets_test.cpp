@@ -678,6 +678,7 @@ TEST_CASE("libwebsockets: a WebSocket is closed with the code of the reason", "[
         }) == 1008);
   CHECK(code([](auto& client, auto&) { client.send(Frame{Frame::text, "x", true, 1}); }) == 1002);
   CHECK(code([](auto& client, auto&) { client.send(Frame{Frame::close, "\x03"}); }) == 1002);  // half a code
+  CHECK(code([](auto& client, auto&) { client.send(Frame{Frame::close, "xxx"}); }) == 1002);
 }
 
 TEST_CASE("libwebsockets: the handler hears of a WebSocket whose client breaks off", "[transport][libwebsockets][websocket]") {

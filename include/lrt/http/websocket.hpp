@@ -19,6 +19,10 @@ bool requests_upgrade(const Request& request, std::string_view protocol) noexcep
 /// @par Implements  R0.12, RFC 6455 4.2.1, 4.4
 std::optional<Refusal> check_websocket(const Request& request);
 
+/// Whether a close may have this payload: nothing, or a code that an endpoint may send with a reason in UTF-8 (RFC 6455 5.5.1, 7.4; 1012 and 1013 are
+/// registered by IANA).
+bool is_close_payload(std::string_view payload) noexcept;
+
 /// The value of Sec-WebSocket-Accept (RFC 6455 4.2.2).
 /// @param key  value of Sec-WebSocket-Key
 std::string websocket_accept(std::string_view key);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <lrt/base/utf8.hpp>
+#include <lrt/http/websocket.hpp>
 
 namespace lrt::transport {
 namespace {
@@ -19,11 +20,6 @@ constexpr std::size_t kept_messages = 1;
 constexpr bool is_control(unsigned opcode) noexcept { return opcode >= close_frame; }
 /// RFC 6455 5.5: a control frame has at most 125 bytes, two of a close are its code.
 constexpr std::size_t max_control_bytes = 125, max_reason_bytes = 123;
-
-/// RFC 6455 7.4; 1012 and 1013 are registered by IANA.
-constexpr bool may_be_sent(unsigned code) noexcept {
-  return (code >= 1000 && code <= 1003) || (code >= 1007 && code <= 1013) || (code >= 3000 && code <= 4999);
-}
 
 /// At most `limit` bytes, without a character cut in two.
 std::string_view clipped(std::string_view text, std::size_t limit) {
@@ -181,9 +177,7 @@ void WebSocketFrames::take_control(const Frame& frame) {
 
 /// RFC 6455 5.5.1: a client's close gets one with the same bytes, or with 1000 if it has no code, unless it is the response to ours.
 void WebSocketFrames::take_close(std::string_view payload) {
-  if (payload.size() == 1 || (!payload.empty() && !may_be_sent(static_cast<unsigned>(big_endian(payload.substr(0, 2))))))
-    return fail(protocol_error);
-  if (!payload.empty() && utf8::find_invalid(payload.substr(2))) return fail(protocol_error);
+  if (!http::is_close_payload(payload)) return fail(protocol_error);
   if (!closing_ && payload.empty()) add_close(normal, {});
   else if (!closing_) add_control(close_frame, payload);
   end();

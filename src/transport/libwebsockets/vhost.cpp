@@ -292,7 +292,7 @@ int Vhost::dispatch(lws* wsi, lws_callback_reasons reason, void* in, std::size_t
       return websocket != nullptr ? websocket->add_fields(*static_cast<lws_process_html_args*>(in)) : 0;
     case LWS_CALLBACK_ESTABLISHED: return websocket != nullptr ? followed(websocket->on_open()) : -1;
     case LWS_CALLBACK_RECEIVE: return websocket != nullptr ? followed(websocket->on_received(bytes, size)) : -1;
-    case LWS_CALLBACK_WS_PEER_INITIATED_CLOSE: return websocket != nullptr ? followed(websocket->on_client_close(size)) : -1;
+    case LWS_CALLBACK_WS_PEER_INITIATED_CLOSE: return websocket != nullptr ? followed(websocket->on_client_close({bytes, size})) : -1;
     default: return websocket != nullptr ? followed(websocket->on_writable()) : -1;
   }
 }

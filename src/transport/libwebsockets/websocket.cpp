@@ -10,6 +10,7 @@
 #include <utility>
 
 #include <lrt/base/utf8.hpp>
+#include <lrt/http/websocket.hpp>
 
 #include "src/transport/libwebsockets/vhost.hpp"
 
@@ -74,8 +75,8 @@ int WebSocket::on_received(const char* bytes, std::size_t size) {
   return take_message();
 }
 
-/// libwebsockets responds to a close with the same payload, and does not see that half a code is none (RFC 6455 5.5.1).
-int WebSocket::on_client_close(std::size_t size) { return size == 1 ? close(1002, {}) : 0; }
+/// libwebsockets responds to a close with the same payload, and does not see whether that is allowed.
+int WebSocket::on_client_close(std::string_view payload) { return http::is_close_payload(payload) ? 0 : close(1002, {}); }
 
 int WebSocket::take_message() {
   const auto now = vhost_.now();

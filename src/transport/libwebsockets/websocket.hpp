@@ -38,8 +38,7 @@ class WebSocket {
   int add_fields(lws_process_html_args& to);
   int on_open();
   int on_received(const char* bytes, std::size_t size);
-  /// @param size  of the close's payload
-  int on_client_close(std::size_t size);
+  int on_client_close(std::string_view payload);
   int on_writable();
   /// The connection is over.
   void end() noexcept;
