@@ -275,8 +275,8 @@ http::Response Engine::Impl::forbidden(const Context& context) const {
 
 /// Nobody who may not read learns what exists: without a resource that is as if there were one.
 std::optional<http::Response> Engine::Impl::refused_right(const Context& context, const Caller& caller) const {
-  const bool may = caller.rights.has(context.resource ? needed_right(context) : security::Right::read);
-  if (may) return std::nullopt;
+  if (caller.rights == security::Rights::all()) return std::nullopt;
+  if (caller.rights.has(context.resource ? needed_right(context) : security::Right::read)) return std::nullopt;
   return caller.principal ? forbidden(context) : unauthenticated(context, caller);
 }
 
