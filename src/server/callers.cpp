@@ -41,9 +41,9 @@ engine::Caller Callers::of(const http::Request& request) {
     bool refused = false;
     caller.principal = principal_of(request, refused);
     caller.rights = caller.principal ? rights_of(*caller.principal) : anyone_;
-    if (refused || (!caller.principal && caller.rights.empty())) return unauthenticated(request, refused);
-    if (caller.rights.empty()) caller.access = engine::Access::forbidden;
-    if (!caller.principal) caller.challenge = unauthenticated(request, false).challenge;
+    if (!caller.principal) caller.challenge = challenge_for(request, refused);
+    if (refused) caller.access = engine::Access::unauthenticated;
+    else if (caller.rights.empty()) caller.access = caller.principal ? engine::Access::forbidden : engine::Access::unauthenticated;
   }
   if (authorize_ && caller.access == engine::Access::granted) caller.access = authorize_(request);
   return caller;
@@ -78,12 +78,10 @@ security::Rights Callers::rights_of(const security::Principal& principal) const 
 }
 
 /// RFC 6750 3, RFC 7617 2
-engine::Caller Callers::unauthenticated(const http::Request& request, bool refused) {
-  engine::Caller caller(engine::Access::unauthenticated);
-  caller.rights = {};
-  caller.challenge = refused ? "Bearer realm=\"lrt\", error=\"invalid_token\"" : "Bearer realm=\"lrt\"";
-  if (request.secure) caller.challenge += ", Basic realm=\"lrt\", charset=\"UTF-8\"";
-  return caller;
+std::string Callers::challenge_for(const http::Request& request, bool refused) {
+  std::string challenge = refused ? "Bearer realm=\"lrt\", error=\"invalid_token\"" : "Bearer realm=\"lrt\"";
+  if (request.secure) challenge += ", Basic realm=\"lrt\", charset=\"UTF-8\"";
+  return challenge;
 }
 
 }  // namespace lrt

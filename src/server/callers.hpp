@@ -1,6 +1,8 @@
 #pragma once
 
+#include <map>
 #include <memory>
+#include <string>
 
 #include <lrt/base/clock.hpp>
 #include <lrt/base/log.hpp>
@@ -27,7 +29,7 @@ class Callers {
   Callers(const Security& security, const Clock& clock);
   std::shared_ptr<const security::Principal> principal_of(const http::Request& request, bool& refused);
   security::Rights rights_of(const security::Principal& principal) const;
-  static engine::Caller unauthenticated(const http::Request& request, bool refused);
+  static std::string challenge_for(const http::Request& request, bool refused);
 
   const Clock& clock_;
   const bool authenticates_;  ///< false: the authorizer alone decides
