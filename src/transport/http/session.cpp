@@ -50,7 +50,7 @@ void release(std::string& buffer) {
 }  // namespace
 
 struct Exchange {
-  /// Forgets everything but the capacity of buffers.
+  /// Forgets what belongs to a client, and keeps the capacity of buffers. The rest is set by each request before it is read.
   void clear();
 
   // Input: bytes that were received and not consumed. `rest` is a view of them while run() works, `in` holds them in between.
