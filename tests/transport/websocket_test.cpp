@@ -967,6 +967,33 @@ TEST_CASE("a client that does not read cannot keep a close or the end of the ser
 
 // --------------------------------------------------------------------------------------------------------------- fairness
 
+namespace {
+
+/// Twenty clients that want the newest value, and how many values were sent to each.
+struct Audience {
+  Audience() {
+    for (int i = 0; i < 20; ++i) {
+      clients.push_back(host.open("/a"));
+      sent[host.last()];
+    }
+    host.settle();
+  }
+  /// Gives a value to those that have none waiting, in one order each time, as the engine names the observers of a resource.
+  void publish() {
+    for (auto& [channel, count] : sent) {
+      if (!host.handler.open[channel].queue.empty()) continue;
+      ++count;
+      host.handler.say(channel, "x");
+    }
+  }
+
+  Host host;
+  std::vector<std::unique_ptr<WebSocketClient>> clients;
+  std::map<engine::Channel, std::size_t> sent;
+};
+
+}  // namespace
+
 TEST_CASE("poll leaves the channels that its budget does not cover to the next poll, which does not wait", "[transport]") {
   Host host;
   std::vector<std::unique_ptr<WebSocketClient>> clients;
@@ -1014,21 +1041,11 @@ TEST_CASE("a channel that always has more does not keep the others waiting", "[t
 }
 
 TEST_CASE("what a small budget can send is shared by all clients that always have a new value", "[transport]") {
-  Host host;
-  std::vector<std::unique_ptr<WebSocketClient>> clients;
-  std::map<engine::Channel, std::size_t> sent;
-  for (int i = 0; i < 20; ++i) {
-    clients.push_back(host.open("/a"));
-    sent[host.last()];
-  }
-  host.settle();
+  Audience all;
+  auto& [host, clients, sent] = all;
   const std::size_t rounds = 30;
   for (std::size_t poll = 0; poll < rounds * clients.size(); ++poll) {
-    for (auto& [channel, count] : sent) {  // the newest value of each
-      if (!host.handler.open[channel].queue.empty()) continue;
-      ++count;
-      host.handler.say(channel, "x");
-    }
+    all.publish();
     host.server->poll(microseconds(0), milliseconds(0));
     clients[poll % clients.size()]->step();
   }
@@ -1039,21 +1056,11 @@ TEST_CASE("what a small budget can send is shared by all clients that always hav
 }
 
 TEST_CASE("clients that become ready together, more than are served until the next value, get equally many", "[transport]") {
-  Host host;
-  std::vector<std::unique_ptr<WebSocketClient>> clients;
-  std::map<engine::Channel, std::size_t> sent;
-  for (int i = 0; i < 20; ++i) {
-    clients.push_back(host.open("/a"));
-    sent[host.last()];
-  }
-  host.settle();
+  Audience all;
+  auto& [host, clients, sent] = all;
   const std::size_t values = 200, served = 15;  // of 20 clients
   for (std::size_t value = 0; value < values; ++value) {
-    for (auto& [channel, count] : sent) {  // in one order each time, as the handler's observers of one resource are
-      if (!host.handler.open[channel].queue.empty()) continue;
-      ++count;
-      host.handler.say(channel, "x");
-    }
+    all.publish();
     for (std::size_t poll = 0; poll < served; ++poll) host.server->poll(microseconds(0), milliseconds(0));
     for (auto& client : clients) client->step();
   }
