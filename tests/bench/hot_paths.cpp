@@ -19,20 +19,9 @@
 #include <lrt/shacl/validator.hpp>
 #include <lrt/thing.hpp>
 
+#include "tests/support/fakes.hpp"
+
 namespace {
-
-class FakeClock final : public lrt::Clock {
- public:
-  lrt::TimePoint now() const noexcept override { return now_; }
-  void advance(std::chrono::microseconds by) noexcept {
-    now_.steady += by;
-    now_.utc += by;
-  }
-
- private:
-  lrt::TimePoint now_{std::chrono::steady_clock::time_point(std::chrono::hours(1)),
-                      std::chrono::system_clock::time_point(std::chrono::hours(490'000))};
-};
 
 [[noreturn]] void fail(const std::string& what) {
   std::fprintf(stderr, "hot_paths: %s\n", what.c_str());
@@ -41,12 +30,12 @@ class FakeClock final : public lrt::Clock {
 
 /// A joint in an engine, and requests to it.
 struct Robot {
-  FakeClock clock;
+  lrt::test::FakeClock clock;
   lrt::PushedProperty<double> angle;
   lrt::engine::Engine engine;
   double value = 0.5;
 
-  static lrt::engine::EngineOptions options(const FakeClock& clock) {
+  static lrt::engine::EngineOptions options(const lrt::Clock& clock) {
     lrt::engine::EngineOptions options;
     options.clock = &clock;
     options.subscriptions.max_subscriptions = 1000;

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <string>
@@ -166,8 +167,8 @@ double serdi_once(const std::string& path, Syntax syntax) {
 
 /// @return  MB/s of lrt; `serd` becomes that of serdi, or 0
 double rate(const std::string& text, Syntax syntax, bool has_serdi, double& serd) {
-  char path[] = "/tmp/read_bench_XXXXXX";
-  const int file = ::mkstemp(path);
+  std::string path = (std::filesystem::temp_directory_path() / "read_bench_XXXXXX").string();
+  const int file = ::mkstemp(path.data());
   if (file < 0) std::perror("mkstemp"), std::exit(1);
   ::close(file);
   std::ofstream(path) << text;
@@ -177,7 +178,7 @@ double rate(const std::string& text, Syntax syntax, bool has_serdi, double& serd
     ours.push_back(read_once(text, syntax, 1, triples));
     if (has_serdi) theirs.push_back(serdi_once(path, syntax));
   }
-  ::unlink(path);
+  ::unlink(path.c_str());
   if (triples == 0) std::fprintf(stderr, "no triples\n"), std::exit(1);
   const auto middle = [&](std::vector<double>& times) {
     std::sort(times.begin(), times.end());
