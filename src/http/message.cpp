@@ -3,7 +3,6 @@
 #include <cassert>
 #include <charconv>
 #include <cstdint>
-#include <cstring>
 
 #include "src/base/ascii.hpp"
 
@@ -52,8 +51,7 @@ class Line {
  public:
   void put(std::string_view part) noexcept {
     assert(part.size() <= sizeof bytes_ - size_);
-    std::memcpy(bytes_ + size_, part.data(), part.size());
-    size_ += part.size();
+    size_ += part.copy(bytes_ + size_, part.size());  // memcpy() may not have the null pointer of an empty part
   }
   void put_number(std::uint64_t value) noexcept { size_ = static_cast<std::size_t>(std::to_chars(bytes_ + size_, bytes_ + sizeof bytes_, value).ptr - bytes_); }
   std::string_view text() const noexcept { return {bytes_, size_}; }
