@@ -180,6 +180,7 @@ class Mount {
       return std::move(verdict.response);
     }
     request.header_judged = true;
+    request.judged_caller = std::move(verdict.caller);
     max_bytes = std::min(max_bytes, verdict.max_body_bytes);
     bool is_too_large = false;
     const bool complete = (*reader)([&](const char* data, std::size_t size) {

@@ -83,6 +83,8 @@ struct Security {
   /// By default none: a PUT, POST or DELETE with the field Lrt-Notification-Of is refused with 403. Otherwise a client of a robot that may
   /// call this one could subscribe an action or a writable Property of this robot to it, and so move this robot.
   std::vector<std::string> notification_senders;
+  /// What one principal, or one address, may use: requests, bytes, invocations, subscriptions.
+  security::ClientLimits clients;
 };
 
 /// Bounds of what clients can use: memory, connections and time.

@@ -89,4 +89,26 @@ class Tokens {
   std::vector<Entry> entries_;
 };
 
+/// What one client may use. A client is a principal, by its name; of requests without one, an IPv4 address or the /64 network of an IPv6 address, because
+/// one host has as many addresses in its /64 as it likes. Beyond: 429 with Retry-After (RFC 6585 4). A stop (Action::stop()) is never refused by
+/// these limits. Requests from this machine without a principal are not limited: a proxy has one address for all its clients, and the programs of a
+/// robot are its integrator's.
+struct ClientLimits {
+  /// Requests per second, on average; 0 to 1,000,000; 0: not limited. The default is twice what a client needs that commands at 1 kHz, and about 2 %
+  /// of what one core serves. A request is counted once, when its header section is complete; one that gets 429 is not counted.
+  std::uint32_t requests_per_second = 2'000;
+  /// Bytes of request bodies per second, on average; 0, or 1 KiB to 1 TiB; 0: not limited. The default is eight of the largest bodies
+  /// (transport::Limits::max_body_bytes). A body is counted by Content-Length before it is received; a chunked one as the largest that its resource
+  /// takes. A client that has some of its share left may send a body of any size, and waits then until the average holds again.
+  std::uint64_t body_bytes_per_second = 8 * 1024 * 1024;
+  /// A client that has been quiet may use what these rates give in this time at once; 1 ms to 1 h.
+  std::chrono::milliseconds burst{2'000};
+  std::size_t max_invocations = 64;    ///< at a time, those that wait in the queue of an action included; 0: not limited
+  std::size_t max_subscriptions = 256; ///< WebSockets, event streams and web callbacks at a time; 0: not limited
+  /// Principals, and as many addresses, whose rates are remembered; 16 to 1,000,000, about 64 bytes each. For a further one, the server forgets of 16
+  /// clients the one that is nearest to having used nothing. So no client is refused because of others, and a client could shed what it has used
+  /// only with 16 further addresses that have used more.
+  std::size_t max_clients = 4'096;
+};
+
 }  // namespace lrt::security

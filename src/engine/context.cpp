@@ -22,6 +22,7 @@ OwnedRequest::OwnedRequest(const http::Request& request) : view_(request) {
   }
   view_.body = {};
   view_.body_owner.reset();
+  view_.judged_caller.reset();
 }
 
 Context Context::kept() const {

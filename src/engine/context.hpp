@@ -59,6 +59,7 @@ class Context {
   std::size_t first_link = 0;     ///< where the links continue that did not fit in a response before
   std::optional<Ticket> ticket{};  ///< of a request that is deferred
   std::shared_ptr<JudgedBody> judged{};  ///< its body, by a BodyJob; nullptr: not judged, or taken
+  std::string client{};  ///< Caller::client
   bool ignores_conditions = false;  ///< If-Match and If-None-Match were judged already
 
  private:

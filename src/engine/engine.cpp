@@ -62,6 +62,7 @@ class Engine::Impl {
   std::size_t max_body_bytes(const Context& context) const;
   http::Response method_not_allowed(const Context& context) const;
   std::optional<http::Response> denied(const Context& context, const Result<Caller>& caller) const;
+  http::Response too_many_requests(const Context& context, const Caller& caller) const;
   http::Response unauthenticated(const Context& context, const Caller& caller) const;
   http::Response forbidden(const Context& context) const;
   std::optional<http::Response> refused_right(const Context& context, const Caller& caller) const;
@@ -76,6 +77,7 @@ HeaderVerdict Engine::Impl::judge_header(const http::Request& request, std::opti
                                          TimePoint now) {
   Context context(request, now);
   HeaderVerdict verdict;
+  if (caller && (caller->principal || !caller->client.empty() || caller->rights != security::Rights::all())) verdict.caller = std::make_shared<const Caller>(*caller);
   verdict.response = judge(context, [&]() -> std::optional<http::Response> {
     if (auto response = find(context, caller)) return response;
     if (!context.resource) return std::nullopt;  // of the target *
@@ -156,6 +158,7 @@ std::optional<http::Response> Engine::Impl::find(Context& context, const Result<
   context.base = *base;
   if (auto response = parts.cors.preflight(request)) return response;
   if (auto response = denied(context, caller)) return response;
+  context.client = caller->client;
   const bool known = std::find(known_methods.begin(), known_methods.end(), request.method) != known_methods.end();
   if (known && target->path == "*") return std::nullopt;
   auto not_found = find_resource(context, *target);
@@ -250,6 +253,7 @@ void Engine::Impl::continue_request(Ticket ticket, Context& kept) {
 
 std::optional<http::Response> Engine::Impl::denied(const Context& context, const Result<Caller>& caller) const {
   const http::Request& request = context.request();
+  if (caller && caller->access == Access::too_many_requests) return too_many_requests(context, *caller);
   if (is_from_foreign_page(context))
     return parts.responses.problem(context, 403, "web pages of " + std::string(*request.find("Origin")) + " may not send this: the origin is not in allowed_origins of this server");
   if (!is_safe(request.method) && parts.subscriptions.is_refused_notification(request))
@@ -261,6 +265,13 @@ std::optional<http::Response> Engine::Impl::denied(const Context& context, const
   if (caller->access == Access::unauthenticated) return unauthenticated(context, *caller);
   if (caller->access == Access::forbidden) return forbidden(context);
   return std::nullopt;
+}
+
+/// RFC 6585 4
+http::Response Engine::Impl::too_many_requests(const Context& context, const Caller& caller) const {
+  http::Response response = parts.responses.problem(context, 429, "this client sends more than this server takes from one client; the field Retry-After says when to send again");
+  response.fields.set("Retry-After", std::to_string(caller.retry_after.count()));
+  return response;
 }
 
 http::Response Engine::Impl::unauthenticated(const Context& context, const Caller& caller) const {
@@ -419,7 +430,8 @@ void Engine::set_waker(std::shared_ptr<Waker> waker) {
 
 Result<Caller> Engine::authorize(const http::Request& request) const {
   const Authentication& authorizer = impl_->parts.options.authorize;
-  if (!authorizer || request.header_judged) return Caller();
+  if (request.header_judged) return request.judged_caller ? *static_cast<const Caller*>(request.judged_caller.get()) : Caller();
+  if (!authorizer) return Caller();
   if (request.body.empty()) return guarded<Caller>([&]() -> Result<Caller> { return authorizer(request); });
   http::Request header = request;  // whether the body came along with it makes no difference
   header.body = {};

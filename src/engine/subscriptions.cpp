@@ -139,8 +139,11 @@ subscription::Policy Subscriptions::default_policy(const Resource& observed) con
 
 std::optional<http::Response> Subscriptions::too_many(const Context& context, Protocol protocol) const {
   const bool callback = protocol == Protocol::callback;
-  if (by_channel_.size() < options_.subscriptions.max_subscriptions && (!callback || callbacks_ < options_.callbacks.max_callbacks)) return std::nullopt;
-  http::Response response = responses_.problem(context, 503, callback ? "there are as many web callbacks as this server keeps"
+  const std::size_t max = options_.clients.max_subscriptions;
+  const bool too_many_of_client = !context.client.empty() && max != 0 && clients_.of(context.client) >= max;
+  if (!too_many_of_client && by_channel_.size() < options_.subscriptions.max_subscriptions && (!callback || callbacks_ < options_.callbacks.max_callbacks)) return std::nullopt;
+  http::Response response = too_many_of_client ? responses_.problem(context, 429, "this client has " + std::to_string(max) + " subscriptions, which is as many as one client may have")
+                            : responses_.problem(context, 503, callback ? "there are as many web callbacks as this server keeps"
                                                                       : "there are as many subscriptions as this server keeps");
   responses_.add_retry_after(response);
   return response;
@@ -176,6 +179,7 @@ Outcome Subscriptions::subscribe(Context& context, Protocol protocol) {
   SubscriptionRequest wanted;
   wanted.observed = context.resource;
   wanted.protocol = protocol;
+  wanted.client = context.client;
   wanted.policy = default_policy(*wanted.observed);
   if (protocol == Protocol::websocket) {
     if (const auto refusal = http::check_websocket(request)) {
@@ -300,6 +304,7 @@ Outcome Subscriptions::create(Context& context) {
   };
   SubscriptionRequest wanted;
   wanted.protocol = Protocol::callback;
+  wanted.client = context.client;
   const std::string observed = object(vocab::hybrit::onResource).value_or("");
   if (const auto path = bases_.path_of(observed)) {
     const Result<std::string> canonical = canonical_path(*path);
@@ -359,11 +364,13 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
   ThingNode& thing = *request.observed->thing;
   std::string path = thing.subscriptions.path + "/" + id;
   std::string known_tag = std::move(request.known_tag);
+  const std::string client = std::move(request.client);
   const bool begins_with_refresh = request.begins_with_refresh;
   auto made = std::make_unique<SubscriptionResource>(std::move(path), std::move(id), Channel{next_channel_++}, std::move(request), base, created, *this,
                                                      options_, queued_bytes_);
   SubscriptionResource& s = *made;
   s.last_tag = std::move(known_tag);
+  s.share = clients_.take(client);
   by_channel_.emplace(static_cast<std::uint64_t>(s.channel), &s);
   thing.subscriptions.subscriptions.push_back(std::move(made));
   registry_.add(s);

@@ -130,6 +130,7 @@ class Subscriptions {
   std::unordered_map<std::uint64_t, SubscriptionResource*> by_channel_;
   std::unordered_map<std::uint64_t, ClosingChannel> closing_;
   std::size_t callbacks_ = 0;
+  ClientCounts clients_;  ///< who has subscriptions; those that were restored have nobody
 
   std::deque<Channel> urgent_, ready_;                  ///< to be named by next_ready()
   std::vector<subscription::ReadyCallback> callbacks_ready_;

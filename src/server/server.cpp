@@ -19,6 +19,7 @@
 #include "src/rdf/codecs.hpp"
 #include "src/server/body_pool.hpp"
 #include "src/server/callers.hpp"
+#include "src/server/client_limiter.hpp"
 #include "src/server/guest_requests.hpp"
 #include "src/server/listen_addresses.hpp"
 #include "src/server/log_queue.hpp"
@@ -61,6 +62,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (rest_.descriptor() < 0)
       return unexpected(Errc::io_error, "no event descriptor for the server: " + std::system_category().message(rest_.error()));
     if (Result<void> checked = engine_.check(); !checked) return checked;
+    if (Result<void> checked = ClientLimiter::check(options_.security.clients); !checked) return checked;
+    limiter_.emplace(options_.security.clients);
     auto callers = Callers::create(options_.security, waking_log(), clock_);
     if (!callers) return Unexpected{std::move(callers).error()};
     callers_ = *std::move(callers);
@@ -205,8 +208,11 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
 
   // engine::Handler, on the transport's thread
   engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) override {
-    const Result<engine::Caller> caller = engine_.authorize(request);  // user code: without the lock
-    return with_engine([&] { return engine_.judge_header(request, body_bytes, caller, now); });
+    const Result<engine::Caller> caller = admit(request, true, now);
+    engine::HeaderVerdict verdict = with_engine([&] { return engine_.judge_header(request, body_bytes, caller, now); });
+    if (!verdict.response && caller)
+      limiter_->count_body(*caller, std::min<std::uint64_t>(body_bytes.value_or(verdict.max_body_bytes), options_.limits.max_body_bytes), now);
+    return verdict;
   }
   engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes) {
     if (!process_.is_current()) return {refused(), 0};
@@ -217,7 +223,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     return engine_.is_stop(request);
   }
   engine::Outcome handle(const http::Request& request, TimePoint now) override {
-    const Result<engine::Caller> caller = engine_.authorize(request);  // user code: without the lock
+    const Result<engine::Caller> caller = admit(request, !request.body.empty(), now);
     return with_engine([&] { return engine_.handle(request, caller, now); });
   }
   std::optional<engine::Reply> next_reply(TimePoint now) override {
@@ -290,9 +296,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   // Requests that came over an HTTP server of the host's, on its threads.
   http::Response serve(const http::Request& request, std::optional<engine::Channel>& channel) {
     if (!process_.is_current()) return refused();
-    const Result<engine::Caller> caller = engine_.authorize(request);
+    const TimePoint now = clock_.now();
+    const Result<engine::Caller> caller = admit(request, !request.body.empty(), now);
     engine::Outcome outcome = with_engine([&] {
-      engine::Outcome made = engine_.handle(request, caller, clock_.now());
+      engine::Outcome made = engine_.handle(request, caller, now);
       // Before the lock is let go: a reply may be there at once.
       if (const auto* deferred = std::get_if<engine::Deferred>(&made)) guests_.add(deferred->ticket);
       if (const auto* streamed = std::get_if<engine::Streamed>(&made)) guests_.add(streamed->channel);
@@ -334,6 +341,19 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   Result<void> check_open() const {
     if (!process_.is_current()) return unexpected(Errc::closed, "the server belongs to the parent process");
     return stopping_ ? unexpected(Errc::closed, "the server has stopped") : Result<void>();
+  }
+
+  /// Finds out who sends a request, and whether that client sends too much. Each request is counted once: when its header section is judged.
+  Result<engine::Caller> admit(const http::Request& request, bool has_body, TimePoint now) {
+    Result<engine::Caller> caller = engine_.authorize(request);  // user code: without the lock
+    if (!caller || request.header_judged) return caller;
+    if (const auto pause = limiter_->count(*caller, request.peer, has_body, now); pause && !is_stop(request)) {
+      caller->access = engine::Access::too_many_requests;
+      caller->retry_after = *pause;
+    } else if (!request.body.empty()) {
+      limiter_->count_body(*caller, request.body.size(), now);
+    }
+    return caller;
   }
 
   /// Starts a transport on Listen::address; of a host name, on its first address that the machine has.
@@ -412,6 +432,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     options.read_origins = options_.security.read_origins;
     options.authorize = [this](const http::Request& request) { return callers_ ? callers_->of(request) : engine::Caller(); };
     options.challenge = options_.security.challenge;
+    options.clients = options_.security.clients;
     options.dispatch = options_.threads.dispatch;
     options.body_jobs = options_.threads.body_threads > 0;
     options.subscriptions = options_.subscriptions;
@@ -632,6 +653,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   LogQueue log_;
   mutable std::mutex mutex_;                              // guards engine_, guests_ and replies_; never held while user code runs
   std::shared_ptr<Callers> callers_;  ///< nullptr: everybody may do everything
+  std::optional<ClientLimiter> limiter_;  ///< set before the transport starts
   engine::Engine engine_;
   BodyPool bodies_;
   GuestRequests guests_;

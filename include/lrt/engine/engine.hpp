@@ -33,6 +33,7 @@ enum class Access : std::uint8_t {
   granted,
   unauthenticated,  ///< 401, with Security::challenge
   forbidden,        ///< 403
+  too_many_requests,  ///< 429, with Retry-After
 };
 /// Judges a request by its header section: its body has not been received, and `body` is empty. A GET with `Upgrade: callback` makes the
 /// robot post to a URL, so do not grant it to clients that may only read.
@@ -45,6 +46,8 @@ struct Caller {
   std::shared_ptr<const security::Principal> principal{};  ///< nullptr: nobody in particular
   security::Rights rights = security::Rights::all();       ///< a resource that the request names may be treated so; else 403
   std::string challenge{};                                 ///< WWW-Authenticate of a 401; empty: EngineOptions::challenge
+  std::string client{};                                    ///< for whom invocations and subscriptions are counted (ClientLimits); empty: they are not
+  std::chrono::seconds retry_after{1};                     ///< of a 429
 };
 /// Finds out who sends a request by its header section.
 using Authentication = std::function<Caller(const http::Request&)>;
@@ -96,6 +99,7 @@ struct EngineOptions : Limits {
   std::vector<std::string> read_origins;               ///< Security::read_origins
   std::vector<std::string> notification_senders;       ///< Security::notification_senders
   bool body_jobs = false;                              ///< bodies above small_body_bytes become BodyJobs; else every body is judged at once
+  security::ClientLimits clients;                      ///< Security::clients, of which the engine has max_invocations and max_subscriptions
   /// A request that makes or cancels a web callback waits so long for saved(); then 503, and nothing has changed. nullopt: it does not wait.
   std::optional<std::chrono::milliseconds> save_timeout;
 };

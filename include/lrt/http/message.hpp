@@ -38,6 +38,7 @@ struct Request {
   std::uint16_t local_port = 0;  ///< of that server; 0: the request came over lrt's own transport
   /// engine::Handler::judge_header() has let this request pass: the authorizer is not called again. Only what calls that function sets it.
   bool header_judged = false;
+  std::shared_ptr<const void> judged_caller{};  ///< with header_judged: engine::HeaderVerdict::caller. It belongs to the handler
   /// Keeps the bytes of `body` for whoever has a copy of it, on any thread. nullptr: the bytes last as long as the call.
   std::shared_ptr<const void> body_owner{};
 

@@ -9,6 +9,7 @@
 #include <lrt/engine/engine.hpp>
 #include <lrt/subscription/channel.hpp>
 
+#include "src/engine/client_counts.hpp"
 #include "src/engine/deadline_queue.hpp"
 #include "src/engine/resource.hpp"
 #include "src/subscription/backlog.hpp"
@@ -30,6 +31,7 @@ struct SubscriptionRequest {
   bool provisional = false;          ///< SubscriptionResource::provisional
   bool has_confirmed = false;        ///< SubscriptionResource::has_confirmed
   bool begins_with_refresh = false;  ///< the first notification waits until the value has been read
+  std::string client;       ///< Caller::client
   std::string known_tag;    ///< of the representation that the client of an event stream has
 };
 
@@ -71,6 +73,7 @@ class SubscriptionResource final : public Resource, public Observer {
   const Variant its_variant;
   const std::string url, receiver, secret;   ///< of a callback; receiver: as in subscription::ReadyCallback
   const Utc created;
+  ClientCounts::Share share;                 ///< of its client
 
   subscription::Backlog backlog;
   std::string last_tag;                      ///< of the representation that was sent last
