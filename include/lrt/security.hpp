@@ -111,4 +111,24 @@ struct ClientLimits {
   std::size_t max_clients = 4'096;
 };
 
+/// A log of who did what to which resource, with which outcome: each request that changes or commands something, each subscription that is made or
+/// ends, and each refusal (401, 403, 404 for want of a right, 421, 429). One line is one JSON object in ASCII:
+///
+///     {"time":"2026-11-21T10:38:39.000125Z","event":"request","principal":"anna","address":"192.0.2.7","method":"PUT",
+///      "resource":"/arm/angle","status":403,"reason":"right"}
+///
+/// `event`: "request", "subscription_made", "subscription_ended" (these with `subscription`, `observed` and `protocol`), or "end". `time`: when the
+/// request came, or the subscription ended. `principal`: null without one. `resource`: path of the target. `status`: that of the response, also of a deferred
+/// one; none if the client did not wait for it (`reason` "abandoned"). `reason`: http::Denial. `dropped`: how many lines are missing before this one.
+/// Texts of more than 1,024 bytes are cut. Neither queries, header fields nor bodies are in it. What the transport refuses without asking the server (400,
+/// 408, 414, 431 and so on) is not in it either.
+struct Audit {
+  /// Gets each line, without a line feed. Called on a thread of its own (lrt-audit), one line at a time, never where poll() runs; may take long. What it
+  /// throws goes to the log, and the line counts as dropped. Empty: no audit and no thread.
+  std::function<void(std::string_view line)> sink;
+  bool reads = false;  ///< also requests that change nothing
+  /// Lines that wait for the sink; 1 to 1,000,000, about 300 bytes each. A further one is dropped and counted in the next line.
+  std::size_t max_waiting_lines = 4'096;
+};
+
 }  // namespace lrt::security

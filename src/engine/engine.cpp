@@ -154,7 +154,7 @@ std::optional<http::Response> Engine::Impl::find(Context& context, const Result<
   const auto target = http::split_target(request.target);
   if (!target) return parts.responses.problem(context, 400, "target: expected a path, an http(s) URI or *");
   const Result<std::size_t> base = parts.bases.of(request, *target);
-  if (!base) return parts.responses.problem(context, 421, base.error().message);
+  if (!base) return parts.responses.denied(context, http::Denial::host, 421, base.error().message);
   context.base = *base;
   if (auto response = parts.cors.preflight(request)) return response;
   if (auto response = denied(context, caller)) return response;
@@ -255,9 +255,9 @@ std::optional<http::Response> Engine::Impl::denied(const Context& context, const
   const http::Request& request = context.request();
   if (caller && caller->access == Access::too_many_requests) return too_many_requests(context, *caller);
   if (is_from_foreign_page(context))
-    return parts.responses.problem(context, 403, "web pages of " + std::string(*request.find("Origin")) + " may not send this: the origin is not in allowed_origins of this server");
+    return parts.responses.denied(context, http::Denial::origin, 403, "web pages of " + std::string(*request.find("Origin")) + " may not send this: the origin is not in allowed_origins of this server");
   if (!is_safe(request.method) && parts.subscriptions.is_refused_notification(request))
-    return parts.responses.problem(context, 403, "this is a notification of another resource, which this server does not carry out: its sender is not in notification_senders");
+    return parts.responses.denied(context, http::Denial::notification, 403, "this is a notification of another resource, which this server does not carry out: its sender is not in notification_senders");
   if (!caller) {
     parts.responses.log(LogLevel::error, "the authorizer: " + caller.error().message);
     return parts.responses.problem(context, 500, "the authorizer failed");
@@ -269,19 +269,19 @@ std::optional<http::Response> Engine::Impl::denied(const Context& context, const
 
 /// RFC 6585 4
 http::Response Engine::Impl::too_many_requests(const Context& context, const Caller& caller) const {
-  http::Response response = parts.responses.problem(context, 429, "this client sends more than this server takes from one client; the field Retry-After says when to send again");
+  http::Response response = parts.responses.denied(context, http::Denial::rate, 429, "this client sends more than this server takes from one client; the field Retry-After says when to send again");
   response.fields.set("Retry-After", std::to_string(caller.retry_after.count()));
   return response;
 }
 
 http::Response Engine::Impl::unauthenticated(const Context& context, const Caller& caller) const {
-  http::Response response = parts.responses.problem(context, 401, "this server needs credentials; the field WWW-Authenticate says which");
+  http::Response response = parts.responses.denied(context, http::Denial::credentials, 401, "this server needs credentials; the field WWW-Authenticate says which");
   response.fields.set("WWW-Authenticate", caller.challenge.empty() ? parts.options.challenge : caller.challenge);
   return response;
 }
 
 http::Response Engine::Impl::forbidden(const Context& context) const {
-  return parts.responses.problem(context, 403, "these credentials do not allow " + std::string(context.request().method) + " here");
+  return parts.responses.denied(context, http::Denial::right, 403, "these credentials do not allow " + std::string(context.request().method) + " here");
 }
 
 /// Nobody who may not read learns what exists: without a resource that is as if there were one.
@@ -502,6 +502,7 @@ std::pair<std::size_t, std::size_t> Engine::recover(std::string_view damaged) { 
 
 std::vector<Job> Engine::take_jobs() { return impl_->parts.calls.take_jobs(); }
 std::vector<BodyJob> Engine::take_body_jobs() { return impl_->parts.bodies.take_jobs(); }
+std::vector<SubscriptionEvent> Engine::take_subscription_events() { return impl_->parts.subscriptions.take_events(); }
 std::vector<std::shared_ptr<const void>> Engine::take_discarded() { return std::exchange(impl_->parts.discarded, {}); }
 
 void Engine::stop() {

@@ -133,7 +133,7 @@ std::optional<http::Response> Invocations::refused_client(const ActionResource& 
   const std::size_t max = options_.clients.max_invocations;
   if (context.client.empty() || max == 0 || clients_.of(context.client) < max) return std::nullopt;
   if (action.spec->policy.kind == ActionPolicy::Kind::preempt && action.active > 0) return std::nullopt;
-  http::Response response = responses_.problem(context, 429, "this client has " + std::to_string(max) + " invocations under way, which is as many as one client may have");
+  http::Response response = responses_.denied(context, http::Denial::invocations, 429, "this client has " + std::to_string(max) + " invocations under way, which is as many as one client may have");
   responses_.add_retry_after(response);
   return response;
 }

@@ -202,6 +202,7 @@ void SavedSubscriptions::resume() {
     const std::size_t base = bases_.intern(std::move(now.base), false);
     now.request.observed = observed;
     now.request.variant = *variant;
+    now.request.restored = true;
     subscriptions_.make(std::move(now.request), base, std::move(now.id), now.created);
   }
 }

@@ -142,7 +142,7 @@ std::optional<http::Response> Subscriptions::too_many(const Context& context, Pr
   const std::size_t max = options_.clients.max_subscriptions;
   const bool too_many_of_client = !context.client.empty() && max != 0 && clients_.of(context.client) >= max;
   if (!too_many_of_client && by_channel_.size() < options_.subscriptions.max_subscriptions && (!callback || callbacks_ < options_.callbacks.max_callbacks)) return std::nullopt;
-  http::Response response = too_many_of_client ? responses_.problem(context, 429, "this client has " + std::to_string(max) + " subscriptions, which is as many as one client may have")
+  http::Response response = too_many_of_client ? responses_.denied(context, http::Denial::subscriptions, 429, "this client has " + std::to_string(max) + " subscriptions, which is as many as one client may have")
                             : responses_.problem(context, 503, callback ? "there are as many web callbacks as this server keeps"
                                                                       : "there are as many subscriptions as this server keeps");
   responses_.add_retry_after(response);
@@ -152,9 +152,9 @@ std::optional<http::Response> Subscriptions::too_many(const Context& context, Pr
 std::optional<http::Response> Subscriptions::refused_receiver(const Context& context, const std::string& url) const {
   const Result<subscription::CallbackUrl> parsed = subscription::parse_callback_url(url);
   if (!parsed) return responses_.problem(context, 400, parsed.error().message);
-  if (bases_.is_this_server(*parsed)) return responses_.problem(context, 403, "callback URL: " + parsed->authority + " is this server itself");
+  if (bases_.is_this_server(*parsed)) return responses_.denied(context, http::Denial::receiver, 403, "callback URL: " + parsed->authority + " is this server itself");
   if (may_call(*parsed)) return std::nullopt;
-  return responses_.problem(context, 403, "callback URL: this server may not call " + parsed->authority);
+  return responses_.denied(context, http::Denial::receiver, 403, "callback URL: this server may not call " + parsed->authority);
 }
 
 /// The policy in the query of a GET.
@@ -287,7 +287,7 @@ http::Response Subscriptions::description_response(const Context& context, Subsc
 Outcome Subscriptions::create(Context& context) {
   const auto problem = [&](int status, std::string detail) { return responses_.problem(context, status, std::move(detail)); };
   if (requests_other_model(context.request().joined("Link"))) return problem(409, "members of this container are ldp:RDFSource");
-  if (!makes_callbacks()) return problem(403, "this server may call no receiver: it makes no web callbacks");
+  if (!makes_callbacks()) return responses_.denied(context, http::Denial::receiver, 403, "this server may call no receiver: it makes no web callbacks");
   static constexpr FocusRule rule{focus_nodes, "subscription", refused_node};
   auto read = bodies_.read_graph(context, rule);
   if (auto outcome = outcome_of(read)) return *std::move(outcome);
@@ -365,12 +365,13 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
   std::string path = thing.subscriptions.path + "/" + id;
   std::string known_tag = std::move(request.known_tag);
   const std::string client = std::move(request.client);
-  const bool begins_with_refresh = request.begins_with_refresh;
+  const bool begins_with_refresh = request.begins_with_refresh, requested = !request.restored;
   auto made = std::make_unique<SubscriptionResource>(std::move(path), std::move(id), Channel{next_channel_++}, std::move(request), base, created, *this,
                                                      options_, queued_bytes_);
   SubscriptionResource& s = *made;
   s.last_tag = std::move(known_tag);
   s.share = clients_.take(client);
+  report(SubscriptionEvent::Kind::made, s, requested);
   by_channel_.emplace(static_cast<std::uint64_t>(s.channel), &s);
   thing.subscriptions.subscriptions.push_back(std::move(made));
   registry_.add(s);
@@ -435,6 +436,7 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
     --callbacks_;
     if (!s.is_cancelling()) saves_.changed();
   }
+  report(SubscriptionEvent::Kind::ended, s, true);
   next_notifications_.clear(s.next_notification);
   by_channel_.erase(static_cast<std::uint64_t>(s.channel));
   if (s.queues()) s.observed.for_each_property([this](PropertyResource& p) { values_.keep(p, false); });
@@ -444,6 +446,11 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
   registry_.remove(s);
   auto& members = container.subscriptions;
   members.erase(std::find_if(members.begin(), members.end(), [&](const auto& m) { return m.get() == &s; }));
+}
+
+void Subscriptions::report(SubscriptionEvent::Kind kind, const SubscriptionResource& s, bool requested) {
+  static constexpr std::string_view protocols[] = {"websocket", "callback", "event_stream"};  // by Protocol
+  if (options_.reports_subscriptions) events_.push_back({kind, s.path, s.observed.path, protocols[static_cast<std::size_t>(s.protocol)], requested});
 }
 
 void Subscriptions::resource_removed(SubscriptionResource& s) {

@@ -65,6 +65,8 @@ class Subscriptions {
   void end(SubscriptionResource& s, std::uint16_t code, std::string reason);
   std::size_t callback_count() const noexcept { return callbacks_; }
 
+  std::vector<SubscriptionEvent> take_events() { return std::exchange(events_, {}); }
+
   // Observers.
   void changed(SubscriptionResource& s);
   /// Puts the present representation into the queue, if a change is not in it yet.
@@ -109,6 +111,7 @@ class Subscriptions {
   subscription::Item item_of(const SubscriptionResource& s, Representation& representation);
   void announce(SubscriptionResource& s);
   subscription::Item next_item(SubscriptionResource& s, TimePoint now);
+  void report(SubscriptionEvent::Kind kind, const SubscriptionResource& s, bool requested);
   void notify_of_structure();
   bool must_confirm(const std::string& url) const;
   subscription::Notification confirmation_of(SubscriptionResource& s) const;
@@ -130,6 +133,7 @@ class Subscriptions {
   std::unordered_map<std::uint64_t, SubscriptionResource*> by_channel_;
   std::unordered_map<std::uint64_t, ClosingChannel> closing_;
   std::size_t callbacks_ = 0;
+  std::vector<SubscriptionEvent> events_;
   ClientCounts clients_;  ///< who has subscriptions; those that were restored have nobody
 
   std::deque<Channel> urgent_, ready_;                  ///< to be named by next_ready()

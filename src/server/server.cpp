@@ -17,6 +17,7 @@
 #include "src/base/thread.hpp"
 #include "src/page/page.hpp"
 #include "src/rdf/codecs.hpp"
+#include "src/server/audit.hpp"
 #include "src/server/body_pool.hpp"
 #include "src/server/callers.hpp"
 #include "src/server/client_limiter.hpp"
@@ -64,6 +65,13 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (Result<void> checked = engine_.check(); !checked) return checked;
     if (Result<void> checked = ClientLimiter::check(options_.security.clients); !checked) return checked;
     limiter_.emplace(options_.security.clients);
+    if (Result<void> checked = Audit::check(options_.security.audit); !checked) return checked;
+    if (options_.security.audit.sink) {
+      audit_.emplace(options_.security.audit, waking_log());
+      Result<Thread> started = start_thread("lrt-audit", options_.threads.own, [this] { audit_->writer().run(); });
+      if (!started) return Unexpected{std::move(started).error()};
+      audit_thread_ = *std::move(started);
+    }
     auto callers = Callers::create(options_.security, waking_log(), clock_);
     if (!callers) return Unexpected{std::move(callers).error()};
     callers_ = *std::move(callers);
@@ -94,7 +102,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   bool can_be_destroyed() noexcept {
     if (!process_.is_current() || serving_ == std::this_thread::get_id()) return false;
     const std::lock_guard lock(threads_mutex_);
-    return !io_.is_current() && !runner_.is_current();
+    return !io_.is_current() && !runner_.is_current() && !audit_thread_.is_current();
   }
 
   /// @param what  a Thing, or several
@@ -180,9 +188,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     const auto me = std::this_thread::get_id();
     if (serving_ == me) return;  // from a lambda: the serving thread finishes when it returns
     // Each thread is joined by the first caller, without a lock: a lambda on one of them may be stopping too.
-    Thread io, runner;
+    Thread io, runner, auditor;
     {
       const std::lock_guard lock(threads_mutex_);
+      if (!audit_thread_.is_current()) auditor = std::move(audit_thread_);
       if (!io_.is_current()) io = std::move(io_);
       if (!runner_.is_current()) runner = std::move(runner_);
     }
@@ -192,6 +201,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       if (const Turn turn(*this); turn) finish();
       else wait_until_finished();  // a turn on another thread carries out the stop
     }
+    if (audit_) audit_->writer().stop();
+    auditor.join();
     log_.flush();
   }
 
@@ -209,7 +220,11 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   // engine::Handler, on the transport's thread
   engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) override {
     const Result<engine::Caller> caller = admit(request, true, now);
-    engine::HeaderVerdict verdict = with_engine([&] { return engine_.judge_header(request, body_bytes, caller, now); });
+    engine::HeaderVerdict verdict = with_engine([&] {
+      engine::HeaderVerdict made = engine_.judge_header(request, body_bytes, caller, now);
+      if (made.response) audit([&](Audit& audit) { audit.refused(request, caller, *made.response, now); });
+      return made;
+    });
     if (!verdict.response && caller)
       limiter_->count_body(*caller, std::min<std::uint64_t>(body_bytes.value_or(verdict.max_body_bytes), options_.limits.max_body_bytes), now);
     return verdict;
@@ -224,7 +239,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
   engine::Outcome handle(const http::Request& request, TimePoint now) override {
     const Result<engine::Caller> caller = admit(request, !request.body.empty(), now);
-    return with_engine([&] { return engine_.handle(request, caller, now); });
+    return with_engine([&] { return handle(request, caller, now); });
   }
   std::optional<engine::Reply> next_reply(TimePoint now) override {
     run_io_jobs();
@@ -235,7 +250,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
         return first;
       }
       std::optional<engine::Reply> reply;
-      do reply = engine_.next_reply(now);
+      do reply = take_reply(now);
       while (reply && guests_.take(*reply));
       return reply;
     });
@@ -249,6 +264,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   void abandon(engine::Ticket ticket) noexcept override {
     const std::lock_guard lock(mutex_);
     engine_.abandon(ticket);
+    audit([&](Audit& audit) { audit.abandoned(ticket); });
   }
   std::optional<engine::Channel> next_ready(TimePoint now) override {
     return with_engine([&] {
@@ -276,6 +292,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   void closed(engine::Channel channel) noexcept override {
     const std::lock_guard lock(mutex_);
     engine_.closed(channel);
+    if (audit_) audit_subscriptions(clock_.now());
   }
 
   // delivery::Source, on the deliverer's threads
@@ -299,7 +316,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     const TimePoint now = clock_.now();
     const Result<engine::Caller> caller = admit(request, !request.body.empty(), now);
     engine::Outcome outcome = with_engine([&] {
-      engine::Outcome made = engine_.handle(request, caller, now);
+      engine::Outcome made = handle(request, caller, now);
       // Before the lock is let go: a reply may be there at once.
       if (const auto* deferred = std::get_if<engine::Deferred>(&made)) guests_.add(deferred->ticket);
       if (const auto* streamed = std::get_if<engine::Streamed>(&made)) guests_.add(streamed->channel);
@@ -333,6 +350,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       const std::lock_guard lock(mutex_);
       guests_.remove(channel);
       engine_.closed(channel);
+      if (audit_) audit_subscriptions(clock_.now());
     }
     log_.flush();
   }
@@ -354,6 +372,32 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       limiter_->count_body(*caller, request.body.size(), now);
     }
     return caller;
+  }
+
+  // With the lock.
+  engine::Outcome handle(const http::Request& request, const Result<engine::Caller>& caller, TimePoint now) {
+    engine::Outcome outcome = engine_.handle(request, caller, now);
+    audit_subscriptions(now);
+    audit([&](Audit& audit) { audit.handled(request, caller, outcome, now); });
+    return outcome;
+  }
+  std::optional<engine::Reply> take_reply(TimePoint now) {
+    std::optional<engine::Reply> reply = engine_.next_reply(now);
+    audit_subscriptions(now);
+    if (reply) audit([&](Audit& audit) { audit.replied(*reply); });
+    return reply;
+  }
+  void audit_subscriptions(TimePoint now) noexcept {
+    audit([&](Audit& audit) { audit.changed(engine_.take_subscription_events(), now); });
+  }
+  template <class F>
+  void audit(F f) noexcept {
+    if (!audit_) return;
+    try {
+      f(*audit_);
+    } catch (...) {  // no memory for the line
+      audit_->writer().drop();
+    }
   }
 
   /// Starts a transport on Listen::address; of a host name, on its first address that the machine has.
@@ -433,6 +477,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     options.authorize = [this](const http::Request& request) { return callers_ ? callers_->of(request) : engine::Caller(); };
     options.challenge = options_.security.challenge;
     options.clients = options_.security.clients;
+    options.reports_subscriptions = static_cast<bool>(options_.security.audit.sink);
     options.dispatch = options_.threads.dispatch;
     options.body_jobs = options_.threads.body_threads > 0;
     options.subscriptions = options_.subscriptions;
@@ -508,6 +553,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     std::vector<engine::Job> jobs = engine_.take_jobs();
     std::vector<engine::BodyJob> bodies = engine_.take_body_jobs();
     const std::vector<subscription::ReadyCallback> callbacks = engine_.take_callbacks();
+    if (audit_) audit_subscriptions(clock_.now());
     if (saved_)
       if (std::optional<engine::SavedText> saved = engine_.take_saved()) saved_->save(std::move(saved->text), saved->revision);
     lock.unlock();
@@ -526,7 +572,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       const auto now = clock_.now();
       const auto due = engine_.next_deadline();
       if (due && *due <= now.steady) {
-        while (auto reply = engine_.next_reply(now))
+        while (auto reply = take_reply(now))
           if (!guests_.take(*reply)) replies_.push_back(*std::move(reply));
         if (auto reply = guests_.reply(ticket)) return *std::move(reply);
         pass_on(lock);
@@ -593,7 +639,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (deliverer_) deliverer_->stop();
     bodies_.stop();
     const std::lock_guard lock(mutex_);
-    while (auto reply = engine_.next_reply(clock_.now())) (void)guests_.take(*reply);
+    while (auto reply = take_reply(clock_.now())) (void)guests_.take(*reply);
     guests_.notify();
     finished_ = true;
   }
@@ -654,6 +700,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   mutable std::mutex mutex_;                              // guards engine_, guests_ and replies_; never held while user code runs
   std::shared_ptr<Callers> callers_;  ///< nullptr: everybody may do everything
   std::optional<ClientLimiter> limiter_;  ///< set before the transport starts
+  std::optional<Audit> audit_;  ///< the same; nullopt: there is no sink. Guarded by mutex_, but for its writer
   engine::Engine engine_;
   BodyPool bodies_;
   GuestRequests guests_;
@@ -671,8 +718,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   EventWaker rest_;                            // where run() waits when there is nothing to do
   std::atomic<bool> stopping_{false}, finished_{false}, descriptor_is_used_{false};
   std::atomic<std::thread::id> serving_{};                // the thread inside the transport
-  std::mutex threads_mutex_;                              // guards io_ and runner_, not the joining
-  Thread io_, runner_;
+  std::mutex threads_mutex_;                              // guards the threads, not the joining
+  Thread io_, runner_, audit_thread_;
 };
 
 void Server::End::operator()(Impl* impl) const noexcept {

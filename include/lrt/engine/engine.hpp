@@ -99,6 +99,7 @@ struct EngineOptions : Limits {
   std::vector<std::string> read_origins;               ///< Security::read_origins
   std::vector<std::string> notification_senders;       ///< Security::notification_senders
   bool body_jobs = false;                              ///< bodies above small_body_bytes become BodyJobs; else every body is judged at once
+  bool reports_subscriptions = false;                  ///< take_subscription_events() has something
   security::ClientLimits clients;                      ///< Security::clients, of which the engine has max_invocations and max_subscriptions
   /// A request that makes or cancels a web callback waits so long for saved(); then 503, and nothing has changed. nullopt: it does not wait.
   std::optional<std::chrono::milliseconds> save_timeout;
@@ -108,6 +109,16 @@ struct EngineOptions : Limits {
 struct Upgrades {
   bool websocket = false;
   bool callback = true;
+};
+
+/// A subscription was made, or has ended.
+struct SubscriptionEvent {
+  enum class Kind : std::uint8_t { made, ended };
+  Kind kind;
+  std::string path;
+  std::string resource;           ///< path of what it observes
+  std::string_view protocol;      ///< "websocket", "event_stream" or "callback"
+  bool requested = true;          ///< made by a request, whose response has its IRI as Location; false: restored
 };
 
 /// All web callbacks as text.
@@ -206,6 +217,8 @@ class Engine final : public Handler {
   /// Things that were removed or refused, with the user's lambdas: to be destroyed without a lock. What is not taken is destroyed by the
   /// next add() or remove().
   std::vector<std::shared_ptr<const void>> take_discarded();
+  /// What became of subscriptions since the last call, in order, with EngineOptions::reports_subscriptions.
+  std::vector<SubscriptionEvent> take_subscription_events();
   /// The server stops: every waiting and every new request gets 503.
   void stop();
 

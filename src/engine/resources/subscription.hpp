@@ -30,6 +30,7 @@ struct SubscriptionRequest {
   subscription::Policy policy;
   bool provisional = false;          ///< SubscriptionResource::provisional
   bool has_confirmed = false;        ///< SubscriptionResource::has_confirmed
+  bool restored = false;             ///< from a file, without a request
   bool begins_with_refresh = false;  ///< the first notification waits until the value has been read
   std::string client;       ///< Caller::client
   std::string known_tag;    ///< of the representation that the client of an event stream has
