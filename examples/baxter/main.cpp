@@ -2,7 +2,7 @@
 //
 //   baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]... [--cors ORIGIN]... [--demo]
 //          [--allow-callback HOST]... [--subscriptions FILE] [--transport NAME] [--tls DIR] [--tokens FILE]
-//          [--audit FILE]
+//          [--audit FILE] [--metrics]
 //
 // --bind ADDRESS          an address or a host name to listen on; default: 127.0.0.1
 // --public-base URL       by which clients know the robot behind a reverse proxy (examples/reverse_proxy)
@@ -15,6 +15,7 @@
 // --tls DIR               HTTPS with DIR/server.pem and DIR/server-key.pem (examples/make-certificate.sh DIR); SIGHUP reloads them
 // --tokens FILE           lets in only those who send a token of the file, a line "NAME ROLE TOKEN" each: reader, operator, administrator
 // --audit FILE            appends who did what to FILE, one line of JSON each
+// --metrics               adds the Thing /server with the counters of the server; /server/metrics is their text for Prometheus
 
 #include <charconv>
 #include <chrono>
@@ -28,6 +29,7 @@
 #include <thread>
 #include <vector>
 
+#include <lrt/server_thing.hpp>
 #include <lrt/transport/named.hpp>
 
 #include "examples/baxter/linked_arm.hpp"
@@ -55,11 +57,13 @@ int main(int argc, char** argv) {
   lrt::Options options;
   std::vector<std::string>& callbacks = options.callbacks.allow;
   callbacks = {"127.0.0.0/8", "::1"};  // this machine only, and the hosts of --allow-callback
-  bool demo = false;
+  bool demo = false, metrics = false;
   for (int i = 1; i < argc; ++i) {
     const std::string arg = argv[i];
     if (arg == "--demo") {
       demo = true;
+    } else if (arg == "--metrics") {
+      metrics = true;
     } else if (arg == "--bind" && i + 1 < argc) {
       options.listen.address = argv[++i];
     } else if (arg == "--public-base" && i + 1 < argc) {
@@ -92,7 +96,7 @@ int main(int argc, char** argv) {
     } else {
       std::fprintf(stderr, "usage: baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]...\n"
                            "              [--cors ORIGIN]... [--demo] [--allow-callback HOST]... [--subscriptions FILE]\n"
-                           "              [--transport http|libwebsockets] [--tls DIR] [--tokens FILE] [--audit FILE]\n");
+                           "              [--transport http|libwebsockets] [--tls DIR] [--tokens FILE] [--audit FILE] [--metrics]\n");
       return arg == "--help" ? 0 : 2;
     }
   }
@@ -109,6 +113,8 @@ int main(int argc, char** argv) {
   auto server = lrt::Server::create(options);
   if (!server) return failed(server.error());
   if (auto added = linked.add_to(*server); !added) return failed(added.error());
+  if (metrics)
+    if (auto added = server->add(lrt::server_thing(*server)); !added) return failed(added.error());
 
   std::signal(SIGINT, [](int) { interrupted = 1; });
   std::signal(SIGTERM, [](int) { interrupted = 1; });

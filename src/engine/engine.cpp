@@ -502,6 +502,12 @@ std::pair<std::size_t, std::size_t> Engine::recover(std::string_view damaged) { 
 
 std::vector<Job> Engine::take_jobs() { return impl_->parts.calls.take_jobs(); }
 std::vector<BodyJob> Engine::take_body_jobs() { return impl_->parts.bodies.take_jobs(); }
+EngineCounts Engine::counts() const {
+  EngineCounts counts = impl_->parts.subscriptions.counts();
+  counts.waiting_requests = impl_->parts.pending.size();
+  counts.waiting_calls = impl_->parts.calls.open();
+  return counts;
+}
 std::vector<SubscriptionEvent> Engine::take_subscription_events() { return impl_->parts.subscriptions.take_events(); }
 std::vector<std::shared_ptr<const void>> Engine::take_discarded() { return std::exchange(impl_->parts.discarded, {}); }
 

@@ -437,6 +437,7 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
     if (!s.is_cancelling()) saves_.changed();
   }
   report(SubscriptionEvent::Kind::ended, s, true);
+  dropped_ += s.backlog.dropped();
   next_notifications_.clear(s.next_notification);
   by_channel_.erase(static_cast<std::uint64_t>(s.channel));
   if (s.queues()) s.observed.for_each_property([this](PropertyResource& p) { values_.keep(p, false); });
@@ -446,6 +447,20 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
   registry_.remove(s);
   auto& members = container.subscriptions;
   members.erase(std::find_if(members.begin(), members.end(), [&](const auto& m) { return m.get() == &s; }));
+}
+
+EngineCounts Subscriptions::counts() const {
+  EngineCounts counts;
+  counts.messages_sent = sent_;
+  counts.messages_dropped = dropped_;
+  counts.queued_bytes = queued_bytes_;
+  for (const auto& [channel, s] : by_channel_) {
+    counts.messages_dropped += s->backlog.dropped();
+    if (s->protocol == Protocol::websocket) ++counts.websockets;
+    else if (s->protocol == Protocol::event_stream) ++counts.event_streams;
+    else ++counts.callbacks;
+  }
+  return counts;
 }
 
 void Subscriptions::report(SubscriptionEvent::Kind kind, const SubscriptionResource& s, bool requested) {
@@ -623,6 +638,7 @@ std::optional<Push> Subscriptions::next_push(Channel channel, TimePoint now) {
       auto item = next_item(*s, now);
       if (!item) return std::nullopt;
       ++s->delivered;
+      ++sent_;
       push.message = item->body;
       push.text = s->its_variant.is_text();
       return push;
@@ -735,6 +751,7 @@ void Subscriptions::delivered(Channel channel, const subscription::DeliveryResul
   const bool may_confirm_later = result.status == 0 || result.status == 408 || result.status == 429 || result.status >= 500;
   if (!confirming && result.status >= 200 && result.status < 300) {
     ++s->delivered;
+    ++sent_;
     s->retry.succeeded();
     s->last_error.clear();
     s->logged_error.clear();

@@ -64,6 +64,7 @@ class Subscriptions {
   /// Ends one. A WebSocket or event stream that is open is closed; a code of 0: it is closed already.
   void end(SubscriptionResource& s, std::uint16_t code, std::string reason);
   std::size_t callback_count() const noexcept { return callbacks_; }
+  EngineCounts counts() const;
 
   std::vector<SubscriptionEvent> take_events() { return std::exchange(events_, {}); }
 
@@ -133,6 +134,8 @@ class Subscriptions {
   std::unordered_map<std::uint64_t, SubscriptionResource*> by_channel_;
   std::unordered_map<std::uint64_t, ClosingChannel> closing_;
   std::size_t callbacks_ = 0;
+  std::uint64_t sent_ = 0;     ///< of all subscribers
+  std::uint64_t dropped_ = 0;  ///< of subscribers that are gone
   std::vector<SubscriptionEvent> events_;
   ClientCounts clients_;  ///< who has subscriptions; those that were restored have nobody
 

@@ -66,6 +66,7 @@ class Audit {
   static Result<void> check(const security::Audit& options);
   Audit(const security::Audit& options, LogCallback log) : reads_(options.reads), writer_(options, std::move(log)) {}
   AuditWriter& writer() noexcept { return writer_; }
+  const AuditWriter& writer() const noexcept { return writer_; }
 
   /// A request and its response, or that this comes later. Before it: changed().
   void handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now);

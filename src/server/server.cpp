@@ -21,6 +21,7 @@
 #include "src/server/body_pool.hpp"
 #include "src/server/callers.hpp"
 #include "src/server/client_limiter.hpp"
+#include "src/server/counters.hpp"
 #include "src/server/guest_requests.hpp"
 #include "src/server/listen_addresses.hpp"
 #include "src/server/log_queue.hpp"
@@ -122,7 +123,9 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (!process_.is_current()) return forever;
     if (serving_ == std::this_thread::get_id()) return std::chrono::milliseconds(0);  // called by a lambda that the transport's turn runs
     try {
-      const auto end = std::chrono::steady_clock::now() + budget;
+      const auto begin = std::chrono::steady_clock::now();
+      const Counters::Poll measured(counters_, begin);
+      const auto end = begin + budget;
       const bool serves = options_.threads.io == Io::in_poll;
       std::chrono::milliseconds rest = forever;
       if (!serves && rest_.is_awake()) rest_.clear();
@@ -210,6 +213,27 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (!process_.is_current()) return check_open();
     return transport_ ? transport_->reload_tls() : unexpected(Errc::closed, "the server does not listen");
   }
+  ServerCounters counters() const {
+    ServerCounters all;
+    counters_.read(all);
+    if (transport_) all.connections = transport_->connections();
+    if (audit_) {
+      all.audit_dropped = audit_->writer().dropped();
+      all.audit_waiting = audit_->writer().waiting();
+    }
+    if (!process_.is_current()) return all;
+    const std::lock_guard lock(mutex_);
+    const engine::EngineCounts counts = engine_.counts();
+    all.websockets = counts.websockets;
+    all.event_streams = counts.event_streams;
+    all.callbacks = counts.callbacks;
+    all.messages_sent = counts.messages_sent;
+    all.messages_dropped = counts.messages_dropped;
+    all.queued_bytes = counts.queued_bytes;
+    all.waiting_requests = counts.waiting_requests;
+    all.waiting_calls = counts.waiting_calls;
+    return all;
+  }
   std::uint16_t port() const noexcept { return transport_ ? transport_->port() : 0; }
   std::string url() const {
     const bool six = options_.listen.address.find(':') != std::string::npos;
@@ -222,6 +246,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     const Result<engine::Caller> caller = admit(request, true, now);
     engine::HeaderVerdict verdict = with_engine([&] {
       engine::HeaderVerdict made = engine_.judge_header(request, body_bytes, caller, now);
+      if (made.response) {
+        counters_.request();
+        counters_.response(made.response->status, made.response->denial);
+      }
       if (made.response) audit([&](Audit& audit) { audit.refused(request, caller, *made.response, now); });
       return made;
     });
@@ -377,12 +405,17 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   // With the lock.
   engine::Outcome handle(const http::Request& request, const Result<engine::Caller>& caller, TimePoint now) {
     engine::Outcome outcome = engine_.handle(request, caller, now);
+    counters_.request();
+    if (const auto* response = std::get_if<http::Response>(&outcome)) counters_.response(response->status, response->denial);
+    else if (const auto* streamed = std::get_if<engine::Streamed>(&outcome)) counters_.response(streamed->response.status, http::Denial::none);
+    else if (std::holds_alternative<engine::Upgraded>(outcome)) counters_.response(101, http::Denial::none);
     audit_subscriptions(now);
     audit([&](Audit& audit) { audit.handled(request, caller, outcome, now); });
     return outcome;
   }
   std::optional<engine::Reply> take_reply(TimePoint now) {
     std::optional<engine::Reply> reply = engine_.next_reply(now);
+    if (reply) counters_.response(reply->response.status, reply->response.denial);
     audit_subscriptions(now);
     if (reply) audit([&](Audit& audit) { audit.replied(*reply); });
     return reply;
@@ -699,6 +732,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   LogQueue log_;
   mutable std::mutex mutex_;                              // guards engine_, guests_ and replies_; never held while user code runs
   std::shared_ptr<Callers> callers_;  ///< nullptr: everybody may do everything
+  Counters counters_;
   std::optional<ClientLimiter> limiter_;  ///< set before the transport starts
   std::optional<Audit> audit_;  ///< the same; nullopt: there is no sink. Guarded by mutex_, but for its writer
   engine::Engine engine_;
@@ -772,6 +806,11 @@ EventSource::Event EventSource::next(std::chrono::milliseconds max_wait) {
   const std::optional<engine::Push> push = server_->next_event(channel_, max_wait);
   if (!push) return {};
   return {push->message, push->close != 0};
+}
+
+ServerCounters Server::counters() const { return impl_->counters(); }
+std::function<ServerCounters()> Server::counter_source() const {
+  return [impl = impl_.get()] { return impl->counters(); };
 }
 
 std::uint16_t Server::port() const noexcept { return impl_->port(); }

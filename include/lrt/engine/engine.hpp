@@ -121,6 +121,15 @@ struct SubscriptionEvent {
   bool requested = true;          ///< made by a request, whose response has its IRI as Location; false: restored
 };
 
+/// What an engine has at present, and what subscribers got since it was created.
+struct EngineCounts {
+  std::size_t websockets = 0, event_streams = 0, callbacks = 0;  ///< subscriptions
+  std::uint64_t messages_sent = 0, messages_dropped = 0;
+  std::size_t queued_bytes = 0;      ///< of messages for subscribers
+  std::size_t waiting_requests = 0;  ///< deferred
+  std::size_t waiting_calls = 0;     ///< of lambdas, which the host has not run
+};
+
 /// All web callbacks as text.
 struct SavedText {
   std::string text;            ///< Turtle, with the secrets
@@ -219,6 +228,7 @@ class Engine final : public Handler {
   std::vector<std::shared_ptr<const void>> take_discarded();
   /// What became of subscriptions since the last call, in order, with EngineOptions::reports_subscriptions.
   std::vector<SubscriptionEvent> take_subscription_events();
+  EngineCounts counts() const;
   /// The server stops: every waiting and every new request gets 503.
   void stop();
 
