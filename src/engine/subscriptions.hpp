@@ -67,6 +67,9 @@ class Subscriptions {
   EngineCounts counts() const;
 
   std::vector<SubscriptionEvent> take_events() { return std::exchange(events_, {}); }
+  /// What the owner of a subscription may do now; nullopt: it may not subscribe to the resource.
+  std::optional<Audience> renewed(const Audience& owner, const Resource& observed) const;
+  void renew_rights();
 
   // Observers.
   void changed(SubscriptionResource& s);

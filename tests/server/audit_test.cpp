@@ -156,7 +156,7 @@ TEST_CASE("the audit has reads if the option says so", "[server][security]") {
 TEST_CASE("the audit has subscriptions when they are made and when they end", "[server][security]") {
   Audited g;
   CHECK(g.status("GET /arm/angle" + callback, anna) == 201);
-  CHECK(g.status("DELETE /arm/subscriptions/i1", bert) == 204);
+  CHECK(g.status("DELETE /arm/subscriptions/i1", anna) == 204);
   {
     RequestText request("GET /arm/angle\nHost: localhost:4711\nAccept: text/event-stream\n" + anna);
     request.get().local_port = 4711;
@@ -172,12 +172,12 @@ TEST_CASE("the audit has subscriptions when they are made and when they end", "[
   CHECK(lines[0]["observed"] == "/arm/angle");
   CHECK(lines[0]["protocol"] == "callback");
   CHECK(lines[0]["status"] == 201);
-  // The request that ends it, and its end.
+  // Its end, and the request that ends it.
   CHECK(lines[1]["event"] == "subscription_ended");
   CHECK(lines[1]["subscription"] == "/arm/subscriptions/i1");
   CHECK(lines[1]["principal"] == "anna");
   CHECK(lines[2]["method"] == "DELETE");
-  CHECK(lines[2]["principal"] == "bert");
+  CHECK(lines[2]["principal"] == "anna");
   CHECK(lines[3]["event"] == "subscription_made");
   CHECK(lines[3]["protocol"] == "event_stream");
   CHECK(lines[3]["status"] == 200);
@@ -330,4 +330,23 @@ TEST_CASE("the queue of the audit has a size", "[server][security]") {
   const auto refused = Server::create(std::move(options));
   REQUIRE_FALSE(refused);
   CHECK(refused.error().message == "security.audit.max_waiting_lines: expected 1 to 1000000, found 0");
+}
+
+TEST_CASE("the audit has what is hidden for want of a right, and not what does not exist", "[server][security]") {
+  Audited g([](Options& options) {
+    options.security.rules = {{"/arm", security::Scope::tree, {}, security::Rights::all()},
+                              {"/arm/speed", security::Scope::tree, {security::Who::Kind::role, "reader"}, security::Right::read}};
+  });
+  CHECK(g.status("GET /arm/speed", bert) == 404);
+  CHECK(g.status("GET /arm/nothing", bert) == 404);
+  CHECK(g.status("PUT /arm/speed" + number, bert) == 404);
+  CHECK(g.status("PUT /arm/nothing" + number, bert) == 404);
+  g.server->stop();
+  const std::vector<Json> lines = g.lines.first(3);
+  REQUIRE(lines.size() == 3);
+  CHECK(lines[0]["method"] == "GET");
+  CHECK(lines[0]["resource"] == "/arm/speed");
+  CHECK(lines[0]["reason"] == "right");
+  CHECK(lines[1]["reason"] == "right");
+  CHECK(lines[2].count("reason") == 0);
 }

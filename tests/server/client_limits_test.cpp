@@ -156,15 +156,13 @@ TEST_CASE("bodies are limited by their bytes before they are received, and each 
   put.get().body = {};
   engine::HeaderVerdict verdict = g.judge(put, 2048);
   CHECK_FALSE(verdict.response);
-  CHECK(verdict.caller);
-  put.get().header_judged = true;
-  put.get().judged_caller = verdict.caller;
+  CHECK(verdict.judged);
+  put.get().judged = verdict.judged;
   put.get().body = "[1, 2]";
   CHECK(g.server->serve(put.get()).response.status == 204);  // the limit is used up, by this request itself
   CHECK(g.status("PUT /arm/angle" + number) == 429);
   CHECK(g.status("GET /arm") == 200);  // it has no body
-  put.get().header_judged = false;
-  put.get().judged_caller.reset();
+  put.get().judged = nullptr;
   put.get().body = {};
   verdict = g.judge(put, 1);
   REQUIRE(verdict.response);
