@@ -2,7 +2,7 @@
 //
 //   baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]... [--cors ORIGIN]... [--demo]
 //          [--allow-callback HOST]... [--subscriptions FILE] [--transport NAME] [--tls DIR] [--tokens FILE]
-//          [--audit FILE] [--metrics]
+//          [--policy FILE] [--audit FILE] [--metrics]
 //
 // --bind ADDRESS          an address or a host name to listen on; default: 127.0.0.1
 // --public-base URL       by which clients know the robot behind a reverse proxy (examples/reverse_proxy)
@@ -14,6 +14,7 @@
 // --transport NAME        http or libwebsockets, if it is built
 // --tls DIR               HTTPS with DIR/server.pem and DIR/server-key.pem (examples/make-certificate.sh DIR); SIGHUP reloads them
 // --tokens FILE           lets in only those who send a token of the file, a line "NAME ROLE TOKEN" each: reader, operator, administrator
+// --policy FILE           who may do what where, rules of Web Access Control in Turtle, such as examples/policy.ttl
 // --audit FILE            appends who did what to FILE, one line of JSON each
 // --metrics               adds the Thing /server with the counters of the server; /server/metrics is their text for Prometheus
 
@@ -85,6 +86,8 @@ int main(int argc, char** argv) {
       options.security.tls->key_file = folder + "/server-key.pem";
     } else if (arg == "--tokens" && i + 1 < argc) {
       options.security.token_file = argv[++i];
+    } else if (arg == "--policy" && i + 1 < argc) {
+      options.security.policy_file = argv[++i];
     } else if (arg == "--audit" && i + 1 < argc) {
       auto file = std::make_shared<std::ofstream>(argv[++i], std::ios::app);
       options.security.audit.sink = [file](std::string_view line) { *file << line << std::endl; };
@@ -96,7 +99,8 @@ int main(int argc, char** argv) {
     } else {
       std::fprintf(stderr, "usage: baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]...\n"
                            "              [--cors ORIGIN]... [--demo] [--allow-callback HOST]... [--subscriptions FILE]\n"
-                           "              [--transport http|libwebsockets] [--tls DIR] [--tokens FILE] [--audit FILE] [--metrics]\n");
+                           "              [--transport http|libwebsockets] [--tls DIR] [--tokens FILE]\n"
+                           "              [--policy FILE] [--audit FILE] [--metrics]\n");
       return arg == "--help" ? 0 : 2;
     }
   }
