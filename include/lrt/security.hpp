@@ -171,8 +171,8 @@ struct ClientLimits {
 /// Texts of more than 1,024 bytes are cut. Neither queries, header fields nor bodies are in it. What the transport refuses without asking the server (400,
 /// 408, 414, 431 and so on) is not in it either.
 struct Audit {
-  /// Gets each line, without a line feed. Called on a thread of its own (lrt-audit), one line at a time, never where poll() runs; may take long. What it
-  /// throws goes to the log, and the line counts as dropped. Empty: no audit and no thread.
+  /// Gets each line, without a line feed. Called on a thread of its own (lrt-audit), one line at a time, never where poll() runs; it may take long, and
+  /// Server::stop() waits until it has all lines. What it throws goes to the log, and the line counts as dropped. Empty: no audit and no thread.
   std::function<void(std::string_view line)> sink;
   bool reads = false;  ///< also requests that change nothing
   /// Lines that wait for the sink; 1 to 1,000,000, about 300 bytes each. A further one is dropped and counted in the next line.

@@ -28,7 +28,8 @@ namespace lrt {
 /// @par Threads  any; run(): its own
 class AuditWriter {
  public:
-  AuditWriter(const security::Audit& options, LogCallback log) : sink_(options.sink), max_lines_(options.max_waiting_lines), log_(std::move(log)) {}
+  AuditWriter(const security::Audit& options, LogCallback log)
+      : sink_(options.sink), max_lines_(options.max_waiting_lines), log_(std::move(log)) {}
 
   /// Calls the sink until stop() has been called and all lines are written.
   void run() noexcept;
@@ -69,9 +70,11 @@ class Audit {
   const AuditWriter& writer() const noexcept { return writer_; }
 
   /// A request and its response, or that this comes later. Before it: changed().
-  void handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now);
+  void handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome,
+               TimePoint now);
   /// A request that was refused by its header section.
-  void refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& response, TimePoint now);
+  void refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& response,
+               TimePoint now);
   /// A deferred response. Before it: changed().
   void replied(const engine::Reply& reply);
   /// The client did not wait for the response.
@@ -99,7 +102,7 @@ class Audit {
   bool is_wanted(const Record& record, int status, http::Denial denial, bool subscribes) const;
 
   const bool reads_;
-  std::unordered_map<std::uint64_t, Record> deferred_;          ///< by ticket
+  std::unordered_map<std::uint64_t, Record> deferred_;           ///< by ticket
   std::unordered_map<std::string, Subscription> subscriptions_;  ///< by path; those that exist
   std::vector<std::string> made_;                                ///< whose request has not got its response yet
   AuditWriter writer_;

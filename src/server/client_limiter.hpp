@@ -46,7 +46,8 @@ class RateTable {
 /// @par Threads  any
 class ClientLimiter {
  public:
-  explicit ClientLimiter(const security::ClientLimits& limits) : limits_(limits), addresses_(limits.max_clients), principals_(limits.max_clients) {}
+  explicit ClientLimiter(const security::ClientLimits& limits)
+      : limits_(limits), addresses_(limits.max_clients), principals_(limits.max_clients) {}
 
   /// @par Errors  invalid_option
   static Result<void> check(const security::ClientLimits& limits);
@@ -61,7 +62,7 @@ class ClientLimiter {
   RateTable::Client& find(const engine::Caller& caller);
 
   const security::ClientLimits limits_;
-  std::mutex mutex_;  ///< guards the tables
+  std::mutex mutex_;                  ///< guards the tables
   RateTable addresses_, principals_;  ///< apart: addresses, which are free of charge, displace no principal
 };
 

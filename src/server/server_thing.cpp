@@ -24,7 +24,15 @@ class Exposition {
  public:
   void family(std::string_view name, std::string_view type, std::string_view help) {
     name_ = name;
-    out_.append("# HELP ").append(name).append(" ").append(help).append("\n# TYPE ").append(name).append(" ").append(type).append("\n");
+    out_.append("# HELP ")
+        .append(name)
+        .append(" ")
+        .append(help)
+        .append("\n# TYPE ")
+        .append(name)
+        .append(" ")
+        .append(type)
+        .append("\n");
   }
   void sample(std::string_view suffix, std::string_view label, std::string_view label_value, const std::string& value) {
     out_.append(name_).append(suffix);
@@ -35,7 +43,9 @@ class Exposition {
     family(name, type, help);
     sample("", "", "", value);
   }
-  void single(std::string_view name, std::string_view type, std::string_view help, std::uint64_t value) { single(name, type, help, std::to_string(value)); }
+  void single(std::string_view name, std::string_view type, std::string_view help, std::uint64_t value) {
+    single(name, type, help, std::to_string(value));
+  }
   void histogram(std::string_view name, std::string_view help, const TimeCounts& times) {
     family(name, "histogram", help);
     std::uint64_t sum = 0;
@@ -69,14 +79,17 @@ std::string prometheus_text(const ServerCounters& counters) {
   e.sample("", "protocol", "event_stream", std::to_string(counters.event_streams));
   e.sample("", "protocol", "callback", std::to_string(counters.callbacks));
   e.single("lrt_messages_sent_total", "counter", "Messages that subscribers got.", counters.messages_sent);
-  e.single("lrt_messages_dropped_total", "counter", "Changes that subscribers did not get one by one.", counters.messages_dropped);
+  e.single("lrt_messages_dropped_total", "counter", "Changes that subscribers did not get one by one.",
+           counters.messages_dropped);
   e.single("lrt_queued_bytes", "gauge", "Bytes of messages that wait for subscribers.", counters.queued_bytes);
   e.single("lrt_waiting_requests", "gauge", "Deferred requests.", counters.waiting_requests);
   e.single("lrt_waiting_calls", "gauge", "Calls of lambdas that the host has not run.", counters.waiting_calls);
   e.histogram("lrt_poll_seconds", "How long calls of poll took.", counters.poll);
   e.single("lrt_poll_maximum_seconds", "gauge", "The longest call of poll.", text_of(counters.poll.maximum));
-  e.histogram("lrt_poll_interval_seconds", "From the beginning of one call of poll to that of the next.", counters.poll_interval);
-  e.single("lrt_poll_interval_maximum_seconds", "gauge", "The longest of these times.", text_of(counters.poll_interval.maximum));
+  e.histogram("lrt_poll_interval_seconds", "From the beginning of one call of poll to that of the next.",
+              counters.poll_interval);
+  e.single("lrt_poll_interval_maximum_seconds", "gauge", "The longest of these times.",
+           text_of(counters.poll_interval.maximum));
   e.single("lrt_audit_dropped_lines_total", "counter", "Lines of the audit that were dropped.", counters.audit_dropped);
   e.single("lrt_audit_waiting_lines", "gauge", "Lines that wait for the sink of the audit.", counters.audit_waiting);
   return e.take();
@@ -87,7 +100,11 @@ Thing server_thing(const Server& server, std::string_view path) {
   Thing thing(path);
   thing.title("Server").dispatch(Dispatch::io_thread);
   const auto add = [&](const std::string& name, const char* title, const char* description, const Unit& unit, auto value) {
-    thing.property(name, [read, value] { return value(read()); }, unit).title(title).add(vocab::dcterms::description, Object(std::string(description)));
+    thing
+        .property(
+            name, [read, value] { return value(read()); }, unit)
+        .title(title)
+        .add(vocab::dcterms::description, Object(std::string(description)));
   };
   const auto count = [&](const std::string& name, const char* title, const char* description, auto value) {
     add(name, title, description, unit::one, [value](const ServerCounters& c) { return static_cast<std::uint64_t>(value(c)); });
@@ -98,25 +115,33 @@ Thing server_thing(const Server& server, std::string_view path) {
   using C = const ServerCounters&;
   count("requests", "Requests", "Requests since the server was created.", [](C c) { return c.requests; });
   for (std::size_t i = 0; i < classes.size(); ++i)
-    count("responses/" + std::string(classes[i]), "Responses", "Responses of this class since the server was created.", [i](C c) { return c.responses[i]; });
+    count("responses/" + std::string(classes[i]), "Responses", "Responses of this class since the server was created.",
+          [i](C c) { return c.responses[i]; });
   for (std::size_t i = 1; i < http::denial_count; ++i)
-    count("refusals/" + std::string(http::to_string(static_cast<http::Denial>(i))), "Refusals", "Requests refused for this reason since the server was created.",
-          [i](C c) { return c.refusals[i]; });
-  count("connections", "Connections", "Open connections, WebSockets included; 0 where the transport does not count them.", [](C c) { return c.connections.value_or(0); });
+    count("refusals/" + std::string(http::to_string(static_cast<http::Denial>(i))), "Refusals",
+          "Requests refused for this reason since the server was created.", [i](C c) { return c.refusals[i]; });
+  count("connections", "Connections", "Open connections, WebSockets included; 0 where the transport does not count them.",
+        [](C c) { return c.connections.value_or(0); });
   count("subscribers/websocket", "WebSockets", "Open WebSockets.", [](C c) { return c.websockets; });
   count("subscribers/event_stream", "Event streams", "Open event streams.", [](C c) { return c.event_streams; });
   count("subscribers/callback", "Web callbacks", "Subscriptions of web callbacks.", [](C c) { return c.callbacks; });
-  count("messages/sent", "Messages sent", "Messages that subscribers got since the server was created.", [](C c) { return c.messages_sent; });
-  count("messages/dropped", "Changes dropped", "Changes that subscribers did not get one by one.", [](C c) { return c.messages_dropped; });
+  count("messages/sent", "Messages sent", "Messages that subscribers got since the server was created.",
+        [](C c) { return c.messages_sent; });
+  count("messages/dropped", "Changes dropped", "Changes that subscribers did not get one by one.",
+        [](C c) { return c.messages_dropped; });
   count("queues/bytes", "Bytes in queues", "Bytes of messages that wait for subscribers.", [](C c) { return c.queued_bytes; });
-  count("queues/requests", "Deferred requests", "Requests that wait for their response.", [](C c) { return c.waiting_requests; });
+  count("queues/requests", "Deferred requests", "Requests that wait for their response.",
+        [](C c) { return c.waiting_requests; });
   count("queues/calls", "Waiting calls", "Calls of lambdas that the host has not run.", [](C c) { return c.waiting_calls; });
   time("poll/newest", "Newest call of poll", "How long the newest call of poll took.", [](C c) { return c.poll.newest; });
   time("poll/maximum", "Longest call of poll", "How long the longest call of poll took.", [](C c) { return c.poll.maximum; });
-  time("poll/interval/newest", "Time between polls", "From the beginning of the last but one call of poll to that of the last.", [](C c) { return c.poll_interval.newest; });
-  time("poll/interval/maximum", "Longest time between polls", "The longest time from one call of poll to the next.", [](C c) { return c.poll_interval.maximum; });
+  time("poll/interval/newest", "Time between polls", "From the beginning of the last but one call of poll to that of the last.",
+       [](C c) { return c.poll_interval.newest; });
+  time("poll/interval/maximum", "Longest time between polls", "The longest time from one call of poll to the next.",
+       [](C c) { return c.poll_interval.maximum; });
   count("audit/dropped", "Audit lines dropped", "Lines of the audit that were dropped.", [](C c) { return c.audit_dropped; });
-  count("audit/waiting", "Audit lines waiting", "Lines that wait for the sink of the audit.", [](C c) { return c.audit_waiting; });
+  count("audit/waiting", "Audit lines waiting", "Lines that wait for the sink of the audit.",
+        [](C c) { return c.audit_waiting; });
   thing.property("metrics", [read] { return prometheus_text(read()); })
       .title("Metrics")
       .add(vocab::dcterms::description, Object(std::string("The counters in the text format of Prometheus.")))
