@@ -119,7 +119,7 @@ class Tokens {
   /// @par Errors  io_error, invalid_option
   static Result<Tokens> load(const std::string& file);
 
-  /// The principal of a token; nullptr: the token is unknown or has expired. Takes the same time whatever token it is.
+  /// The principal of a token; nullptr: the token is unknown or has expired. The time that it takes says nothing of the tokens that there are.
   std::shared_ptr<const Principal> find(std::string_view token, std::chrono::system_clock::time_point now) const;
   /// A principal by name, with the roles of its first token that has not expired; nullptr: there is none.
   std::shared_ptr<const Principal> find_name(std::string_view name, std::chrono::system_clock::time_point now) const;
@@ -134,7 +134,12 @@ class Tokens {
     std::shared_ptr<const Principal> principal;
     std::optional<std::chrono::system_clock::time_point> expires;
   };
+  std::size_t place_of(const Digest& digest) const noexcept;
+  const Entry* find_entry(const Digest& digest) const noexcept;
+  void enter(std::size_t index);
+
   std::vector<Entry> entries_;
+  std::vector<std::uint32_t> places_;  ///< where an entry stands: its index and 1; 0: none. Where a digest belongs is a secret of this process
 };
 
 }  // namespace lrt::security
