@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <lrt/base/clock.hpp>
@@ -10,6 +11,7 @@
 #include <lrt/options.hpp>
 
 #include "src/security/authentication.hpp"
+#include "src/security/sessions.hpp"
 
 namespace lrt {
 
@@ -20,16 +22,26 @@ class Callers {
  public:
   /// nullptr: the options restrict nobody.
   /// @par Errors  those of Tokens::load; invalid_option
-  static Result<std::shared_ptr<Callers>> create(const Security& security, LogCallback log, const Clock& clock);
+  static Result<std::shared_ptr<Callers>> create(const Security& security, std::shared_ptr<security::Sessions> sessions, LogCallback log,
+                                                 const Clock& clock);
 
   /// Calls user code.
   engine::Caller of(const http::Request& request);
 
  private:
-  Callers(const Security& security, const Clock& clock);
-  std::shared_ptr<const security::Principal> principal_of(const http::Request& request, bool& refused);
+  /// What the credentials of a request have shown.
+  struct Found {
+    std::shared_ptr<const security::Principal> principal{};  ///< nullptr: nobody
+    bool refused = false;    ///< there are credentials, which nobody has
+    bool by_cookie = false;  ///< engine::Caller::by_cookie
+  };
+
+  Callers(const Security& security, std::shared_ptr<security::Sessions> sessions, const Clock& clock);
+  Found find(const http::Request& request);
+  std::optional<Found> find_by_session(const http::Request& request);
+  Found find_by_token(const http::Request& request, const std::string& token);
   security::Rights rights_of(const security::Principal& principal) const;
-  static std::string challenge_for(const http::Request& request, bool refused);
+  std::string challenge_for(const http::Request& request, bool refused) const;
 
   const Clock& clock_;
   const bool authenticates_;  ///< false: the authorizer alone decides
@@ -38,6 +50,7 @@ class Callers {
   const security::Roles roles_;
   const security::Rights anyone_;
   const engine::Authorizer authorize_;
+  const std::shared_ptr<security::Sessions> sessions_;  ///< nullptr: there are none
   std::unique_ptr<security::TokenFile> tokens_;
 };
 
