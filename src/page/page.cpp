@@ -35,14 +35,14 @@ class Console final : public engine::PageSource {
   const std::string& tag() const override { return tag_; }
   std::string error(int status, std::string_view detail, std::string_view home) const override;
   bool add_login(http::Response& response, std::string_view session) const override;
-  void add_fields(http::Fields& fields) const override { add_fields(fields, policy_, "no-referrer"); }
+  void add_fields(http::Fields& fields) const override { add_fields(fields, policy_); }
 
  private:
   static std::string policy_of(std::string_view script_hash) {
     return "default-src 'none'; script-src '" + std::string(script_hash) + "'; style-src '" + std::string(parts::style_hash) +
            "'; connect-src 'self'; img-src data: 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
   }
-  static void add_fields(http::Fields& fields, const std::string& policy, std::string_view referrer);
+  static void add_fields(http::Fields& fields, const std::string& policy);
 
   const std::shared_ptr<const std::string> html_ = std::make_shared<const std::string>(parts::page);
   const std::string tag_ = http::entity_tag(media_type, parts::page);
@@ -71,16 +71,16 @@ std::string Console::error(int status, std::string_view detail, std::string_view
 }
 
 bool Console::add_login(http::Response& response, std::string_view session) const {
-  add_fields(response.fields, login_policy_, "same-origin");  // else browsers would not say by Origin where the POST is from
+  add_fields(response.fields, login_policy_);
   response.set_body(filled(parts::login, {{"session", session}}));
   return true;
 }
 
-void Console::add_fields(http::Fields& fields, const std::string& policy, std::string_view referrer) {
+void Console::add_fields(http::Fields& fields, const std::string& policy) {
   fields.add("Content-Type", media_type);
   fields.add("Content-Security-Policy", policy);
   fields.add("X-Frame-Options", "DENY");
-  fields.add("Referrer-Policy", referrer);
+  fields.add("Referrer-Policy", "no-referrer");
 }
 
 }  // namespace

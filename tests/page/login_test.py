@@ -14,7 +14,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(os.path.dirname(HERE), "conformance"))
 
 import webdriver  # noqa: E402
-from robot_process import Robot, http_request, objects, plain, until  # noqa: E402
+from robot_process import Robot, Way, http_request, objects, plain, until  # noqa: E402
 from webdriver import Browser  # noqa: E402
 
 READER, OPERATOR = "reader-0123456789abcdef", "operator-0123456789abcdef"
@@ -279,6 +279,45 @@ def a_login_at_the_address_of_the_session_leads_to_this_robot_only(browser):
             browser.until("return location.href === arguments[0] && document.querySelector('header button')", f"{fragment} leads to {place}", robot.origin + place)
 
 
+def a_script_elsewhere_watches_with_a_ticket(browser):
+    with Elsewhere() as elsewhere, Guarded("--demo", "--allowed-origin", elsewhere.url[:-1]) as robot:
+        browser.open(elsewhere.url)
+        ticket = "const ticket = async () => (await (await fetch(arguments[0] + 'ns/ticket', {method: 'POST', headers: {Authorization: 'Bearer ' + arguments[1]}})).json()).ticket; "
+        watch = "const watch = (kind, url) => new Promise(done => { const s = new kind(url); s.onmessage = e => { s.close(); done(e.data); }; s.onerror = () => { s.close(); done('refused'); }; }); "
+        socket, stream = "new URL('baxter/right_s1/position?accept=application/json&ticket=' + t, arguments[0].replace('http', 'ws'))", "arguments[0] + 'baxter/right_s1/position?accept=application/json&ticket=' + t"
+        for kind, url in (("WebSocket", socket), ("EventSource", stream)):
+            first, second, without = result(browser, ticket + watch + f"const t = await ticket(); return [await watch({kind}, {url}), await watch({kind}, {url}), await watch({kind}, {url}.toString().replace(/&ticket.*/, ''))]", robot.url, READER)
+            assert float(first) and second == without == "refused", (kind, first, second, without)
+        assert result(browser, ticket + "return (await fetch(arguments[0] + 'baxter?ticket=' + await ticket())).status", robot.url, READER) == 401
+        # Its reader is logged in at the robot, which is nothing to this page.
+        log_in(browser, robot)
+        browser.open(elsewhere.url)
+        assert result(browser, "return (await fetch(arguments[0] + 'baxter/right_s1/friction', {method: 'PUT', body: '0.9', headers: {'Content-Type': 'application/json', Authorization: 'Bearer ' + arguments[1]}})).status", robot.url, OPERATOR) == 204
+        assert result(browser, "await fetch(arguments[0] + 'baxter/right_s1/friction', {method: 'PUT', body: '0.8', headers: {'Content-Type': 'application/json'}, credentials: 'include'}); return 'readable'", robot.url).startswith("failed:")
+        assert result(browser, watch + "return await watch(WebSocket, new URL('baxter/right_s1/position', arguments[0].replace('http', 'ws')))", robot.url) == "refused"
+        assert robot.friction() == 0.9
+
+
+def over_tls_the_session_is_of_this_host_alone(browser):
+    with tempfile.TemporaryDirectory() as certificates:
+        before = Way.arguments, Way.ca_file, Way.context
+        Way.set(tls_folder=certificates)
+        try:
+            with Guarded("--demo") as robot:
+                browser.open(robot.url)
+                name = f"__Host-lrt-session-{robot.port}"
+                browser.run("document.cookie = `${arguments[0]}=${'a'.repeat(64)}; Path=/; Secure`; document.cookie = `lrt-session-${location.port}=${'a'.repeat(64)}; Path=/`", name)
+                browser.open(robot.url)
+                assert browser.text("h1") == "Log in"
+                log_in(browser, robot)
+                cookie = next(c for c in browser.send("GET", "/cookie") if c["name"] == name)
+                assert cookie["secure"] and cookie["httpOnly"] and cookie["value"] != "a" * 64, cookie
+                browser.until("return document.getElementById('link').textContent === 'Live'", "the page is live")
+                assert result(browser, "return (await fetch('/baxter/right_s1/friction', {method: 'PUT', headers: {'Content-Type': 'application/json'}, body: '0.9'})).status") == 204
+        finally:
+            Way.arguments, Way.ca_file, Way.context = before
+
+
 def the_form_fits_a_phone_and_the_dark(browser):
     with Guarded() as robot:
         for width, scheme in ((390, "light"), (390, "dark"), (1280, "light")):
@@ -293,7 +332,7 @@ def the_form_fits_a_phone_and_the_dark(browser):
 CASES = [a_user_logs_in_reads_writes_watches_and_logs_out, a_page_elsewhere_cannot_command_with_the_session_of_its_reader, a_page_of_another_site_has_no_cookie_to_send,
          no_page_can_be_framed, another_name_of_this_machine_has_neither_page_nor_session, nobody_is_logged_in_by_a_page_elsewhere, a_cookie_that_was_set_beforehand_stays_unknown,
          no_script_reads_the_cookie_or_the_token, a_session_ends_with_its_token_and_the_page_asks_anew, a_login_at_the_address_of_the_session_leads_to_this_robot_only,
-         the_form_fits_a_phone_and_the_dark]
+         a_script_elsewhere_watches_with_a_ticket, over_tls_the_session_is_of_this_host_alone, the_form_fits_a_phone_and_the_dark]
 
 
 def main():
@@ -312,7 +351,7 @@ def main():
         if wanted and case.__name__ not in wanted:
             continue
         began = time.monotonic()
-        with Browser(extra=["--host-resolver-rules=MAP rebound.example 127.0.0.1"]) as browser:  # without the cookies of the case before
+        with Browser(extra=["--host-resolver-rules=MAP rebound.example 127.0.0.1", "--ignore-certificate-errors"]) as browser:  # without the cookies of the case before
             try:
                 case(browser)
                 print(f"ok   {case.__name__} ({time.monotonic() - began:.1f} s)", flush=True)
