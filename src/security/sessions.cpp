@@ -14,16 +14,16 @@ constexpr std::string_view attributes = "; Path=/; HttpOnly; SameSite=Strict";
 /// Tickets are used at the path that they are sent to, whatever it is.
 constexpr std::string_view any_purpose;
 
-struct Cookie {
-  std::string name;
-  std::string_view value;
-  bool secure;
-};
-
-std::string cookie_name(const http::Request& request, bool secure) {
-  std::string name = secure ? "__Host-lrt-session" : "lrt-session";
-  const auto host = http::parse_host(request.find("Host").value_or(std::string_view()));
-  return host && host->port ? name + "-" + std::to_string(*host->port) : name;
+/// A word for the name of a cookie, another one for another text.
+std::string word_of(std::string_view text) {
+  static constexpr char digits[] = "0123456789abcdef";
+  const Digest digest = digest_of(text);
+  std::string word;
+  for (std::size_t i = 0; i < 6; ++i) {
+    word += digits[digest[i] >> 4];
+    word += digits[digest[i] & 0x0FU];
+  }
+  return word;
 }
 
 /// The value of a cookie (RFC 6265 4.2); nullopt: there is none of that name, or several.
@@ -40,18 +40,6 @@ std::optional<std::string_view> value_of(std::string_view cookies, std::string_v
   return value;
 }
 
-/// The cookie of a session. That of https precedes; over TLS there is no other.
-std::optional<Cookie> cookie_of(const http::Request& request) {
-  const auto field = request.find("Cookie");
-  if (!field || request.count("Cookie") != 1) return std::nullopt;
-  for (const bool secure : {true, false}) {
-    if (!secure && request.secure) continue;
-    std::string name = cookie_name(request, secure);
-    if (const auto value = value_of(*field, name)) return Cookie{std::move(name), *value, secure};
-  }
-  return std::nullopt;
-}
-
 /// A session belongs to the name of the cookie and the host where it began, so that a cookie that was set for another one is worth nothing.
 std::string purpose_of(const http::Request& request, std::string_view name) {
   std::string purpose(name);
@@ -62,11 +50,33 @@ std::string purpose_of(const http::Request& request, std::string_view name) {
 
 }  // namespace
 
-Sessions::Sessions(const SessionOptions& options)
-    : ticket_life_(options.ticket_life),
+Sessions::Sessions(const SessionOptions& options, std::string_view public_base)
+    : server_(public_base.empty() ? std::string() : word_of(public_base)),
+      ticket_life_(options.ticket_life),
       sessions_({options.life, options.max_sessions, options.max_sessions_per_principal}),
       tickets_({options.ticket_life, options.max_tickets, options.max_tickets_per_principal}),
       failed_logins_(options.max_failed_logins) {}
+
+std::string Sessions::cookie_name(const http::Request& request, bool secure) const {
+  std::string name = secure ? "__Host-lrt-session" : "lrt-session";
+  if (!server_.empty()) return name + "-" + server_;
+  const auto host = http::parse_host(request.find("Host").value_or(std::string_view()));
+  if (host && host->port) name += "-" + std::to_string(*host->port);
+  if (!request.mount.empty()) name += "-" + word_of(request.mount);
+  return name;
+}
+
+/// The cookie of a session. That of https precedes; over TLS there is no other.
+std::optional<Sessions::Cookie> Sessions::cookie_of(const http::Request& request) const {
+  const auto field = request.find("Cookie");
+  if (!field || request.count("Cookie") != 1) return std::nullopt;
+  for (const bool secure : {true, false}) {
+    if (!secure && request.secure) continue;
+    std::string name = cookie_name(request, secure);
+    if (const auto value = value_of(*field, name)) return Cookie{std::move(name), *value, secure};
+  }
+  return std::nullopt;
+}
 
 std::optional<std::string> Sessions::begin(const http::Request& request, std::string_view owner, std::string_view token, bool secure, TimePoint now) {
   (void)end(request);

@@ -17,8 +17,8 @@ namespace lrt::security {
 /// Who has logged in: sessions of browsers, and tickets of scripts. Both stand for a bearer token, which whoever finds the caller judges anew at each request,
 /// so that they end with it.
 ///
-/// The cookie is named after the port in Host, because browsers send a cookie to all ports of a host: so robots on one machine do not end each other's
-/// sessions. Over https it has the prefix `__Host-` (RFC 6265bis 4.1.3), with which no other host can set it.
+/// The cookie is named after the server: the public base, or the port in Host and the path that it is mounted at. Browsers send a cookie to all ports and
+/// paths of a host, so robots of one host would end each other's sessions. Over https it has the prefix `__Host-` (RFC 6265bis 4.1.3), with which no other host can set it.
 ///
 /// @par Threads  any
 class Sessions {
@@ -26,7 +26,8 @@ class Sessions {
   /// The parameter of a target's query that has a ticket.
   static constexpr std::string_view ticket_parameter = "ticket";
 
-  explicit Sessions(const SessionOptions& options);
+  /// @param public_base  Listen::public_base
+  Sessions(const SessionOptions& options, std::string_view public_base);
 
   /// Begins a session for a token, and ends that of the request's cookie.
   /// @param secure  the browser came over https
@@ -47,6 +48,15 @@ class Sessions {
   FailedLogins& failed_logins() noexcept { return failed_logins_; }
 
  private:
+  struct Cookie {
+    std::string name;
+    std::string_view value;
+    bool secure;
+  };
+  std::string cookie_name(const http::Request& request, bool secure) const;
+  std::optional<Cookie> cookie_of(const http::Request& request) const;
+
+  const std::string server_;  ///< in names of cookies; empty: by each request
   const std::chrono::seconds ticket_life_;
   SealedTokens sessions_, tickets_;
   FailedLogins failed_logins_;

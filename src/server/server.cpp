@@ -44,7 +44,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       : options_(std::move(options)),
         clock_(options_.clock ? *options_.clock : system_clock()),
         log_(options_.log),
-        sessions_(make_sessions(options_.security)),
+        sessions_(make_sessions(options_)),
         engine_(engine_options()),
         bodies_(std::max(1U, options_.threads.body_threads), options_.threads.own) {}
 
@@ -404,9 +404,11 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   };
 
   /// nullptr: there are no tokens that a session could stand for.
-  static std::shared_ptr<security::Sessions> make_sessions(const Security& security) {
+  static std::shared_ptr<security::Sessions> make_sessions(const Options& options) {
+    const Security& security = options.security;
     const bool has_tokens = !security.token_file.empty() || security.authenticate;
-    return has_tokens && security.sessions.life.count() > 0 ? std::make_shared<security::Sessions>(security.sessions) : nullptr;
+    if (!has_tokens || security.sessions.life.count() <= 0) return nullptr;
+    return std::make_shared<security::Sessions>(security.sessions, options.listen.public_base);
   }
 
   engine::EngineOptions engine_options() {

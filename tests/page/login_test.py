@@ -1,6 +1,6 @@
 """Logging in on the page, and what pages elsewhere try with the session of its user, in a real browser.
 
-   login_test.py BAXTER [FOLDER FOR SCREENSHOTS [CASE]...]
+   login_test.py BAXTER PAGE_ROBOT [FOLDER FOR SCREENSHOTS [CASE]...]
 """
 
 import http.server
@@ -48,6 +48,17 @@ class Guarded(Robot):
     def subscriptions(self, thing="baxter/right_s1"):
         answer = self.read(thing + "/subscriptions", Accept="application/n-triples").expect(200)
         return objects(answer.body, "http://www.w3.org/ns/ldp#contains")
+
+
+class Open(Guarded):
+    """page_robot, where everybody may read."""
+
+    def __init__(self):
+        Robot.program, baxter = Open.binary, Robot.program
+        try:
+            super().__init__()
+        finally:
+            Robot.program = baxter
 
 
 class Elsewhere:
@@ -279,6 +290,20 @@ def a_login_at_the_address_of_the_session_leads_to_this_robot_only(browser):
             browser.until("return location.href === arguments[0] && document.querySelector('header button')", f"{fragment} leads to {place}", robot.origin + place)
 
 
+def where_everybody_may_read_the_page_offers_a_login(browser):
+    with Open() as robot:
+        browser.open(robot.at("sample"))
+        browser.until("return document.getElementById('link').textContent === 'Live'", "the page is live for everybody")
+        assert result(browser, "return (await fetch('/sample/armed', {method: 'PUT', headers: {'Content-Type': 'application/json'}, body: 'true'})).status") == 401
+        assert browser.text("h1") != "Log in"
+        shot(browser, "everybody-1280")
+        browser.until("const b = [...document.querySelectorAll('header button')].find(b => b.innerText === 'Log in'); b?.click(); return !!b", "the button")
+        browser.type("#token", OPERATOR)
+        browser.click("form button")
+        browser.until("return location.pathname === '/sample' && document.querySelector('header').innerText.includes('bert')", "back where it began")
+        assert result(browser, "return (await fetch('/sample/armed', {method: 'PUT', headers: {'Content-Type': 'application/json'}, body: 'true'})).status") == 204
+
+
 def a_script_elsewhere_watches_with_a_ticket(browser):
     with Elsewhere() as elsewhere, Guarded("--demo", "--allowed-origin", elsewhere.url[:-1]) as robot:
         browser.open(elsewhere.url)
@@ -332,14 +357,14 @@ def the_form_fits_a_phone_and_the_dark(browser):
 CASES = [a_user_logs_in_reads_writes_watches_and_logs_out, a_page_elsewhere_cannot_command_with_the_session_of_its_reader, a_page_of_another_site_has_no_cookie_to_send,
          no_page_can_be_framed, another_name_of_this_machine_has_neither_page_nor_session, nobody_is_logged_in_by_a_page_elsewhere, a_cookie_that_was_set_beforehand_stays_unknown,
          no_script_reads_the_cookie_or_the_token, a_session_ends_with_its_token_and_the_page_asks_anew, a_login_at_the_address_of_the_session_leads_to_this_robot_only,
-         a_script_elsewhere_watches_with_a_ticket, over_tls_the_session_is_of_this_host_alone, the_form_fits_a_phone_and_the_dark]
+         where_everybody_may_read_the_page_offers_a_login, a_script_elsewhere_watches_with_a_ticket, over_tls_the_session_is_of_this_host_alone, the_form_fits_a_phone_and_the_dark]
 
 
 def main():
     global folder
-    Robot.program = sys.argv[1]
-    folder = sys.argv[2] if len(sys.argv) > 2 else None
-    wanted = sys.argv[3:]
+    Robot.program, Open.binary = sys.argv[1:3]
+    folder = sys.argv[3] if len(sys.argv) > 3 else None
+    wanted = sys.argv[4:]
     missing = [name for name, path in zip(("chromium", "chromedriver"), webdriver.programs()) if not path]
     if missing:
         print(f"skipped: there is no {' and no '.join(missing)} (vendor/install.sh browser)")

@@ -30,9 +30,10 @@ std::string bearer(const std::string& token) { return "\nAuthorization: Bearer "
 
 /// A robot with tokens, as a browser on this machine sees it.
 struct Guarded {
-  explicit Guarded(Security security = {}, const std::string& transport = "") {
+  explicit Guarded(Security security = {}, const std::string& transport = "", const std::string& public_base = "") {
     write_tokens(all_tokens);
     Options options;
+    options.listen.public_base = public_base;
     options.listen.port = 0;
     options.security = std::move(security);
     if (!options.security.authenticate) options.security.token_file = folder / "tokens";
@@ -244,6 +245,21 @@ TEST_CASE("over TLS the cookie is Secure, and no other host can have set it", "[
   CHECK(g.status("GET /arm" + g.session(token_of_anna), true) == 401);  // of the plain port
   CHECK(g.ask("DELETE /ns/session" + cookie + "\nOrigin: https://localhost:4711", true).fields.find("Set-Cookie") ==
         "__Host-lrt-session-4711=; Max-Age=0; Path=/; HttpOnly; SameSite=Strict; Secure");
+}
+
+TEST_CASE("robots of one host and port have sessions of their own, also behind a proxy", "[server][security][R0.2]") {
+  Guarded first({}, "", "https://factory.example/cell7"), second({}, "", "https://factory.example/cell8");
+  const std::string through_proxy = "\nOrigin: https://factory.example\nHost: factory.example", login = "POST /ns/session" + bearer(token_of_anna) + through_proxy;
+  const http::Response one = first.ask(login), other = second.ask(login);
+  REQUIRE(one.status == 204);
+  CHECK(first.status("POST /cell7/ns/session" + bearer(token_of_anna) + through_proxy) == 204);  // a proxy may keep the path
+  CHECK(one.fields.find("Set-Cookie")->substr(0, 19) == "__Host-lrt-session-");  // the browser came over https
+  const std::string both = Guarded::cookie_of(one) + "; " + Guarded::cookie_of(other).substr(9) + "\nHost: factory.example";
+  CHECK(first.status("GET /arm" + both) == 200);
+  CHECK(second.status("GET /arm" + both) == 200);
+  CHECK(second.status("PUT /arm/angle" + both + "\nOrigin: https://factory.example" + number) == 403);  // anna reads only
+  const std::string plain = "\nCookie: " + both.substr(both.find("lrt-session"));
+  CHECK(first.status("GET /arm" + plain) == 401);
 }
 
 TEST_CASE("sessions are limited, and one principal ends no session of others", "[server][security][R0.2]") {

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/engine/engine.hpp>
 #include <lrt/http/problem.hpp>
 
@@ -50,8 +51,8 @@ std::string about(const Caller& caller) {
 }  // namespace
 
 const Variants& CallerResource::variants() const {
-  static const Variants none;
-  return none;
+  static const Immortal<Variants> none;
+  return *none;
 }
 
 http::Response SessionResource::respond(const Context& context, const Caller& caller, const Responses& responses) {
