@@ -72,12 +72,13 @@ http::Response SessionResource::begin(const Context& context, const Caller& call
 }
 
 http::Response TicketResource::respond(const Context& context, const Caller& caller, const Responses& responses) {
-  if (context.request().method != "POST") return json(200, "{}");
+  const std::string life = "\"expires_in\":" + std::to_string(sessions_.ticket_life().count());
+  if (context.request().method != "POST") return json(200, "{" + life + "}");
   const security::Credentials credentials = security::credentials_of(context.request());
   if (credentials.secret.empty()) return needs_token(context, responses);
   const auto ticket = sessions_.make_ticket(caller.principal->name, credentials.secret, context.now);
   if (!ticket) return full(context, responses);
-  return json(200, "{\"ticket\":" + http::json_string(*ticket) + ",\"expires_in\":" + std::to_string(sessions_.ticket_life().count()) + "}");
+  return json(200, "{\"ticket\":" + http::json_string(*ticket) + "," + life + "}");
 }
 
 }  // namespace lrt::engine
