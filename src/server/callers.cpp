@@ -56,8 +56,9 @@ engine::Caller Callers::of(const http::Request& request) {
     caller.by_cookie = found.by_cookie;
     caller.rights = caller.principal ? rights_of(*caller.principal) : anyone_;
     if (!caller.principal) caller.challenge = challenge_for(request, found.refused);
+    // A user who has lost all rights may log in as somebody else.
     if (found.refused) caller.access = engine::Access::unauthenticated;
-    else if (caller.rights.empty()) caller.access = caller.principal ? engine::Access::forbidden : engine::Access::unauthenticated;
+    else if (caller.rights.empty()) caller.access = caller.principal && !found.by_cookie ? engine::Access::forbidden : engine::Access::unauthenticated;
   }
   if (authorize_ && caller.access == engine::Access::granted) caller.access = authorize_(request);
   return caller;

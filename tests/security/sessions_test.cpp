@@ -62,7 +62,8 @@ TEST_CASE("a secret stands for its token until its time is over or it is removed
 TEST_CASE("one owner of sealed tokens ends only their own", "[security]") {
   SealedTokens tokens({100 * second, 4, 2});
   const std::string annas = tokens.add("anna", "", "a", start).value();
-  const std::string first = tokens.add("bert", "", "1", start).value(), second_one = tokens.add("bert", "", "2", start + second).value();
+  const std::string first = tokens.add("bert", "", "1", start).value(),
+                    second_one = tokens.add("bert", "", "2", start + second).value();
   const std::string third = tokens.add("bert", "", "3", start + 2 * second).value();
   CHECK_FALSE(tokens.find(first, "", start));
   CHECK(tokens.find(second_one, "", start) == "2");
@@ -91,7 +92,8 @@ TEST_CASE("an address with too many failed logins waits until a minute is over",
 
 TEST_CASE("addresses beyond the table of failed logins are counted as one", "[security]") {
   FailedLogins failed(2);
-  for (std::size_t i = 0; i < FailedLogins::max_addresses; ++i) failed.add("10." + std::to_string(i / 65536) + "." + std::to_string(i / 256 % 256) + "." + std::to_string(i % 256), start);
+  for (std::size_t i = 0; i < FailedLogins::max_addresses; ++i)
+    failed.add("10." + std::to_string(i / 65536) + "." + std::to_string(i / 256 % 256) + "." + std::to_string(i % 256), start);
   CHECK_FALSE(failed.pause("192.0.2.1", start));
   failed.add("192.0.2.1", start);
   failed.add("192.0.2.2", start);

@@ -45,7 +45,8 @@ http::Response full(const Context& context, const Responses& responses) {
 std::string about(const Caller& caller) {
   std::string roles;
   for (const std::string& role : caller.principal->roles) roles += (roles.empty() ? "" : ",") + http::json_string(role);
-  return "{\"name\":" + http::json_string(caller.principal->name) + ",\"roles\":[" + roles + "],\"session\":" + (caller.by_cookie ? "true" : "false") + "}";
+  return "{\"name\":" + http::json_string(caller.principal->name) + ",\"roles\":[" + roles +
+         "],\"session\":" + (caller.by_cookie ? "true" : "false") + "}";
 }
 
 }  // namespace
