@@ -179,7 +179,7 @@ class Mount {
       verdict.response->close = verdict.response->close || !discarded;
       return std::move(verdict.response);
     }
-    request.header_judged = true;
+    request.judged = std::move(verdict.judged);
     max_bytes = std::min(max_bytes, verdict.max_body_bytes);
     bool is_too_large = false;
     const bool complete = (*reader)([&](const char* data, std::size_t size) {

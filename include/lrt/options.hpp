@@ -57,6 +57,12 @@ struct Security {
   security::Authenticate authenticate;
   /// What each role may do, in the whole server.
   security::Roles roles = security::default_roles();
+  /// What principals and others may do to single resources and parts of the tree. With rules, these alone decide, and `roles` and `anyone` do not
+  /// count: what no rule gives is forbidden. What a client may not see does not exist for it, in any response.
+  std::vector<security::Rule> rules;
+  /// A file with further rules, Web Access Control in Turtle as security::parse_rules() reads it. Looked at once a second as `token_file` is: if it
+  /// cannot be read, the rules of before stay and the log says so. Subscriptions whose right is gone end.
+  std::string policy_file;
   /// What clients may do without credentials if `token_file`, `certificates` or `authenticate` is set. By default nothing: they get 401.
   security::Rights anyone{};
   /// Sessions and tickets of clients that have a bearer token of `token_file` or `authenticate`. A browser that opens a page without credentials gets a

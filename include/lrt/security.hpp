@@ -24,7 +24,8 @@ enum class Right : std::uint8_t {
   read = 1,       ///< GET, HEAD, OPTIONS
   write = 2,      ///< changes a Property or a Collection
   invoke = 4,     ///< invokes an Action, and cancels or deletes its invocations
-  subscribe = 8,  ///< watches: WebSocket, event stream, web callback; and cancels web callbacks
+  subscribe = 8,  ///< watches: WebSocket, event stream, web callback; and cancels what it has subscribed to
+  manage = 16,    ///< sees and cancels the subscriptions of others
 };
 
 /// A set of rights: `Right::read | Right::subscribe`.
@@ -32,9 +33,10 @@ class Rights {
  public:
   constexpr Rights() noexcept = default;
   constexpr Rights(Right right) noexcept : bits_(static_cast<std::uint8_t>(right)) {}  // NOLINT: one right is a set
-  static constexpr Rights all() noexcept { return Rights(std::uint8_t{0xF}); }
+  static constexpr Rights all() noexcept { return Rights(std::uint8_t{0x1F}); }
   constexpr bool has(Right right) const noexcept { return (bits_ & static_cast<std::uint8_t>(right)) != 0; }
   constexpr bool empty() const noexcept { return bits_ == 0; }
+  constexpr std::uint8_t bits() const noexcept { return bits_; }
   friend constexpr Rights operator|(Rights a, Rights b) noexcept { return Rights(static_cast<std::uint8_t>(a.bits_ | b.bits_)); }
   friend constexpr bool operator==(Rights a, Rights b) noexcept { return a.bits_ == b.bits_; }
   friend constexpr bool operator!=(Rights a, Rights b) noexcept { return a.bits_ != b.bits_; }
@@ -54,8 +56,50 @@ struct Principal {
 /// What each role may do. A role that is not in it may do nothing.
 using Roles = std::map<std::string, Rights, std::less<>>;
 
-/// `reader`: read and subscribe. `operator`: all rights. `administrator`: all rights.
+/// `reader`: read and subscribe. `operator`: all rights but manage. `administrator`: all rights.
 Roles default_roles();
+
+/// Which part of the tree a Rule is for.
+enum class Scope : std::uint8_t {
+  here,   ///< the resource with its path (acl:accessTo)
+  below,  ///< the resources below it (acl:default)
+  tree,   ///< both
+};
+
+/// Whom a Rule is for.
+struct Who {
+  enum class Kind : std::uint8_t {
+    anyone,         ///< also without credentials (foaf:Agent)
+    authenticated,  ///< every principal (acl:AuthenticatedAgent)
+    role,           ///< principals with the role `name` (acl:agentGroup)
+    principal,      ///< the principal `name` (acl:agent)
+  };
+  Kind kind = Kind::anyone;
+  std::string name{};
+};
+
+/// What somebody may do to a resource, or to those below it.
+///
+/// For each resource the nearest rules count: those for the resource itself if there are any, else those with Scope::below of the nearest path
+/// above that has some (Web Access Control, effective ACL). Rules with the same path and scope add up. What no rule gives is forbidden. So a
+/// rule below takes away what one above has given, unless it gives the same again.
+struct Rule {
+  std::string path;  ///< from the root, "/arm/left"; "/": the list of Things
+  Scope scope = Scope::tree;
+  Who who{};
+  Rights rights{};
+};
+
+class View;
+
+/// Reads rules from Turtle (Web Access Control): each acl:Authorization with acl:accessTo or acl:default (`</arm>`, a path of the server),
+/// acl:agent (`<#anna>`, the principal of that name; any other IRI is a name as a whole), acl:agentGroup (`<#operator>`, the role) or
+/// acl:agentClass (foaf:Agent, acl:AuthenticatedAgent), and acl:mode: acl:Read, acl:Write, acl:Control (Right::manage), lrt:Invoke, lrt:Subscribe.
+/// @par Errors  expected_rdf; invalid_option: names the authorization and what is wrong with it
+Result<std::vector<Rule>> parse_rules(std::string_view turtle);
+/// The same from a file of at most 1 MiB.
+/// @par Errors  io_error, and those above
+Result<std::vector<Rule>> load_rules(const std::string& file);
 
 /// Finds out who sends a request from its header section; nullopt: nobody that this function knows. Called on the thread that serves the request,
 /// without a lock of lrt. The body has not been received.
@@ -90,6 +134,10 @@ class Tokens {
 
   /// The principal of a token; nullptr: the token is unknown or has expired. Takes the same time whatever token it is.
   std::shared_ptr<const Principal> find(std::string_view token, std::chrono::system_clock::time_point now) const;
+  /// A principal by name, with the roles of its first token that has not expired; nullptr: there is none.
+  std::shared_ptr<const Principal> find_name(std::string_view name, std::chrono::system_clock::time_point now) const;
+  /// When the next token expires after `now`.
+  std::optional<std::chrono::system_clock::time_point> next_expiry(std::chrono::system_clock::time_point now) const;
   std::size_t size() const noexcept { return entries_.size(); }
 
  private:

@@ -80,7 +80,7 @@ class Server {
   Served serve(const http::Request& request);
 
   /// Judges a request for serve() before its body is received: who may send it, whether its resource takes such a body, and of which size.
-  /// After a verdict without a response, set `request.header_judged` for serve(), which does not call the authorizer again then.
+  /// After a verdict without a response, set `request.judged` to its `judged` for serve(), which does not call the authorizer again then.
   /// @param body_bytes  Content-Length, more than 0; nullopt: the body is chunked
   /// @par Threads     As serve().
   engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes);

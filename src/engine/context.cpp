@@ -52,13 +52,21 @@ const http::Preferences& Context::preferences() const {
   return *preferences_;
 }
 
-std::string_view Context::vary() const noexcept {
-  if (!resource) return "Accept";
-  const bool is_command = request_->method == "PUT" || request_->method == "POST";
-  return is_command ? "Accept, Prefer" : vary_of(*resource);
+namespace {
+
+std::string_view vary_on(bool prefer, const Audience& audience) noexcept {
+  if (audience.is_restricted()) return prefer ? "Accept, Prefer, Authorization, Cookie" : "Accept, Authorization, Cookie";
+  return prefer ? "Accept, Prefer" : "Accept";
 }
 
-std::string_view vary_of(const Resource& resource) noexcept { return resource.is_container() ? "Accept, Prefer" : "Accept"; }
+}  // namespace
+
+std::string_view Context::vary() const noexcept {
+  const bool is_command = request_->method == "PUT" || request_->method == "POST";
+  return vary_on(resource && (is_command || resource->is_container()), audience);
+}
+
+std::string_view vary_of(const Resource& resource, const Audience& audience) noexcept { return vary_on(resource.is_container(), audience); }
 
 std::optional<std::string> query_parameter(std::string_view target, std::string_view name) {
   const std::size_t mark = target.find('?');

@@ -12,6 +12,7 @@
 #include <lrt/http/message.hpp>
 #include <lrt/http/prefer.hpp>
 
+#include "src/engine/audience.hpp"
 #include "src/engine/body_task.hpp"
 #include "src/engine/resource.hpp"
 
@@ -57,6 +58,7 @@ class Context {
   ResourceId resource_id{};       ///< of `resource`, for the time in between
   std::size_t page = 1;           ///< of a container
   std::size_t first_link = 0;     ///< where the links continue that did not fit in a response before
+  Audience audience{};            ///< who sends it
   std::optional<Ticket> ticket{};  ///< of a request that is deferred
   std::shared_ptr<JudgedBody> judged{};  ///< its body, by a BodyJob; nullptr: not judged, or taken
   bool ignores_conditions = false;  ///< If-Match and If-None-Match were judged already
@@ -69,8 +71,8 @@ class Context {
   mutable std::optional<http::Preferences> preferences_;
 };
 
-/// Value of Vary for a GET of a resource.
-std::string_view vary_of(const Resource& resource) noexcept;
+/// Value of Vary for a GET of a resource. With rights that depend on the caller, also the fields that say who that is.
+std::string_view vary_of(const Resource& resource, const Audience& audience) noexcept;
 
 /// A parameter of a target's query, decoded; the first of that name counts. nullopt: there is none, or it is not well-formed.
 std::optional<std::string> query_parameter(std::string_view target, std::string_view name);

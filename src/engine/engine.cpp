@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include <lrt/base/immortal.hpp>
 #include <lrt/http/target.hpp>
 #include <lrt/http/websocket.hpp>
 #include <lrt/model/statement.hpp>
@@ -65,7 +66,9 @@ class Engine::Impl {
   std::optional<http::Response> denied(const Context& context, const Result<Caller>& caller) const;
   http::Response unauthenticated(const Context& context, const Caller& caller) const;
   http::Response forbidden(const Context& context) const;
-  std::optional<http::Response> refused_right(const Context& context, const Caller& caller) const;
+  std::optional<http::Response> refused_right(Context& context, const Caller& caller) const;
+  http::Response no_resource(const Context& context) const;
+  static std::shared_ptr<const Caller> kept(const Result<Caller>& caller);
   security::Right needed_right(const Context& context) const;
   bool is_from_foreign_page(const Context& context) const;
   bool is_of_own_origin(const Context& context) const;
@@ -87,6 +90,7 @@ HeaderVerdict Engine::Impl::judge_header(const http::Request& request, std::opti
     verdict.ignores_body = context.resource->is_stop();
     return refused_body(context, body_bytes);
   });
+  if (!verdict.response) verdict.judged = kept(caller);
   return verdict;
 }
 
@@ -96,6 +100,13 @@ bool Engine::Impl::is_stop(const http::Request& request) const {
   if (!target) return false;
   Context context(request, {});
   return !find_resource(context, *target) && context.resource->is_stop();
+}
+
+/// What is found out once, for handle(). All callers who may do everything share one.
+std::shared_ptr<const Caller> Engine::Impl::kept(const Result<Caller>& caller) {
+  static const Immortal<Caller> unrestricted;
+  if (!caller->view && !caller->principal) return {std::shared_ptr<const Caller>(), &*unrestricted};
+  return std::make_shared<const Caller>(*caller);
 }
 
 Outcome Engine::Impl::handle(const http::Request& request, const Result<Caller>& caller, TimePoint now) {
@@ -144,7 +155,7 @@ Outcome Engine::Impl::route(Context& context, const Result<Caller>& caller) {
     return response;
   }
   if (const http::Request& request = context.request(); !request.body.empty()) {
-    auto refused = request.header_judged ? too_large(context, request.body.size()) : refused_body(context, request.body.size());
+    auto refused = request.judged ? too_large(context, request.body.size()) : refused_body(context, request.body.size());
     if (refused) return *std::move(refused);
   }
   if (context.resource->is_about_caller() && context.request().method != "OPTIONS")
@@ -163,6 +174,7 @@ std::optional<http::Response> Engine::Impl::find(Context& context, const Result<
   if (auto response = parts.cors.preflight(request)) return response;
   if (auto response = refused_login(context, caller, *target)) return response;
   if (auto response = denied(context, caller)) return response;
+  context.audience = {caller->view, caller->principal};
   const bool known = std::find(known_methods.begin(), known_methods.end(), request.method) != known_methods.end();
   if (known && target->path == "*") return std::nullopt;
   auto not_found = find_resource(context, *target);
@@ -223,7 +235,7 @@ std::optional<http::Response> Engine::Impl::failed_known_precondition(const Cont
 }
 
 http::Response Engine::Impl::method_not_allowed(const Context& context) const {
-  return parts.responses.problem(context, 405, std::string(context.request().method) + " is not allowed for this resource, only " + context.resource->methods().text());
+  return parts.responses.problem(context, 405, std::string(context.request().method) + " is not allowed for this resource, only " + context.audience.methods(*context.resource).text());
 }
 
 /// The resource takes over.
@@ -298,11 +310,17 @@ http::Response Engine::Impl::forbidden(const Context& context) const {
   return parts.responses.problem(context, 403, "these credentials do not allow " + std::string(context.request().method) + " here");
 }
 
-/// Nobody who may not read learns what exists: without a resource that is as if there were one.
-std::optional<http::Response> Engine::Impl::refused_right(const Context& context, const Caller& caller) const {
+/// What a caller may not see is as if it did not exist. Who may see nothing at all gets the same response everywhere.
+std::optional<http::Response> Engine::Impl::refused_right(Context& context, const Caller& caller) const {
   if (context.resource && context.resource->is_about_caller()) return caller.principal ? std::nullopt : std::optional(unauthenticated(context, caller));
-  if (caller.rights == security::Rights::all()) return std::nullopt;
-  if (caller.rights.has(context.resource ? needed_right(context) : security::Right::read)) return std::nullopt;
+  const Audience& audience = context.audience;
+  if (!audience.is_restricted()) return std::nullopt;
+  const security::Rights rights = context.resource ? audience.rights(*context.resource) : security::Rights();
+  if (context.resource && rights.has(needed_right(context))) return std::nullopt;
+  if (!rights.has(security::Right::read)) {
+    context.resource = nullptr;
+    if (audience.sees_something()) return no_resource(context);
+  }
   return caller.principal ? forbidden(context) : unauthenticated(context, caller);
 }
 
@@ -354,6 +372,11 @@ std::string_view Engine::Impl::local_path(std::string_view path) const {
   return rest.front() == '/' ? rest : path;
 }
 
+http::Response Engine::Impl::no_resource(const Context& context) const {
+  const auto target = http::split_target(context.request().target);
+  return parts.responses.problem(context, 404, "there is no resource at \"" + std::string(target ? target->path : std::string_view()) + "\"; GET / lists the Things");
+}
+
 /// The resource at the path of a target; nullptr: there is none.
 /// @par Errors  those of canonical_path
 Result<Resource*> Engine::Impl::resource_at(std::string_view path) const {
@@ -368,7 +391,7 @@ std::optional<http::Response> Engine::Impl::find_resource(Context& context, cons
   const Result<Resource*> found = resource_at(target.path);
   if (!found) return parts.responses.problem(context, 400, "target: " + found.error().message);
   context.resource = *found;
-  if (!context.resource) return parts.responses.problem(context, 404, "there is no resource at \"" + std::string(target.path) + "\"; GET / lists the Things");
+  if (!context.resource) return no_resource(context);
   context.resource_id = context.resource->id;
   if (target.query.empty()) return std::nullopt;
   if (const auto links = query_parameter(context.request().target, "links")) {
@@ -390,7 +413,7 @@ std::optional<http::Response> Engine::Impl::read_page(Context& context, std::str
       if (c < '0' || c > '9' || page > 1'000'000) return parts.responses.problem(context, 400, "page: expected a number from 1");
       page = page * 10 + static_cast<std::size_t>(c - '0');
     }
-    const std::size_t pages = page_count(context.resource->members().size(), parts.options.max_page_members);
+    const std::size_t pages = page_count(context.resource->members(context.audience).size(), parts.options.max_page_members);
     if (page == 0 || page > pages) return parts.responses.problem(context, 404, "page: expected a number from 1 to " + std::to_string(pages));
     context.page = page;
   }
@@ -469,7 +492,8 @@ void Engine::set_waker(std::shared_ptr<Waker> waker) {
 
 Result<Caller> Engine::authorize(const http::Request& request) const {
   const Authentication& authorizer = impl_->parts.options.authorize;
-  if (!authorizer || request.header_judged) return Caller();
+  if (request.judged) return *static_cast<const Caller*>(request.judged.get());
+  if (!authorizer) return Caller();
   if (request.body.empty()) return guarded<Caller>([&]() -> Result<Caller> { return authorizer(request); });
   http::Request header = request;  // whether the body came along with it makes no difference
   header.body = {};
@@ -537,6 +561,8 @@ void Engine::saved(std::uint64_t revision, bool written) {
 }
 Result<std::size_t> Engine::restore(std::string_view saved) { return impl_->parts.saved.restore(saved); }
 std::pair<std::size_t, std::size_t> Engine::recover(std::string_view damaged) { return impl_->parts.saved.recover(damaged); }
+
+void Engine::renew_rights() { impl_->parts.subscriptions.renew_rights(); }
 
 std::vector<Job> Engine::take_jobs() { return impl_->parts.calls.take_jobs(); }
 std::vector<BodyJob> Engine::take_body_jobs() { return impl_->parts.bodies.take_jobs(); }

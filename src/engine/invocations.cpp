@@ -309,9 +309,8 @@ http::Response Invocations::response_for(const Context& context, const Invocatio
     return response;
   }
   if (context.wants_representation()) {
-    rdf::Graph graph;
-    representations_.describe(graph, invocation, context.base);
-    const PlainValue value = *invocation.plain_value();
+    const rdf::Graph graph = representations_.describe(invocation, context.base, context.audience);
+    const PlainValue value = *invocation.plain_value(context.audience);
     response = responses_.graph(context, 200, graph, &value);
     response.fields.add("Content-Location", location);
     response.fields.add("Preference-Applied", "return=representation");

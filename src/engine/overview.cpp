@@ -15,8 +15,8 @@
 
 namespace lrt::engine {
 
-Overview::Overview(const EngineView& engine, std::size_t base, std::size_t page)
-    : engine_(engine), base_(engine.bases[base]), page_(page) {}
+Overview::Overview(const EngineView& engine, std::size_t base, const Audience& audience, std::size_t page)
+    : engine_(engine), base_(engine.bases[base]), audience_(audience), page_(page) {}
 
 std::string Overview::of(const Resource& resource) {
   begin_object({});
@@ -33,7 +33,7 @@ void Overview::summary(const Resource& resource) {
   text("href", iri(resource));
   text("kind", resource.kind());
   begin_array("methods");
-  const Methods methods = resource.methods();
+  const Methods methods = audience_.methods(resource);
   for (const char* method : {"GET", "HEAD", "OPTIONS"}) text({}, method);
   if (methods.put) text({}, "PUT");
   if (methods.post) text({}, "POST");
@@ -43,6 +43,7 @@ void Overview::summary(const Resource& resource) {
 }
 
 void Overview::link(std::string_view key, const Resource& to) {
+  if (!audience_.sees(to)) return;
   begin_object(key);
   summary(to);
   end_object();
@@ -56,7 +57,7 @@ void Overview::link(std::string_view key, const std::string& href, std::string_v
 }
 
 void Overview::members(std::string_view key, const Resource& container) {
-  const std::vector<Resource*> all = container.members();
+  const std::vector<Resource*> all = container.members(audience_);
   number("count", all.size());
   if (page_ == minimal_page) return;
   const std::size_t size = engine_.options.max_page_members;

@@ -21,12 +21,12 @@ namespace lrt::engine {
 /// values are JSON Schemas.
 class Overview {
  public:
-  Overview(const EngineView& engine, std::size_t base, std::size_t page);
+  Overview(const EngineView& engine, std::size_t base, const Audience& audience, std::size_t page);
 
   /// The overview of the resource, whole.
   std::string of(const Resource& resource);
 
-  /// A link. An empty key: within an array.
+  /// A link, if the audience sees what it leads to. An empty key: within an array.
   void link(std::string_view key, const Resource& to);
   void link(std::string_view key, const std::string& href, std::string_view kind);
   /// Links by the paths that resources have below their thing.
@@ -49,6 +49,7 @@ class Overview {
   /// The title among the user's triples, and the domain types: the user's and those of a record.
   void described(const std::vector<Statement>& statements, const std::vector<std::string>& classes, const rdf::Type* type);
   const Registry& registry() const noexcept { return engine_.registry; }
+  bool sees(const Resource& resource) const { return audience_.sees(resource); }
   std::string iri(const Resource& resource) const { return base_ + resource.path; }
   std::string iri(const Object& object) const;
 
@@ -65,6 +66,7 @@ class Overview {
 
   const EngineView& engine_;
   const std::string& base_;
+  const Audience& audience_;
   std::size_t page_;
   std::string out_;
 };

@@ -9,6 +9,7 @@
 
 #include <lrt/base/result.hpp>
 
+#include "src/base/canonical_path.hpp"
 #include "src/engine/representation_cache.hpp"
 #include "src/engine/resource.hpp"
 #include "src/engine/resource_index.hpp"
@@ -75,9 +76,5 @@ class Registry {
   ThinVector<ThingNode*> roots_;                                   ///< in the order of registration
   std::uint64_t structure_ = 1;
 };
-
-/// A path with its segments percent-encoded as the registry's are.
-/// @par Errors  expected_iri: no resource can have such a path
-Result<std::string> canonical_path(std::string_view path);
 
 }  // namespace lrt::engine

@@ -14,7 +14,7 @@ class RepresentationCache {
   explicit RepresentationCache(std::size_t max_bytes) : max_bytes_(max_bytes) {}
 
   /// The one of that kind; nullptr: there is none. It may be of an earlier state of the resource.
-  Representation* find(const Resource& resource, std::size_t base, Variant variant, std::size_t page) noexcept;
+  Representation* find(const Resource& resource, std::size_t base, Variant variant, std::size_t page, const Audience& audience) noexcept;
   /// Keeps a representation, and removes the one of the same kind.
   Representation& keep(Representation made);
   void mark_used(Representation& kept) noexcept;

@@ -29,6 +29,11 @@ bool wants_minimal_container(const Context& context) {
   return has(preferences.include, vocab::ldp::PreferMinimalContainer.text) || has(preferences.omit, vocab::ldp::PreferContainment.text);
 }
 
+/// What depends on rights is for nobody else's cache (RFC 9111 5.2.2.7).
+std::string private_to(const Audience& audience, std::string_view cache_control) {
+  return (audience.is_restricted() ? "private, " : "") + std::string(cache_control);
+}
+
 /// All values of a field in one text. `joined` owns it if they are on several lines.
 std::string_view value_of(const http::Request& request, std::string_view name, std::string& joined) {
   if (request.count(name) <= 1) return request.find(name).value_or(std::string_view());
@@ -56,9 +61,9 @@ Outcome Representations::get(Context& context) {
 http::Response Representations::options(const Context& context) const {
   http::Response response;
   response.status = 204;
-  responses_.add_allow(response.fields, *context.resource);
+  responses_.add_allow(response.fields, *context.resource, context.audience);
   add_upgrade(response.fields, context);
-  add_links(response.fields, *context.resource, context.base, context.page, context.first_link);
+  add_links(response.fields, *context.resource, context.base, context.audience, context.page, context.first_link);
   return response;
 }
 
@@ -127,11 +132,11 @@ Representations::Selected Representations::select(Context& context, std::optiona
       return responses_.problem(context, 406, !why.empty() ? why : "none of the media types in Accept is available here; there are " + list);
     }
     const std::string_view type = (*offers)[*choice];
-    if (type == page_type && offers_page) return &page->emplace(html_page(resource, context.base, context.page));
+    if (type == page_type && offers_page) return &page->emplace(html_page(resource, context.base, context.audience, context.page));
     const Variant variant = *all.find(type);
     if (!values_.ready(resource, variant, current)) return Missing{Encodings::of(variant)};
     const bool minimal = resource.is_container() && wants_minimal_container(context);
-    Result<Representation*> made = make(resource, context.base, variant, minimal ? minimal_page : context.page);
+    Result<Representation*> made = make(resource, context.base, variant, context.audience, minimal ? minimal_page : context.page);
     if (made) return *made;
     why = made.error().message;
     const Errc code = made.error().code;
@@ -199,7 +204,7 @@ http::Response Representations::respond_with(Representation& representation, con
 http::Fields Representations::fields_of(Representation& representation, const Context& context) {
   const Resource& resource = *representation.resource;
   if (representation.links.block().empty()) {
-    representation.links = structure_fields(resource, representation.base, representation.page, resource.cache_control());
+    representation.links = structure_fields(resource, representation.base, context.audience, representation.page, resource.cache_control());
     cache_.grown(representation.links.block().size());
   }
   http::Fields fields;
@@ -220,7 +225,7 @@ http::Fields Representations::fields_of(Representation& representation, const Co
   add_upgrade(fields, context);
   if (context.first_link != 0) {
     fields.remove("Link");
-    add_links(fields, resource, context.base, representation.page, context.first_link);
+    add_links(fields, resource, context.base, context.audience, representation.page, context.first_link);
   }
   return fields;
 }
@@ -265,38 +270,40 @@ void Representations::prepare(http::Fields& fields, int status, const Context& c
 
 // ------------------------------------------------------------------------------------------------------ representations
 
-Representation Representations::html_page(Resource& resource, std::size_t base, std::size_t page) const {
-  return {&resource, base, {}, page, 0, 0, options_.page->tag(), options_.page->html(), true, structure_fields(resource, base, page, "no-cache")};
+Representation Representations::html_page(Resource& resource, std::size_t base, const Audience& audience, std::size_t page) const {
+  return {&resource, base, {}, page, audience.view, {}, 0, 0, options_.page->tag(), options_.page->html(), true,
+          structure_fields(resource, base, audience, page, "no-cache")};
 }
 
 /// The fields of a 200 that only the structure changes.
-http::Fields Representations::structure_fields(const Resource& resource, std::size_t base, std::size_t page, std::string_view cache_control) const {
+http::Fields Representations::structure_fields(const Resource& resource, std::size_t base, const Audience& audience, std::size_t page,
+                                               std::string_view cache_control) const {
   http::Fields fields;
-  fields.add("Vary", vary_of(resource));
-  fields.add("Cache-Control", cache_control);
+  fields.add("Vary", vary_of(resource, audience));
+  fields.add("Cache-Control", private_to(audience, cache_control));
   fields.add("Accept-Ranges", "bytes");
-  responses_.add_allow(fields, resource);
-  add_links(fields, resource, base, page);
+  responses_.add_allow(fields, resource, audience);
+  add_links(fields, resource, base, audience, page);
   return fields;
 }
 
-Result<Representation*> Representations::make(Resource& resource, std::size_t base, Variant variant, std::size_t page) {
+Result<Representation*> Representations::make(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page) {
   const std::uint64_t structure = view_.registry.structure(), state = resource.state(structure);
-  Representation* kept = cache_.find(resource, base, variant, page);
+  Representation* kept = cache_.find(resource, base, variant, page, audience);
   if (kept && kept->state == state) {
     cache_.mark_used(*kept);
     return kept;
   }
-  Result<Bytes> body = body_of(resource, base, variant, page);
+  Result<Bytes> body = body_of(resource, base, variant, audience, page);
   if (!body) return Unexpected{std::move(body).error()};
 
   std::string tag = http::entity_tag(resource.variants().type_of(variant), **body);
-  Representation made{&resource, base, variant, page, state, structure, std::move(tag), *std::move(body)};
+  Representation made{&resource, base, variant, page, audience.view, std::string(audience.name_in(resource)), state, structure, std::move(tag), *std::move(body)};
   if (kept && kept->structure == structure && resource.has_fixed_links()) made.links = std::move(kept->links);
   return &cache_.keep(std::move(made));
 }
 
-Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Variant variant, std::size_t page) const {
+Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page) const {
   if (variant.kind() == Variant::Kind::encoded) {
     const auto& encodings = static_cast<PropertyResource&>(resource).encodings;
     if (variant.encoder() < encodings.size() && encodings[variant.encoder()].made) return encodings[variant.encoder()].bytes;
@@ -304,22 +311,21 @@ Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Var
   }
   Result<std::string> text = std::string();
   if (variant.kind() == Variant::Kind::plain) {
-    const PlainValue value = *resource.plain_value();
+    const PlainValue value = *resource.plain_value(audience);
     text = rdf::write_plain(*value.type, *value.facets, value.value(), variant.plain());
   } else if (variant == Variant::overview()) {
-    text = Overview(view_, base, page).of(resource);
+    text = Overview(view_, base, audience, page).of(resource);
   } else if (const auto whole = resource.document()) {
     text = std::string(*whole);
   } else {
     if (!resource.fits_rdf(options_.max_value_members))
       return unexpected(Errc::limit_exceeded, "more than " + std::to_string(options_.max_value_members) + " values are too many for RDF, but not for application/json");
-    rdf::Graph graph;
-    describe(graph, resource, base, page);
+    rdf::Graph graph = describe(resource, base, audience, page);
     if (variant == Variant(rdf::Syntax::rdf_xml) && graph.size() > options_.max_rdf_xml_triples)
       return unexpected(Errc::limit_exceeded, std::to_string(graph.size()) + " triples are too many for RDF/XML, which takes " +
                                                   std::to_string(options_.max_rdf_xml_triples) + ", but not for text/turtle");
     if (rdf::has_named_graphs(variant.syntax()) && !resource.described_resources().empty())
-      text = rdf::write(dataset_of(resource, base, std::move(graph)), variant.syntax(), options_.prefixes);
+      text = rdf::write(dataset_of(resource, base, audience, std::move(graph)), variant.syntax(), options_.prefixes);
     else
       text = responses_.write(graph, variant, base);
   }
@@ -331,14 +337,29 @@ Result<Bytes> Representations::body_of(Resource& resource, std::size_t base, Var
 
 /// The graph, and once more the triples of each resource in it in a graph of its own: a query of the default graph finds what other syntaxes
 /// have, and one of named graphs finds where it is from.
-rdf::Dataset Representations::dataset_of(const Resource& resource, std::size_t base, rdf::Graph all) const {
+rdf::Dataset Representations::dataset_of(const Resource& resource, std::size_t base, const Audience& audience, rdf::Graph all) const {
   rdf::Dataset dataset{std::move(all), {}};
   for (const Resource* part : resource.described_resources()) {
+    if (!audience.sees(*part)) continue;
     rdf::Graph graph;
-    part->describe({graph, view_.bases[base], 1, view_});
-    dataset.named.emplace_back(view_.bases[base] + part->path, std::move(graph));
+    part->describe({graph, view_.bases[base], 1, view_, audience});
+    dataset.named.emplace_back(view_.bases[base] + part->path, shown(std::move(graph), base, audience));
   }
   return dataset;
+}
+
+rdf::Graph Representations::describe(const Resource& resource, std::size_t base, const Audience& audience, std::size_t page) const {
+  rdf::Graph graph;
+  const Description d{graph, view_.bases[base], page, view_, audience};
+  resource.describe(d);
+  About about(graph, d.base + resource.path);
+  resource.describe_controls(about, d);
+  return shown(std::move(graph), base, audience);
+}
+
+rdf::Graph Representations::shown(rdf::Graph graph, std::size_t base, const Audience& audience) const {
+  if (!audience.is_restricted()) return graph;
+  return visible_part(graph, [&](std::string_view iri) { return audience.sees_iri(iri, view_.bases[base], view_.registry); });
 }
 
 const subscription::Item& Representations::message_of(Representation& kept) {
@@ -377,7 +398,7 @@ std::optional<http::Response> Representations::failed_precondition(const Context
   // Those that are kept first: the client probably has one of them, and to make the others of a large value takes time.
   std::vector<Variant> variants = resource.variants().variants;
   std::stable_partition(variants.begin(), variants.end(), [&](Variant variant) {
-    const Representation* kept = cache_.find(resource, context.base, variant, context.page);
+    const Representation* kept = cache_.find(resource, context.base, variant, context.page, context.audience);
     return kept && kept->state == resource.state(view_.registry.structure());
   });
   for (const Variant variant : variants) {
@@ -386,7 +407,7 @@ std::optional<http::Response> Representations::failed_precondition(const Context
       if (lacks_encodings) *lacks_encodings = true;
       continue;
     }
-    const Result<Representation*> made = make(resource, context.base, variant, context.page);
+    const Result<Representation*> made = make(resource, context.base, variant, context.audience, context.page);
     if (!made) continue;
     const auto is_well_formed = [&](bool given, const std::string& field, bool weak, bool& found) {
       if (!given) return true;
@@ -408,10 +429,12 @@ std::optional<http::Response> Representations::failed_precondition(const Context
 // ---------------------------------------------------------------------------------------------------------------- links
 
 /// RFC 8288 links of a resource: R0.9, LDP 4.2.1.4, 5.2.1.4.
-void Representations::add_links(http::Fields& fields, const Resource& resource, std::size_t base_number, std::size_t page, std::size_t first_link) const {
+void Representations::add_links(http::Fields& fields, const Resource& resource, std::size_t base_number, const Audience& audience, std::size_t page,
+                                std::size_t first_link) const {
   const std::string& base = view_.bases[base_number];
   const std::string self = base + resource.path;
   http::LinkWriter links(options_.max_link_bytes);
+  if (audience.is_restricted()) links.leave_out([&](std::string_view target) { return !audience.sees_iri(target, base, view_.registry); });
   links.add(vocab::ldp::Resource.text, "type");
   if (resource.is_rdf_source()) links.add(vocab::ldp::RDFSource.text, "type");
   if (resource.is_container()) {
@@ -420,14 +443,14 @@ void Representations::add_links(http::Fields& fields, const Resource& resource, 
   }
   if (const std::string up = resource.up(); !up.empty()) links.add(base + up, "up");
   if (const std::string described_by = resource.described_by(base); !described_by.empty()) links.add(described_by, "describedby");
-  if (const Methods methods = resource.methods(); resource.thing && (methods.put || methods.post))
+  if (const Methods methods = audience.methods(resource); resource.thing && (methods.put || methods.post))
     links.add(resource.thing->shapes_of(base, resource.input_shape()), vocab::ldp::constrainedBy.text);
   if (resource.is_container()) {
     if (page == minimal_page) return links.finish(fields, self, "describedby");
   }
   links.skip(first_link);
   if (resource.is_container()) {
-    const std::vector<Resource*> members = resource.members();
+    const std::vector<Resource*> members = resource.members(audience);
     const std::size_t pages = page_count(members.size(), options_.max_page_members);
     if (pages > 1) {
       const auto page_iri = [&](std::size_t n) { return self + "?page=" + std::to_string(n); };
@@ -448,13 +471,13 @@ void Representations::add_links(http::Fields& fields, const Resource& resource, 
 }
 
 /// What a document is under a target that names its version does not change (RFC 8246).
-std::string_view Representations::cache_control_of(const Context& context) const {
+std::string Representations::cache_control_of(const Context& context) const {
   if (context.resource->document()) {
     const std::string versioned = responses_.context_iri(context.base);
     const std::string_view target = context.request().target, version = std::string_view(versioned).substr(versioned.find('?'));
-    if (target.size() > version.size() && target.substr(target.size() - version.size()) == version) return "max-age=31536000, immutable";
+    if (target.size() > version.size() && target.substr(target.size() - version.size()) == version) return private_to(context.audience, "max-age=31536000, immutable");
   }
-  return context.resource->cache_control();
+  return private_to(context.audience, context.resource->cache_control());
 }
 
 void Representations::add_upgrade(http::Fields& fields, const Context& context) const {
@@ -463,7 +486,7 @@ void Representations::add_upgrade(http::Fields& fields, const Context& context) 
 
 /// RFC 9110 7.8: how the resource can be watched on this connection.
 std::string_view Representations::upgrade_of(const Context& context) const {
-  if (!context.resource->observable()) return {};
+  if (!context.resource->observable() || !context.audience.may(security::Right::subscribe, *context.resource)) return {};
   const Upgrades can = view_.bases.upgrades(view_.bases[context.base]);
   const bool websocket = can.websocket && context.request().local_port == 0, callback = can.callback && view_.makes_callbacks;
   if (websocket) return callback ? "websocket, callback" : "websocket";

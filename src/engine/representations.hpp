@@ -54,7 +54,7 @@ class Representations {
   Selected select(Context& context, std::optional<Representation>* page, bool current);
   /// The representation in one variant, as it is now.
   /// @par Errors  unsupported_syntax, limit_exceeded: the variant cannot carry the value; others: it could not be made
-  Result<Representation*> make(Resource& resource, std::size_t base, Variant variant, std::size_t page = 1);
+  Result<Representation*> make(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page = 1);
   /// The representation as a message to subscribers.
   const subscription::Item& message_of(Representation& representation);
   /// The same as one event of an event stream.
@@ -66,15 +66,10 @@ class Representations {
   std::optional<http::Response> failed_precondition(const Context& context, bool* lacks_encodings = nullptr);
   bool ready(Resource& resource, Variant variant, bool current) { return values_.ready(resource, variant, current); }
 
-  /// The graph of a resource.
   /// The namespace of the server's own terms, for a base.
   std::string vocabulary(std::size_t base) const { return view_.vocabulary(view_.bases[base]); }
-  void describe(rdf::Graph& graph, const Resource& resource, std::size_t base, std::size_t page = 1) const {
-    const Description d{graph, view_.bases[base], page, view_};
-    resource.describe(d);
-    About about(graph, d.base + resource.path);
-    resource.describe_controls(about, d);
-  }
+  /// The graph of a resource, as far as the audience may see it.
+  rdf::Graph describe(const Resource& resource, std::size_t base, const Audience& audience, std::size_t page = 1) const;
 
  private:
   http::Response respond_with(Representation& representation, const Context& context);
@@ -83,13 +78,14 @@ class Representations {
   const PreparedFields* prepared_fields(Representation& representation, const Context& context);
   void prepare(http::Fields& fields, int status, const Context& context) const;
   void go_on(Ticket ticket, Resource& resource, Encodings encodings, Step step);
-  Result<Bytes> body_of(Resource& resource, std::size_t base, Variant variant, std::size_t page) const;
-  Representation html_page(Resource& resource, std::size_t base, std::size_t page) const;
-  http::Fields structure_fields(const Resource& resource, std::size_t base, std::size_t page, std::string_view cache_control) const;
-  rdf::Dataset dataset_of(const Resource& resource, std::size_t base, rdf::Graph all) const;
+  Result<Bytes> body_of(Resource& resource, std::size_t base, Variant variant, const Audience& audience, std::size_t page) const;
+  Representation html_page(Resource& resource, std::size_t base, const Audience& audience, std::size_t page) const;
+  http::Fields structure_fields(const Resource& resource, std::size_t base, const Audience& audience, std::size_t page, std::string_view cache_control) const;
+  rdf::Dataset dataset_of(const Resource& resource, std::size_t base, const Audience& audience, rdf::Graph all) const;
+  rdf::Graph shown(rdf::Graph graph, std::size_t base, const Audience& audience) const;
   /// @param first  of its links after those that each response has
-  void add_links(http::Fields& fields, const Resource& resource, std::size_t base, std::size_t page, std::size_t first = 0) const;
-  std::string_view cache_control_of(const Context& context) const;
+  void add_links(http::Fields& fields, const Resource& resource, std::size_t base, const Audience& audience, std::size_t page, std::size_t first = 0) const;
+  std::string cache_control_of(const Context& context) const;
   void add_upgrade(http::Fields& fields, const Context& context) const;
   std::string_view upgrade_of(const Context& context) const;
 

@@ -45,10 +45,16 @@ Outcome Resource::remove(Context&, Parts&) { announced_only(*this, "DELETE"); }
 http::Response Resource::respond(const Context&, const Caller&, const Responses&) { announced_only(*this, "what respond() does"); }
 
 void Resource::describe_controls(About& about, const Description& d) const {
-  if (!observable()) return;
+  if (!observable() || !d.audience.may(security::Right::subscribe, *this)) return;
   if (thing && this != &thing->self) about.link(vocab::hybrit::subscriptions, d.base + thing->subscriptions.path);
   if (d.engine.bases.upgrades(d.base).websocket)  // "http://robot" to "ws://robot", "https://robot" to "wss://robot"
     about.add(vocab::hybrit::websocketUrl, rdf::literal("ws" + d.base.substr(4) + path, vocab::xsd::anyURI));
+}
+
+std::vector<Resource*> Resource::members(const Audience& audience) const {
+  std::vector<Resource*> all = members();
+  if (audience.is_restricted()) all.erase(std::remove_if(all.begin(), all.end(), [&](const Resource* m) { return !audience.sees(*m); }), all.end());
+  return all;
 }
 
 std::size_t Resource::usual_size() const noexcept { return path.size() - times_aside * name_aside.size(); }

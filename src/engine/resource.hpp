@@ -22,6 +22,7 @@
 #include <lrt/security.hpp>
 
 #include "src/base/function_ref.hpp"
+#include "src/engine/audience.hpp"
 #include "src/engine/variants.hpp"
 #include "src/subscription/backlog.hpp"
 
@@ -64,6 +65,8 @@ struct Representation {
   std::size_t base;         ///< index of the base IRI it was made for
   Variant variant;
   std::size_t page;
+  std::shared_ptr<const security::View> view;  ///< whose rights it shows; nullptr: all
+  std::string name;                            ///< the principal that it was made for, where that makes a difference
   std::uint64_t state;      ///< Resource::state() when it was made
   std::uint64_t structure;  ///< Registry::structure() when it was made
   std::string tag;
@@ -117,6 +120,7 @@ struct PlainValue {
   const rdf::Facets* facets;
   const rdf::Value* kept;  ///< by the resource; nullptr: `made`
   rdf::Value made{};
+  std::shared_ptr<const rdf::Type> made_type{};  ///< where `type` is not the resource's
 
   const rdf::Value& value() const noexcept { return kept ? *kept : made; }
 };
@@ -127,6 +131,7 @@ struct Description {
   const std::string& base;  ///< of all IRIs of this server
   std::size_t page;         ///< of a container
   const EngineView& engine;
+  const Audience& audience;  ///< the triples that it may not see are taken out later; what follows from others is up to the resource
 };
 
 /// What lrt appends to a name of its own that the user has given to something else.
@@ -165,6 +170,14 @@ class Resource {
   /// The fragment of the shape that judges its bodies, "rotation" or "actions/rotate/input".
   virtual std::string input_shape() const { return {}; }
 
+  /// Whether an audience with rights at its path may know of it.
+  virtual bool is_shown_to(const Audience& audience) const {
+    (void)audience;
+    return true;
+  }
+  /// Two principals with the same rights see different things in it.
+  virtual bool differs_by_principal() const noexcept { return false; }
+
   // What it describes.
   virtual void describe(const Description& d) const = 0;
   /// What a client can do with it, in its own representation only: how to watch it, and how to write it.
@@ -185,7 +198,10 @@ class Resource {
   /// What its own overview says besides.
   virtual void overview(Overview& o) const { (void)o; }
   /// The value behind variants without RDF; nullopt: there is none.
-  virtual std::optional<PlainValue> plain_value() const { return std::nullopt; }
+  virtual std::optional<PlainValue> plain_value(const Audience& audience) const {
+    (void)audience;
+    return std::nullopt;
+  }
   /// Its RDF states at most that many values.
   virtual bool fits_rdf(std::size_t max_values) const {
     (void)max_values;
@@ -207,6 +223,8 @@ class Resource {
   // What it links to (R0.9).
   virtual bool is_container() const noexcept { return false; }
   virtual std::vector<Resource*> members() const { return {}; }
+  /// Those that an audience sees.
+  std::vector<Resource*> members(const Audience& audience) const;
   /// rel="related": its direct sub-resources, unless they are members.
   virtual void link_related(http::LinkWriter& links, const std::string& base) const;
   /// Path for rel="up"; empty: none.

@@ -68,7 +68,7 @@ http::Response Responses::problem(const Context& context, int status, std::strin
     response.fields.add("Content-Type", choice == 2 ? "application/json" : "application/problem+json");
     response.set_body(http::to_json({status, std::move(detail), std::move(errors)}));
   }
-  if (context.resource && (status == 405 || request.method == "OPTIONS")) add_allow(response.fields, *context.resource);
+  if (context.resource && (status == 405 || request.method == "OPTIONS")) add_allow(response.fields, *context.resource, context.audience);
   add_types(response.fields, context.resource);
   if (status < 500 && (request.method == "PUT" || request.method == "POST")) add_constrained_by(response.fields, context);
   response.fields.add("Vary", context.vary());
@@ -160,8 +160,8 @@ void Responses::add_retry_after(http::Response& response) const {
   response.fields.set("Retry-After", std::to_string(options_.retry_after.count()));
 }
 
-void Responses::add_allow(http::Fields& fields, const Resource& resource) const {
-  const Methods methods = resource.methods();
+void Responses::add_allow(http::Fields& fields, const Resource& resource, const Audience& audience) const {
+  const Methods methods = audience.methods(resource);
   fields.add("Allow", methods.text());
   if (methods.post && !resource.is_about_caller()) fields.add("Accept-Post", readable_types(resource.takes_plain_values()));
 }

@@ -45,7 +45,7 @@ class Responses {
   void add_retry_after(http::Response& response) const;
 
   /// Allow, and Accept-Post where POST is allowed.
-  void add_allow(http::Fields& fields, const Resource& resource) const;
+  void add_allow(http::Fields& fields, const Resource& resource, const Audience& audience) const;
   /// Link rel="type" of every response (LDP 4.2.1.4, 5.2.1.4). nullptr: of a path without a resource.
   void add_types(http::Fields& fields, const Resource* resource) const;
 

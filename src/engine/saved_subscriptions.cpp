@@ -23,6 +23,7 @@ struct Entry {
   std::string_view type;
   const subscription::Policy& policy;
   bool has_confirmed;
+  const security::Principal* owner;
 };
 
 /// Turtle without the prefixes.
@@ -42,6 +43,9 @@ std::string text_of(const Entry& e, const rdf::Prefixes& prefixes) {
   if (!e.kind.empty()) about.link(vocab::dcterms::type, std::string(e.kind));
   if (!e.secret.empty()) about.add(vocab::lrt_::secret, rdf::literal(e.secret));
   if (e.has_confirmed) about.add(vocab::lrt_::confirmed, rdf::literal("true", vocab::xsd::boolean));
+  if (e.owner) about.add(vocab::lrt_::owner, rdf::literal(e.owner->name));
+  if (e.owner)
+    for (const std::string& role : e.owner->roles) about.add(vocab::lrt_::role, rdf::literal(role));
   std::string text = rdf::write(graph, rdf::Syntax::turtle, prefixes).value();
   while (text.compare(0, 7, "@prefix") == 0 || text.front() == '\n') text.erase(0, text.find('\n') + 1);
   return text;
@@ -71,14 +75,14 @@ std::optional<SavedText> SavedSubscriptions::take() {
         if (s->protocol != Protocol::callback || s->is_cancelling() || s->observed.saved_type().empty()) continue;
         if (s->saved_text.empty())
           s->saved_text = text_of({bases_[s->base], s->observed.path_aside(0), s->observed.saved_type().text, s->subscription_id, s->created, s->url,
-                                   s->secret, s->observed.variants().type_of(s->its_variant), s->backlog.policy(), s->has_confirmed},
+                                   s->secret, s->observed.variants().type_of(s->its_variant), s->backlog.policy(), s->has_confirmed, s->audience.principal.get()},
                                   options_.prefixes);
         saved.text.append("\n").append(s->saved_text);
       }
     for (const PendingRestore& p : pending_)
       saved.text.append("\n").append(
           text_of({p.base, p.path, p.type, p.id, p.created, p.request.url, p.request.secret, p.media_type, p.request.policy,
-                   p.request.has_confirmed},
+                   p.request.has_confirmed, p.request.audience.principal.get()},
                   options_.prefixes));
     return saved;
   } catch (const std::exception& e) {
@@ -111,6 +115,12 @@ Result<SavedSubscriptions::PendingRestore> SavedSubscriptions::read(const rdf::G
   read.request.url = text(vocab::hybrit::callbackURL);
   read.request.secret = text(vocab::lrt_::secret);
   read.request.has_confirmed = text(vocab::lrt_::confirmed) == "true";  // older files do not say it
+  if (std::string owner = text(vocab::lrt_::owner); !owner.empty()) {
+    security::Principal principal{std::move(owner), {}};
+    if (const auto role = graph.find(vocab::lrt_::role))
+      for (const rdf::Triple& t : graph.match(node, *role, std::nullopt)) principal.roles.emplace_back(graph.term(t.object).text);
+    read.request.audience.principal = std::make_shared<const security::Principal>(std::move(principal));
+  }
   const Result<std::string> id = model::encode_path(read.id);
   if (!id || *id != read.id || read.id.find('/') != std::string::npos) return unexpected(Errc::refused, "its identifier is not a path segment");
   const bool base_fits = read.base.size() > 1 && read.base.back() == '/' && observed.size() > read.base.size() &&
@@ -191,8 +201,9 @@ void SavedSubscriptions::resume() {
     const bool fits = observed && observed->thing && !observed->saved_type().empty() && !pending_[i].refused &&
                       !registry_.find(observed->thing->subscriptions.path + "/" + pending_[i].id);
     const auto variant = fits ? observed->variants().find(pending_[i].media_type) : std::nullopt;
-    if (!variant) {
-      if (fits && !std::exchange(pending_[i].missing_type_logged, true))
+    std::optional<Audience> audience = variant ? subscriptions_.renewed(p.request.audience, *observed) : std::nullopt;
+    if (!audience) {
+      if (fits && !variant && !std::exchange(pending_[i].missing_type_logged, true))
         log(pending_[i].id, "waits: there is no " + pending_[i].media_type + " of \"" + observed->path + "\" now");
       ++i;
       continue;
@@ -201,6 +212,7 @@ void SavedSubscriptions::resume() {
     pending_.erase(pending_.begin() + static_cast<std::ptrdiff_t>(i));
     const std::size_t base = bases_.intern(std::move(now.base), false);
     now.request.observed = observed;
+    now.request.audience = *std::move(audience);
     now.request.variant = *variant;
     subscriptions_.make(std::move(now.request), base, std::move(now.id), now.created);
   }

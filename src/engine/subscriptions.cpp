@@ -177,6 +177,7 @@ Outcome Subscriptions::subscribe(Context& context, Protocol protocol) {
   wanted.observed = context.resource;
   wanted.protocol = protocol;
   wanted.policy = default_policy(*wanted.observed);
+  wanted.audience = context.audience;
   if (protocol == Protocol::websocket) {
     if (const auto refusal = http::check_websocket(request)) {
       http::Response response = responses_.problem(context, refusal->status, refusal->reason);
@@ -270,9 +271,7 @@ http::Response Subscriptions::description_response(const Context& context, Subsc
     response = responses_.no_content(context, 201);
     response.fields.add("Preference-Applied", "return=minimal");
   } else {
-    rdf::Graph graph;
-    representations_.describe(graph, made, context.base);
-    response = responses_.graph(context, 201, graph);
+    response = responses_.graph(context, 201, representations_.describe(made, context.base, context.audience));
     response.fields.add("Content-Location", location);
   }
   response.fields.set("Vary", "Accept, Prefer");  // also of a GET
@@ -305,9 +304,11 @@ Outcome Subscriptions::create(Context& context) {
     const Result<std::string> canonical = canonical_path(*path);
     if (canonical) wanted.observed = registry_.find(*canonical);
   }
-  if (!wanted.observed || wanted.observed->thing != &thing || !wanted.observed->observable())
+  if (!wanted.observed || wanted.observed->thing != &thing || !wanted.observed->observable() ||
+      !context.audience.may(security::Right::subscribe, *wanted.observed))
     return problem(422, "hybrit:onResource: expected a resource of the thing \"" + thing.spec->path + "\" that can be observed, found <" + observed + ">");
   wanted.policy = default_policy(*wanted.observed);
+  wanted.audience = context.audience;
   wanted.url = object(vocab::hybrit::callbackURL).value_or("");
   wanted.secret = object(vocab::lrt_::secret).value_or("");
   if (const Result<subscription::CallbackUrl> url = subscription::parse_callback_url(wanted.url); !url)
@@ -439,6 +440,32 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
   members.erase(std::find_if(members.begin(), members.end(), [&](const auto& m) { return m.get() == &s; }));
 }
 
+std::optional<Audience> Subscriptions::renewed(const Audience& owner, const Resource& observed) const {
+  if (!options_.renew) return owner;
+  const std::optional<Caller> caller = options_.renew(owner.principal.get());
+  if (!caller) return std::nullopt;
+  Audience audience{caller->view, caller->principal};
+  return audience.may(security::Right::subscribe, observed) ? std::optional(std::move(audience)) : std::nullopt;
+}
+
+void Subscriptions::renew_rights() {
+  std::vector<Channel> all;
+  all.reserve(by_channel_.size());
+  for (const auto& [number, s] : by_channel_) all.push_back(s->channel);
+  for (const Channel channel : all) {
+    SubscriptionResource* s = find(channel);
+    if (!s) continue;
+    std::optional<Audience> audience = renewed(s->audience, s->observed);
+    if (!audience) {
+      end(*s, 1008, "the right to watch this has ended");
+    } else if (audience->view != s->audience.view) {
+      s->audience = *std::move(audience);
+      s->thing->subscriptions.mark_changed();
+      changed(*s);
+    }
+  }
+}
+
 void Subscriptions::resource_removed(SubscriptionResource& s) {
   if (s.observed.has_final_state() && s.protocol != Protocol::callback && s.backlog.take_pending()) {
     if (Representation* last = represent(s); last && last->tag != s.last_tag) s.backlog.push_last(item_of(s, *last));
@@ -489,7 +516,7 @@ void Subscriptions::enqueue(SubscriptionResource& s, bool is_change) {
 
 /// nullptr: it cannot be made now.
 Representation* Subscriptions::represent(SubscriptionResource& s) {
-  Result<Representation*> made = representations_.make(s.observed, s.base, s.its_variant);
+  Result<Representation*> made = representations_.make(s.observed, s.base, s.its_variant, s.audience);
   if (!made && !s.failing) responses_.log(LogLevel::error, s.observed.path + ": " + made.error().message);
   s.failing = !made;
   return made ? *made : nullptr;

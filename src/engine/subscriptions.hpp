@@ -64,6 +64,9 @@ class Subscriptions {
   /// Ends one. A WebSocket or event stream that is open is closed; a code of 0: it is closed already.
   void end(SubscriptionResource& s, std::uint16_t code, std::string reason);
   std::size_t callback_count() const noexcept { return callbacks_; }
+  /// What the owner of a subscription may do now; nullopt: it may not subscribe to the resource.
+  std::optional<Audience> renewed(const Audience& owner, const Resource& observed) const;
+  void renew_rights();
 
   // Observers.
   void changed(SubscriptionResource& s);

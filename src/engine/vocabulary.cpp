@@ -1,13 +1,20 @@
 #include "src/engine/vocabulary.hpp"
 
 #include <algorithm>
+#include <optional>
+#include <set>
 #include <utility>
 
 #include <lrt/base/iri.hpp>
 #include <lrt/rdf/value_codec.hpp>
 
 #include "src/engine/description.hpp"
+#include "src/engine/registry.hpp"
+#include "src/engine/resources/action.hpp"
+#include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/documents.hpp"
+#include "src/engine/resources/property.hpp"
+#include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
 
@@ -35,6 +42,24 @@ std::vector<const rdf::Type*> own_types(const model::ThingSpec& thing) {
   found.erase(std::remove_if(found.begin(), found.end(), [](const rdf::Type* t) { return t->name.empty(); }), found.end());
   return found;
 }
+
+/// The terms that an audience finds in resources that it sees.
+struct SeenTerms {
+  std::set<std::string> types, linked;
+
+  SeenTerms(const Registry& registry, const Audience& audience) {
+    std::vector<const rdf::Type*> found;
+    for (const auto& [path, thing] : registry.things()) {
+      for (const auto& p : thing->properties)
+        if (audience.sees(*p)) collect(p->spec->type, found), linked.insert(p->spec->path);
+      for (const auto& a : thing->actions)
+        if (audience.sees(*a)) collect(a->spec->input, found), collect(a->spec->output, found);
+      for (const auto& c : thing->collections)
+        if (audience.sees(*c)) collect(c->spec->type, found);
+    }
+    for (const rdf::Type* type : found) types.insert(type->name);
+  }
+};
 
 /// Whether two types give the terms below their name the same meaning.
 bool mean_the_same(const rdf::Type& a, const rdf::Type& b) {
@@ -113,7 +138,10 @@ void Vocabulary::describe(const Description& d) const {
   About self(d.graph, vocabulary.back() == '#' ? vocabulary.substr(0, vocabulary.size() - 1) : vocabulary);
   self.a(vocab::owl::Ontology).add(vocab::dcterms::title, rdf::literal("Terms of this robot"));
   self.link(vocab::rdfs::seeAlso, d.base + TermsResource::location);
+  std::optional<SeenTerms> seen;
+  if (d.audience.is_restricted()) seen.emplace(d.engine.registry, d.audience);
   for (const auto& [name, use] : types_) {
+    if (seen && seen->types.count(name) == 0) continue;
     const rdf::Type& type = *use.type;
     if (is_own(type.classes.front())) described_term(d, vocabulary, type.classes.front(), vocab::rdfs::Class, name);
     for (const rdf::FieldType& field : type.fields) {
@@ -123,10 +151,12 @@ void Vocabulary::describe(const Description& d) const {
       describe_range(term, field, vocabulary);
     }
   }
-  for (const auto& [name, count] : linked_)
+  for (const auto& [name, count] : linked_) {
+    if (seen && seen->linked.count(name) == 0) continue;
     described_term(d, vocabulary, link_term(name), vocab::rdf_::Property, name)
         .add(vocab::rdfs::domain, rdf::TermView(vocab::hybrit::RoboticThing))
         .add(vocab::rdfs::range, rdf::TermView(vocab::hybrit::Property));
+  }
 }
 
 }  // namespace lrt::engine

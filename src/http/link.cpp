@@ -72,6 +72,7 @@ void LinkWriter::take_back() {
 }
 
 void LinkWriter::add(std::string_view target, std::string_view rel, std::string_view type) {
+  if (hidden_ && hidden_(target)) return;
   if (left_to_skip_ > 0) return void(--left_to_skip_);
   if (!cut_) cut_ = !put(format_link(target, rel, type));  // what follows a cut is left out too: the rest is a tail, not a choice
 }

@@ -11,8 +11,6 @@
 namespace lrt::security {
 namespace {
 
-constexpr std::chrono::seconds look_pause{1};
-
 /// RFC 4648 4, with padding; nullopt: it is not.
 std::optional<std::string> decode_base64(std::string_view text) {
   if (text.empty() || text.size() % 4 != 0) return std::nullopt;
@@ -62,42 +60,30 @@ Credentials credentials_of(const http::Request& request) {
   return credentials;
 }
 
-TokenFile::Stamp TokenFile::stamp_of(const std::string& path) noexcept {
+FileStamp FileStamp::of(const std::string& path) noexcept {
   struct stat about {};
   if (::stat(path.c_str(), &about) != 0) return {};
   return {static_cast<std::uint64_t>(about.st_ino), static_cast<std::uint64_t>(about.st_size),
           std::int64_t{about.st_mtim.tv_sec} * 1'000'000'000 + about.st_mtim.tv_nsec};
 }
 
-Result<std::unique_ptr<TokenFile>> TokenFile::open(std::string path, LogCallback log) {
-  const Stamp stamp = stamp_of(path);  // before it is read: a change meanwhile is seen later
-  Result<Tokens> tokens = Tokens::load(path);
-  if (!tokens) return Unexpected{std::move(tokens).error()};
-  std::unique_ptr<TokenFile> file(new TokenFile(std::move(path), std::move(log)));
-  file->stamp_ = stamp;
-  file->tokens_ = std::make_shared<const Tokens>(*std::move(tokens));
-  return file;
+Result<std::unique_ptr<TokenFile>> open_tokens(std::string path, LogCallback log) {
+  const auto load = [](const std::string& file) -> Result<std::shared_ptr<const Tokens>> {
+    Result<Tokens> tokens = Tokens::load(file);
+    if (!tokens) return Unexpected{std::move(tokens).error()};
+    return std::make_shared<const Tokens>(*std::move(tokens));
+  };
+  return TokenFile::open(std::move(path), "the tokens", load, std::move(log));
 }
 
-std::shared_ptr<const Tokens> TokenFile::tokens(TimePoint now) {
-  std::string trouble;
-  std::shared_ptr<const Tokens> present;
-  {
-    const std::lock_guard lock(mutex_);
-    if (now.steady >= look_after_) {
-      look_after_ = now.steady + look_pause;
-      const Stamp stamp = stamp_of(path_);
-      if (!(stamp == stamp_)) {
-        stamp_ = stamp;
-        Result<Tokens> tokens = Tokens::load(path_);
-        if (tokens) tokens_ = std::make_shared<const Tokens>(*std::move(tokens));
-        else trouble = "the tokens of before stay: " + tokens.error().message;
-      }
-    }
-    present = tokens_;
-  }
-  if (!trouble.empty() && log_) log_(LogLevel::error, trouble);
-  return present;
+Result<std::unique_ptr<PolicyFile>> open_policy(std::string path, std::vector<Rule> more, LogCallback log) {
+  const auto load = [more = std::move(more)](const std::string& file) -> Result<std::shared_ptr<Policy>> {
+    Result<std::vector<Rule>> rules = load_rules(file);
+    if (!rules) return Unexpected{std::move(rules).error()};
+    rules->insert(rules->end(), more.begin(), more.end());
+    return Policy::create(*rules);
+  };
+  return PolicyFile::open(std::move(path), "the rules", load, std::move(log));
 }
 
 }  // namespace lrt::security

@@ -69,7 +69,7 @@ Result<std::vector<std::string>> roles_in(std::string_view word) {
 }  // namespace
 
 Roles default_roles() {
-  return {{"reader", Right::read | Right::subscribe}, {"operator", Rights::all()}, {"administrator", Rights::all()}};
+  return {{"reader", Right::read | Right::subscribe}, {"operator", Right::read | Right::write | Right::invoke | Right::subscribe}, {"administrator", Rights::all()}};
 }
 
 Result<Tokens> Tokens::parse(std::string_view text) {
@@ -115,6 +115,19 @@ std::shared_ptr<const Principal> Tokens::find(std::string_view token, std::chron
     if (are_equal(entry.digest, digest)) found = &entry;
   if (found == nullptr || (found->expires && *found->expires <= now)) return nullptr;
   return found->principal;
+}
+
+std::shared_ptr<const Principal> Tokens::find_name(std::string_view name, std::chrono::system_clock::time_point now) const {
+  for (const Entry& entry : entries_)
+    if (entry.principal->name == name && !(entry.expires && *entry.expires <= now)) return entry.principal;
+  return nullptr;
+}
+
+std::optional<std::chrono::system_clock::time_point> Tokens::next_expiry(std::chrono::system_clock::time_point now) const {
+  std::optional<std::chrono::system_clock::time_point> next;
+  for (const Entry& entry : entries_)
+    if (entry.expires && *entry.expires > now && (!next || *entry.expires < *next)) next = entry.expires;
+  return next;
 }
 
 }  // namespace lrt::security

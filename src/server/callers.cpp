@@ -22,7 +22,8 @@ std::map<std::string, std::shared_ptr<const security::Principal>> shared(const s
 
 Callers::Callers(const Security& security, std::shared_ptr<security::Sessions> sessions, const Clock& clock)
     : clock_(clock),
-      authenticates_(!security.token_file.empty() || !security.certificates.empty() || security.authenticate),
+      authenticates_(!security.token_file.empty() || !security.certificates.empty() || security.authenticate || !security.rules.empty() ||
+                     !security.policy_file.empty()),
       certificates_(shared(security.certificates)),
       authenticate_(security.authenticate),
       roles_(security.roles),
@@ -41,10 +42,20 @@ Result<std::shared_ptr<Callers>> Callers::create(const Security& security, std::
     return unexpected(Errc::invalid_option, "security.sessions.life: expected 0 s to 365 days, found " + std::to_string(life.count()) + " s");
   if (const auto life = security.sessions.ticket_life; !is_between(life, std::chrono::seconds(1), std::chrono::hours(1)))
     return unexpected(Errc::invalid_option, "security.sessions.ticket_life: expected 1 s to 1 h, found " + std::to_string(life.count()) + " s");
-  if (security.token_file.empty()) return callers;
-  auto tokens = security::TokenFile::open(security.token_file, std::move(log));
-  if (!tokens) return Unexpected{std::move(tokens).error()};
-  callers->tokens_ = *std::move(tokens);
+  if (!security.token_file.empty()) {
+    auto tokens = security::open_tokens(security.token_file, log);
+    if (!tokens) return Unexpected{std::move(tokens).error()};
+    callers->tokens_ = *std::move(tokens);
+  }
+  if (!security.policy_file.empty()) {
+    auto policy = security::open_policy(security.policy_file, security.rules, log);
+    if (!policy) return Unexpected{std::move(policy).error()};
+    callers->policy_file_ = *std::move(policy);
+  } else if (!security.rules.empty()) {
+    auto policy = security::Policy::create(security.rules);
+    if (!policy) return Unexpected{std::move(policy).error()};
+    callers->policy_ = *std::move(policy);
+  }
   return callers;
 }
 
@@ -54,11 +65,11 @@ engine::Caller Callers::of(const http::Request& request) {
     const Found found = find(request);
     caller.principal = found.principal;
     caller.by_cookie = found.by_cookie;
-    caller.rights = caller.principal ? rights_of(*caller.principal) : anyone_;
+    caller.view = view_of(caller.principal);
     if (!caller.principal) caller.challenge = challenge_for(request, found.refused);
     // A user who has lost all rights may log in as somebody else.
     if (found.refused) caller.access = engine::Access::unauthenticated;
-    else if (caller.rights.empty()) caller.access = caller.principal && !found.by_cookie ? engine::Access::forbidden : engine::Access::unauthenticated;
+    else if (caller.view->anywhere().empty()) caller.access = caller.principal && !found.by_cookie ? engine::Access::forbidden : engine::Access::unauthenticated;
   }
   if (authorize_ && caller.access == engine::Access::granted) caller.access = authorize_(request);
   return caller;
@@ -71,7 +82,7 @@ Callers::Found Callers::find(const http::Request& request) {
   const bool may_be_token = credentials.scheme == Scheme::bearer || (credentials.scheme == Scheme::basic && request.secure);
   if (may_be_token && tokens_) {
     const TimePoint now = clock_.now();
-    auto principal = tokens_->tokens(now)->find(credentials.secret, now.utc);
+    auto principal = tokens_->content(now)->find(credentials.secret, now.utc);
     if (principal && (credentials.scheme == Scheme::bearer || principal->name == credentials.user)) return {std::move(principal)};
   }
   if (credentials.scheme == Scheme::none) {
@@ -111,11 +122,67 @@ Callers::Found Callers::find_by_token(const http::Request& request, const std::s
   return find(with_token);
 }
 
-security::Rights Callers::rights_of(const security::Principal& principal) const {
-  security::Rights rights;
-  for (const std::string& role : principal.roles)
-    if (const auto found = roles_.find(role); found != roles_.end()) rights = rights | found->second;
-  return rights;
+/// Those who may do the same share a view, and so representations.
+Callers::ViewPtr Callers::view_of(const PrincipalPtr& principal) {
+  constexpr std::size_t max_views = 10'000;  // a function of the user's may make a principal for each request
+  const std::shared_ptr<security::Policy> policy = policy_file_ ? policy_file_->content(clock_.now()) : policy_;
+  const std::lock_guard lock(mutex_);
+  if (policy != views_are_of_ || views_.size() > max_views) {
+    views_.clear();
+    views_are_of_ = policy;
+  }
+  auto& [owner, view] = views_[principal.get()];
+  if (!view) {
+    owner = principal;  // so that nobody else gets its address
+    view = make_view(principal.get());
+  }
+  return view;
+}
+
+Callers::ViewPtr Callers::make_view(const security::Principal* principal) {
+  if (views_are_of_) return views_are_of_->view(principal);
+  security::Rights rights = principal ? security::Rights() : anyone_;
+  if (principal)
+    for (const std::string& role : principal->roles)
+      if (const auto found = roles_.find(role); found != roles_.end()) rights = rights | found->second;
+  std::weak_ptr<const security::View>& known = by_rights_[rights.bits()];
+  ViewPtr view = known.lock();
+  if (!view) known = view = std::make_shared<const security::View>(rights);
+  return view;
+}
+
+std::optional<engine::Caller> Callers::renew(const security::Principal* owner) {
+  engine::Caller caller;
+  if (!authenticates_) return caller;
+  if (owner) {
+    const TimePoint now = clock_.now();
+    if (tokens_) caller.principal = tokens_->content(now)->find_name(owner->name, now.utc);
+    for (const auto& [subject, principal] : certificates_)
+      if (!caller.principal && principal->name == owner->name) caller.principal = principal;
+    if (!caller.principal && authenticate_) caller.principal = std::make_shared<const security::Principal>(*owner);
+    if (!caller.principal) return std::nullopt;
+  }
+  caller.view = view_of(caller.principal);
+  return caller;
+}
+
+bool Callers::have_changed(TimePoint now) {
+  const auto tokens = tokens_ ? tokens_->content(now) : nullptr;
+  const auto policy = policy_file_ ? policy_file_->content(now) : policy_;
+  const std::lock_guard lock(mutex_);
+  next_look_ = now.steady + security::look_pause;
+  const auto expiry = tokens ? tokens->next_expiry(seen_at_) : std::nullopt;
+  const bool changed = tokens != seen_tokens_ || policy != seen_policy_ || (expiry && *expiry <= now.utc);
+  seen_tokens_ = tokens;
+  seen_policy_ = policy;
+  seen_at_ = now.utc;
+  return changed;
+}
+
+std::optional<std::chrono::steady_clock::time_point> Callers::next_look() const {
+  if (!tokens_ && !policy_file_) return std::nullopt;
+  const std::lock_guard lock(mutex_);
+  return next_look_;
 }
 
 /// RFC 6750 3, RFC 7617 2. A browser that is offered Basic shows a dialog of its own in place of the page where a user logs in.

@@ -1,9 +1,13 @@
 #pragma once
 
+#include <chrono>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
+#include <unordered_map>
+#include <utility>
 
 #include <lrt/base/clock.hpp>
 #include <lrt/base/log.hpp>
@@ -11,6 +15,7 @@
 #include <lrt/options.hpp>
 
 #include "src/security/authentication.hpp"
+#include "src/security/policy.hpp"
 #include "src/security/sessions.hpp"
 
 namespace lrt {
@@ -21,17 +26,25 @@ namespace lrt {
 class Callers {
  public:
   /// nullptr: the options restrict nobody.
-  /// @par Errors  those of Tokens::load; invalid_option
+  /// @par Errors  those of Tokens::load and security::load_rules; invalid_option
   static Result<std::shared_ptr<Callers>> create(const Security& security, std::shared_ptr<security::Sessions> sessions, LogCallback log,
                                                  const Clock& clock);
 
   /// Calls user code.
   engine::Caller of(const http::Request& request);
+  /// What the owner of a subscription may do now; nullopt: there is no such principal any more. nullptr: nobody in particular.
+  std::optional<engine::Caller> renew(const security::Principal* owner);
+  /// Looks at the files. True: what renew() says may be something else than at the call before.
+  bool have_changed(TimePoint now);
+  /// When have_changed() is to be called again; nullopt: nothing changes by itself.
+  std::optional<std::chrono::steady_clock::time_point> next_look() const;
 
  private:
+  using PrincipalPtr = std::shared_ptr<const security::Principal>;
+  using ViewPtr = std::shared_ptr<const security::View>;
   /// What the credentials of a request have shown.
   struct Found {
-    std::shared_ptr<const security::Principal> principal{};  ///< nullptr: nobody
+    PrincipalPtr principal{};  ///< nullptr: nobody
     bool refused = false;    ///< there are credentials, which nobody has
     bool by_cookie = false;  ///< engine::Caller::by_cookie
   };
@@ -40,18 +53,30 @@ class Callers {
   Found find(const http::Request& request);
   std::optional<Found> find_by_session(const http::Request& request);
   Found find_by_token(const http::Request& request, const std::string& token);
-  security::Rights rights_of(const security::Principal& principal) const;
+  ViewPtr view_of(const PrincipalPtr& principal);
+  ViewPtr make_view(const security::Principal* principal);
   std::string challenge_for(const http::Request& request, bool refused) const;
 
   const Clock& clock_;
   const bool authenticates_;  ///< false: the authorizer alone decides
-  const std::map<std::string, std::shared_ptr<const security::Principal>> certificates_;
+  const std::map<std::string, PrincipalPtr> certificates_;
   const security::Authenticate authenticate_;
   const security::Roles roles_;
   const security::Rights anyone_;
   const engine::Authorizer authorize_;
   const std::shared_ptr<security::Sessions> sessions_;  ///< nullptr: there are none
   std::unique_ptr<security::TokenFile> tokens_;
+  std::unique_ptr<security::PolicyFile> policy_file_;
+  std::shared_ptr<security::Policy> policy_;  ///< of rules without a file; nullptr: none
+
+  mutable std::mutex mutex_;  ///< guards the rest
+  std::shared_ptr<security::Policy> views_are_of_;
+  std::unordered_map<const security::Principal*, std::pair<PrincipalPtr, ViewPtr>> views_;
+  std::map<std::uint8_t, std::weak_ptr<const security::View>> by_rights_;  ///< views without rules
+  std::shared_ptr<const security::Tokens> seen_tokens_;
+  std::shared_ptr<security::Policy> seen_policy_;
+  std::chrono::system_clock::time_point seen_at_{};
+  std::chrono::steady_clock::time_point next_look_{};
 };
 
 }  // namespace lrt

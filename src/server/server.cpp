@@ -223,6 +223,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
   std::optional<engine::Reply> next_reply(TimePoint now) override {
     run_io_jobs();
+    renew_rights(now);
     return with_engine([&]() -> std::optional<engine::Reply> {
       if (!replies_.empty()) {
         engine::Reply first = std::move(replies_.front());
@@ -237,9 +238,11 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   }
   std::optional<std::chrono::steady_clock::time_point> next_deadline() const override {
     if (!io_jobs_.empty() || !stop_jobs_.empty()) return std::chrono::steady_clock::time_point{};
+    const auto look = callers_ ? callers_->next_look() : std::nullopt;
     const std::lock_guard lock(mutex_);
     if (!replies_.empty()) return std::chrono::steady_clock::time_point{};
-    return engine_.next_deadline();
+    const auto deadline = engine_.next_deadline();
+    return look && (!deadline || *look < *deadline) ? look : deadline;
   }
   void abandon(engine::Ticket ticket) noexcept override {
     const std::lock_guard lock(mutex_);
@@ -420,6 +423,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     options.notification_senders = options_.security.notification_senders;
     options.read_origins = options_.security.read_origins;
     options.authorize = [this](const http::Request& request) { return callers_ ? callers_->of(request) : engine::Caller(); };
+    options.renew = [this](const security::Principal* owner) { return callers_ ? callers_->renew(owner) : engine::Caller(); };
     options.challenge = options_.security.challenge;
     options.sessions = sessions_;
     options.dispatch = options_.threads.dispatch;
@@ -631,6 +635,11 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       });
     } while (!io_jobs_.empty() || !stop_jobs_.empty());
     runs_io_jobs_ = false;
+  }
+  /// Subscriptions end with the right to them, also when nobody sends a request.
+  void renew_rights(TimePoint now) {
+    const auto look = callers_ ? callers_->next_look() : std::nullopt;
+    if (look && *look <= now.steady && callers_->have_changed(now)) with_engine([&] { engine_.renew_rights(); });
   }
   void run_stop_jobs() {
     while (!stop_jobs_.empty()) stop_jobs_.take_all([](UniqueFunction<void()> job) { job(); });

@@ -155,15 +155,16 @@ TEST_CASE("the authorizer judges a request once, by its header section", "[engin
   CHECK(calls == 1);
 
   RequestText request("PUT /arm/name\nAuthorization: me\nContent-Type: application/json\n\n\"new\"");
-  CHECK_FALSE(judge(bench, "PUT /arm/name\nAuthorization: me\nContent-Type: application/json", 5).response);
+  const engine::HeaderVerdict verdict = judge(bench, "PUT /arm/name\nAuthorization: me\nContent-Type: application/json", 5);
+  CHECK_FALSE(verdict.response);
   CHECK(calls == 2);
-  request.get().header_judged = true;
+  request.get().judged = verdict.judged;
   bench.sent(bench.engine.handle(request.get(), bench.clock.now()));
   bench.run();
   CHECK(robot.name == "new");
   CHECK(calls == 2);
 
-  request.get().header_judged = false;  // the body came along
+  request.get().judged = nullptr;  // the body came along
   bench.sent(bench.engine.handle(request.get(), bench.clock.now()));
   CHECK(calls == 3);
   CHECK_FALSE(saw_body);

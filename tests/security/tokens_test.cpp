@@ -114,24 +114,24 @@ TEST_CASE("a changed file of tokens counts after a second, and a broken one chan
   const std::string path = folder / "tokens";
   std::vector<std::string> logged;
   const LogCallback log = [&](LogLevel, std::string_view text) { logged.emplace_back(text); };
-  CHECK(TokenFile::open(path, log).error().code == Errc::io_error);
+  CHECK(open_tokens(path, log).error().code == Errc::io_error);
   put(folder / "tokens", "anna nobody\n");
-  CHECK(TokenFile::open(path, log).error().message == path + ": line 1: expected NAME ROLE TOKEN [EXPIRES]");
+  CHECK(open_tokens(path, log).error().message == path + ": line 1: expected NAME ROLE TOKEN [EXPIRES]");
   put(folder / "tokens", "anna reader " + anna + "\n");
-  const auto file = TokenFile::open(path, log).value();
-  CHECK(file->tokens(at(0))->find(anna, at(0).utc));
+  const auto file = open_tokens(path, log).value();
+  CHECK(file->content(at(0))->find(anna, at(0).utc));
   put(folder / "tokens", "bert reader,operator " + bert + "\n");
-  CHECK(file->tokens(at(0))->find(anna, at(0).utc));  // not looked at again yet
-  CHECK_FALSE(file->tokens(at(1))->find(anna, at(1).utc));
-  CHECK(file->tokens(at(1))->find(bert, at(1).utc));
+  CHECK(file->content(at(0))->find(anna, at(0).utc));  // not looked at again yet
+  CHECK_FALSE(file->content(at(1))->find(anna, at(1).utc));
+  CHECK(file->content(at(1))->find(bert, at(1).utc));
   put(folder / "tokens", "bert\n");
-  CHECK(file->tokens(at(2))->find(bert, at(2).utc));
+  CHECK(file->content(at(2))->find(bert, at(2).utc));
   CHECK(logged == std::vector<std::string>{"the tokens of before stay: " + path + ": line 1: expected NAME ROLE TOKEN [EXPIRES]"});
-  CHECK(file->tokens(at(3))->find(bert, at(3).utc));
+  CHECK(file->content(at(3))->find(bert, at(3).utc));
   CHECK(logged.size() == 1);  // once for each change
   std::filesystem::remove(folder / "tokens");
-  CHECK(file->tokens(at(4))->find(bert, at(4).utc));
+  CHECK(file->content(at(4))->find(bert, at(4).utc));
   CHECK(logged.size() == 2);
   put(folder / "tokens", "");
-  CHECK_FALSE(file->tokens(at(5))->find(bert, at(5).utc));
+  CHECK_FALSE(file->content(at(5))->find(bert, at(5).utc));
 }

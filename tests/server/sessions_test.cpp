@@ -105,13 +105,13 @@ TEST_CASE("a login gives a cookie that stands for the token until the logout", "
   CHECK(set.rfind("lrt-session-4711=", 0) == 0);
   CHECK(set.substr(set.find(';')) == "; Path=/; HttpOnly; SameSite=Strict");
   CHECK(set.find(token_of_bert) == std::string::npos);
-  CHECK(login.fields.find("Cache-Control") == "no-store");
+  CHECK(login.fields.find("Cache-Control") == "private, no-store");
   const std::string cookie = Guarded::cookie_of(login);
   CHECK(g.status("GET /arm" + cookie) == 200);
   CHECK(g.status("PUT /arm/angle" + cookie + own + number) == 204);
   const http::Response who = g.ask("GET /ns/session" + cookie + html);
   CHECK(who.content() == R"({"name":"bert","roles":["operator"],"session":true})");
-  CHECK(who.fields.find("Cache-Control") == "no-store");
+  CHECK(who.fields.find("Cache-Control") == "private, no-store");
   CHECK(g.ask("GET /ns/session" + bearer(token_of_anna)).content() == R"({"name":"anna","roles":["reader"],"session":false})");
   CHECK(g.ask("GET /").status == 401);
   CHECK(g.ask("GET /" + cookie)
@@ -353,7 +353,7 @@ TEST_CASE("a ticket opens one event stream within 30 s, and nothing else", "[ser
   const auto target = [](const std::string& ticket) { return "GET /arm/angle?queueLength=2&ticket=" + ticket; };
   const http::Response made = g.ask("POST /ns/ticket" + bearer(token_of_anna));
   CHECK(made.content().find("\"expires_in\":30") != std::string_view::npos);
-  CHECK(made.fields.find("Cache-Control") == "no-store");
+  CHECK(made.fields.find("Cache-Control") == "private, no-store");
   const std::string once = g.ticket(token_of_anna);
   CHECK(once.size() == 64);
   CHECK(g.status(target(once) + stream) == 200);

@@ -126,7 +126,7 @@ class HeaderJudge final : public TestHandler {
     return {std::move(response)};
   }
   engine::Outcome handle(const http::Request& request, TimePoint now) override {
-    was_judged = request.header_judged;
+    was_judged = request.judged != nullptr;
     return TestHandler::handle(request, now);
   }
   std::optional<int> status;

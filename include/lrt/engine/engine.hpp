@@ -47,7 +47,7 @@ struct Caller {
   Caller(Access verdict = Access::granted) noexcept : access(verdict) {}  // NOLINT: an Authorizer returns no more
   Access access;
   std::shared_ptr<const security::Principal> principal{};  ///< nullptr: nobody in particular
-  security::Rights rights = security::Rights::all();       ///< a resource that the request names may be treated so; else 403
+  std::shared_ptr<const security::View> view{};            ///< what it may do to each resource; nullptr: everything
   std::string challenge{};                                 ///< WWW-Authenticate of a 401; empty: EngineOptions::challenge
   bool by_cookie = false;  ///< known by the cookie of a session, which browsers send on their own: only pages of this server may use it
 };
@@ -88,6 +88,8 @@ struct EngineOptions : Limits {
   std::vector<std::string> allowed_hosts;              ///< Security::allowed_hosts
   std::vector<std::string> allowed_origins;            ///< Security::allowed_origins
   Authentication authorize;                            ///< Security, empty: everybody may do everything
+  /// What the owner of a subscription may do now; nullopt: there is no such principal any more. nullptr: nobody in particular. Calls no user code.
+  std::function<std::optional<Caller>(const security::Principal* owner)> renew;
   std::string challenge = "Bearer";                    ///< Security::challenge
   std::shared_ptr<security::Sessions> sessions;        ///< made by Server; nullptr: nobody can log in
   Dispatch dispatch = Dispatch::in_poll;               ///< Threads::dispatch
@@ -200,6 +202,9 @@ class Engine final : public Handler {
   /// Restores from a damaged text the subscriptions that can be read.
   /// @return  how many; and the parts of the text that cannot be read
   std::pair<std::size_t, std::size_t> recover(std::string_view damaged);
+
+  /// Judges again what the owners of subscriptions may do (EngineOptions::renew). A subscription without the right ends.
+  void renew_rights();
 
   /// The jobs that have come up since the last call, in order.
   std::vector<Job> take_jobs();

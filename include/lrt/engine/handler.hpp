@@ -54,6 +54,7 @@ struct HeaderVerdict {
   std::optional<http::Response> response{};  ///< final: the body is not received; nullopt: it may be
   std::size_t max_body_bytes = std::numeric_limits<std::size_t>::max();  ///< of the body; more: 413
   bool ignores_body = false;  ///< the transport may discard the body, and handle() gets the request without it
+  std::shared_ptr<const void> judged{};  ///< without `response`: for http::Request::judged
 };
 
 /// What goes to a subscriber next: one message, or with `close` the end. An event stream just ends there.
@@ -92,7 +93,7 @@ class Handler {
 
   /// Judges a request whose header section is complete and whose body is not; `request.body` is empty. If the verdict has a response, the
   /// transport sends it before any `100 Continue`, stores no byte of the body and does not call handle(). Otherwise it receives at most
-  /// `max_body_bytes`, sets `request.header_judged` and calls handle(), which judges again what may have changed meanwhile. Not needed for a
+  /// `max_body_bytes`, sets `request.judged` and calls handle(), which judges again what may have changed meanwhile. Not needed for a
   /// request whose body is there already: handle() judges everything. Never throws.
   /// @param body_bytes  Content-Length, more than 0; nullopt: the body is chunked
   virtual HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <lrt/http/message.hpp>
@@ -21,6 +22,8 @@ class LinkWriter {
   /// @param target  IRI reference; bytes that RFC 3986 does not allow are percent-encoded
   /// @param type    media type of the target (RFC 8288 3.4.1); empty: none. Quotes in it are left out
   void add(std::string_view target, std::string_view rel, std::string_view type = {});
+  /// From here on, links to such targets are not added.
+  void leave_out(std::function<bool(std::string_view target)> hidden) { hidden_ = std::move(hidden); }
   /// Appends the lines to `fields`; when links were left out, with one to `rest` as the last, for which space was reserved.
   void finish(Fields& fields, std::string_view rest, std::string_view rest_rel = "next");
   /// From here on links may be left out: the first `n`, which a response before had, and those that do not fit.
@@ -36,6 +39,7 @@ class LinkWriter {
   void flush(Fields& fields);
 
   std::size_t budget_;
+  std::function<bool(std::string_view)> hidden_;
   std::size_t used_ = 0;
   std::vector<std::string> lines_;
   bool cut_ = false;

@@ -36,8 +36,9 @@ struct Request {
   bool can_stream = false;     ///< the transport can send a response that goes on: an event stream
   std::string_view mount{};    ///< path prefix under which a host's own HTTP server serves this, "/robot"; taken off the target
   std::uint16_t local_port = 0;  ///< of that server; 0: the request came over lrt's own transport
-  /// engine::Handler::judge_header() has let this request pass: the authorizer is not called again. Only what calls that function sets it.
-  bool header_judged = false;
+  /// What engine::Handler::judge_header() found out when it let this request pass (HeaderVerdict::judged): who sends it is not asked again. Only what
+  /// calls that function sets it. nullptr: the header section has not been judged.
+  std::shared_ptr<const void> judged{};
   /// Keeps the bytes of `body` for whoever has a copy of it, on any thread. nullptr: the bytes last as long as the call.
   std::shared_ptr<const void> body_owner{};
 

@@ -388,6 +388,26 @@ namespace ssn {
 LRT_TERM(ssn, forProperty);
 }
 
+#define LRT_VOCAB_acl "http://www.w3.org/ns/auth/acl#"
+namespace acl {
+LRT_TERM(acl, Authorization);
+LRT_TERM(acl, accessTo);
+LRT_TERM_AS(acl, default_, "default");
+LRT_TERM(acl, agent);
+LRT_TERM(acl, agentGroup);
+LRT_TERM(acl, agentClass);
+LRT_TERM(acl, AuthenticatedAgent);
+LRT_TERM(acl, mode);
+LRT_TERM(acl, Read);
+LRT_TERM(acl, Write);
+LRT_TERM(acl, Control);
+}  // namespace acl
+
+#define LRT_VOCAB_foaf "http://xmlns.com/foaf/0.1/"
+namespace foaf {
+LRT_TERM(foaf, Agent);
+}
+
 #define LRT_VOCAB_lrt "https://w3id.org/lrt/ns#"
 namespace lrt_ {
 LRT_TERM(lrt, state);
@@ -475,6 +495,10 @@ LRT_TERM(lrt, bigEndian);
 LRT_TERM(lrt, unavailable);
 LRT_TERM(lrt, stop);
 LRT_TERM(lrt, StopAction);
+LRT_TERM(lrt, owner);
+LRT_TERM(lrt, role);
+LRT_TERM(lrt, Invoke);
+LRT_TERM(lrt, Subscribe);
 LRT_TERM(lrt, valueFrom);
 LRT_TERM(lrt, all);
 LRT_TERM(lrt, invocationOf);
@@ -491,6 +515,8 @@ LRT_TERM(lrt, invocationOf);
 #undef LRT_VOCAB_schema
 #undef LRT_VOCAB_prov
 #undef LRT_VOCAB_sh
+#undef LRT_VOCAB_acl
+#undef LRT_VOCAB_foaf
 #undef LRT_VOCAB_qudt
 #undef LRT_VOCAB_quantitykind
 #undef LRT_VOCAB_unit

@@ -104,7 +104,7 @@ void InvocationResource::describe(const Description& d) const {
 
 void InvocationResource::describe_types(About& about, const Description&) const { about.a(vocab::lrt_::Invocation).a(vocab::prov::Activity); }
 
-std::optional<PlainValue> InvocationResource::plain_value() const {
+std::optional<PlainValue> InvocationResource::plain_value(const Audience&) const {
   static const rdf::Facets no_facets;
   rdf::Value::Sequence values = {rdf::Value(status_name(status)), rdf::Value(progress), instant(created), instant(started), instant(ended),
                                  status == Status::failed ? rdf::Value(result.error().message) : rdf::Value()};
@@ -167,9 +167,11 @@ void ActionResource::describe(const Description& d) const {
   if (spec->input) about.link(vocab::hybrit::consumes, thing->shape_iri(d.base, input_shape()));
   if (spec->output) about.link(vocab::hybrit::produces, thing->shape_iri(d.base, output_shape()));
   describe_parts(about, d);
-  const rdf::TermId binding = d.graph.fresh_blank();
-  about.add(vocab::hybrit::binding, binding);
-  describe_binding(d, binding);
+  if (d.audience.methods(*this).post) {
+    const rdf::TermId binding = d.graph.fresh_blank();
+    about.add(vocab::hybrit::binding, binding);
+    describe_binding(d, binding);
+  }
   about.add(vocab::lrt_::policy, rdf::literal(policy_name(*spec)));
   if (!unavailable.empty()) about.add(vocab::lrt_::unavailable, rdf::literal(unavailable));
   about.statements(spec->statements, d.base);

@@ -46,7 +46,7 @@ class InvocationResource final : public Resource {
   void describe_types(About& about, const Description& d) const override;
   std::string_view kind() const noexcept override { return "invocation"; }
   const Variants& variants() const override { return value_variants(); }
-  std::optional<PlainValue> plain_value() const override;
+  std::optional<PlainValue> plain_value(const Audience& audience) const override;
   bool fits_rdf(std::size_t max_values) const override;
   std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
   std::string up() const override;

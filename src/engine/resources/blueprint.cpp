@@ -82,6 +82,17 @@ void describe_value_shape(const Description& d, const ThingNode& thing, const st
   if (!of.empty()) About(d.graph, iri).link(vocab::sh::targetClass, of);
 }
 
+/// The shapes that the user gave, but for those of values that the audience does not see.
+static Graph seen_shapes(const ThingNode& thing, const Audience& audience) {
+  const Graph& all = thing.user_shapes();
+  if (!audience.is_restricted()) return all;
+  std::vector<std::string> hidden;
+  const std::vector<ValueShape> shapes = value_shapes(thing);
+  for (std::size_t i = 0; i < shapes.size(); ++i)
+    if (!audience.sees(*shaped_resource(thing, i))) hidden.push_back(std::string(placeholder_base) + thing.blueprint.path + "#" + shapes[i].name);
+  return visible_part(all, [&](std::string_view iri) { return std::find(hidden.begin(), hidden.end(), iri) == hidden.end(); });
+}
+
 void BlueprintResource::describe(const Description& d) const {
   const ThingNode& node = *thing;
   const std::string self = node.names_base(d.base);
@@ -89,14 +100,14 @@ void BlueprintResource::describe(const Description& d) const {
     About(d.graph, self).a(vocab::sh::NodeShape).link(vocab::sh::targetNode, d.base + node.self.path).link(vocab::sh::node, d.base + node.kind->path);
   const std::vector<ValueShape> shapes = value_shapes(node);
   for (std::size_t i = 0; i < shapes.size(); ++i) {
-    if (!has_own_shape(node, shapes[i].name)) continue;
+    if (!has_own_shape(node, shapes[i].name) || !d.audience.sees(*shaped_resource(node, i))) continue;
     const std::string iri = self + "#" + shapes[i].name;
     if (!user_shape(node, shapes[i].name)) describe_generated(d, iri, shapes[i]);
     // The first shapes are those of the properties.
     if (i < node.properties.size() && node.properties[i]->promises_triples())
       About(d.graph, iri).link(vocab::sh::targetNode, d.base + node.properties[i]->path);
   }
-  add_placed(d.graph, node.user_shapes(), d.base);
+  add_placed(d.graph, seen_shapes(node, d.audience), d.base);
 }
 
 void BlueprintResource::overview(Overview& o) const {
@@ -121,7 +132,8 @@ Result<shacl::Shapes> compiled_shapes(ThingNode& thing, std::size_t base, const 
   for (const CompiledShapes& compiled : known)
     if (compiled.base == base) return compiled.shapes;
   Graph graph;
-  const Description d{graph, engine.bases[base], 1, engine};
+  const Audience everybody;  // bodies are judged by all that there is
+  const Description d{graph, engine.bases[base], 1, engine, everybody};
   thing.kind->describe_shapes(d);
   if (is_own) thing.blueprint.describe(d);
   Result<shacl::Shapes> compiled = shacl::Shapes::compile(std::move(graph));

@@ -16,7 +16,7 @@ void describe_container_types(About& about) { about.a(vocab::ldp::BasicContainer
 
 void describe_container(About& about, const Resource& container, const Description& d) {
   if (d.page == minimal_page) return;
-  const std::vector<Resource*> members = container.members();
+  const std::vector<Resource*> members = container.members(d.audience);
   const std::size_t first = std::min(members.size(), (d.page - 1) * d.engine.options.max_page_members);
   const std::size_t last = std::min(members.size(), first + d.engine.options.max_page_members);
   for (std::size_t i = first; i < last; ++i) about.link(vocab::ldp::contains, d.base + members[i]->path);
@@ -80,7 +80,7 @@ void MemberResource::describe_types(About& about, const Description& d) const {
   describe_value_types(about, *collection.spec->type, d.engine.vocabulary(d.base));
 }
 
-std::optional<PlainValue> MemberResource::plain_value() const { return PlainValue{collection.spec->type, &collection.spec->facets, &value}; }
+std::optional<PlainValue> MemberResource::plain_value(const Audience&) const { return PlainValue{collection.spec->type, &collection.spec->facets, &value}; }
 
 void MemberResource::summarize(Overview& o) const {
   if (const Result<std::string> json = rdf::write_plain(*collection.spec->type, collection.spec->facets, value, rdf::Plain::json)) o.json("value", *json);
@@ -142,9 +142,8 @@ void CollectionResource::created(const std::string& new_id, rdf::Value value, co
   const std::string location = parts.responses.iri(*context, member->path);
   http::Response response;
   if (context->wants_representation()) {
-    rdf::Graph graph;
-    parts.representations.describe(graph, *member, context->base);
-    const PlainValue plain = *member->plain_value();
+    const rdf::Graph graph = parts.representations.describe(*member, context->base, context->audience);
+    const PlainValue plain = *member->plain_value(context->audience);
     response = parts.responses.graph(*context, 201, graph, &plain);
     response.fields.add("Content-Location", location);
     response.fields.add("Preference-Applied", "return=representation");
@@ -174,7 +173,7 @@ void CollectionResource::describe(const Description& d) const {
 
 void CollectionResource::describe_controls(About& about, const Description& d) const {
   Resource::describe_controls(about, d);
-  if (spec->create) describe_binding(about, d, *this, vocab::http_methods::POST, rdf::target_class(*spec->type, d.engine.vocabulary(d.base)));
+  if (d.audience.methods(*this).post) describe_binding(about, d, *this, vocab::http_methods::POST, rdf::target_class(*spec->type, d.engine.vocabulary(d.base)));
 }
 
 void CollectionResource::describe_types(About& about, const Description&) const { describe_container_types(about); }

@@ -28,7 +28,7 @@ class MemberResource final : public Resource {
   std::string_view kind() const noexcept override { return "member"; }
   void summarize(Overview& o) const override;
   const Variants& variants() const override { return value_variants(); }
-  std::optional<PlainValue> plain_value() const override;
+  std::optional<PlainValue> plain_value(const Audience& audience) const override;
   bool fits_rdf(std::size_t max_values) const override { return fits(value, max_values); }
   std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
   std::string up() const override;

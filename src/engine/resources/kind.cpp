@@ -90,10 +90,11 @@ struct Links {
   std::size_t count = 0;
   std::set<std::string> classes;  ///< of linked resources; empty texts for others
 };
-std::map<std::string, Links> links_of(const ThingNode& thing, const Registry& registry) {
+/// @param audience  links to what it does not see are left out
+std::map<std::string, Links> links_of(const ThingNode& thing, const Registry& registry, const Audience& audience = {}) {
   std::map<std::string, Links> links;
   const auto add = [&](std::string_view predicate, const Resource* to) {
-    if (predicate == vocab::rdf_::type.text) return;
+    if (predicate == vocab::rdf_::type.text || (to && !audience.sees(*to))) return;
     Links& l = links[std::string(predicate)];
     ++l.count;
     const bool is_thing = to && to->thing && to == &to->thing->self;
@@ -172,6 +173,19 @@ std::vector<ValueShape> value_shapes(const ThingNode& thing) {
   return all;
 }
 
+const Resource* shaped_resource(const ThingNode& thing, std::size_t value_shape) {
+  std::size_t i = 0;
+  for (const auto& p : thing.properties)
+    if (i++ == value_shape) return p.get();
+  for (const auto& a : thing.actions) {
+    if (a->spec->input && i++ == value_shape) return a.get();
+    if (a->spec->output && i++ == value_shape) return a.get();
+  }
+  for (const auto& c : thing.collections)
+    if (i++ == value_shape) return c.get();
+  return nullptr;
+}
+
 // ------------------------------------------------------------------------------------------------------------------ kind
 
 std::string KindResource::usual_path(const std::string& name, unsigned number) {
@@ -215,11 +229,46 @@ const rdf::Type& KindResource::state_type() const {
   return *state_type_;
 }
 
+std::vector<rdf::FieldType> KindResource::state_fields(const ThingNode& member, const Audience& audience) const {
+  const std::vector<rdf::FieldType>& all = state_type().fields;
+  if (!audience.is_restricted()) return all;
+  std::vector<rdf::FieldType> fields;
+  std::size_t i = 0;
+  for (const PropertyResource* p : member.in_state()) {
+    if (audience.sees(*p)) fields.push_back(all[i]);
+    ++i;
+  }
+  return fields;
+}
+
+bool KindResource::is_shown_to(const Audience& audience) const {
+  return std::any_of(things.begin(), things.end(), [&](const ThingNode* t) { return audience.sees(t->self); });
+}
+
 void KindResource::describe(const Description& d) const { describe(d, true); }
+
+std::vector<ThingNode*> KindResource::members_seen_by(const Audience& audience) const {
+  std::vector<ThingNode*> seen = things;
+  if (audience.is_restricted()) seen.erase(std::remove_if(seen.begin(), seen.end(), [&](const ThingNode* t) { return !audience.sees(t->self); }), seen.end());
+  return seen;
+}
 
 void KindResource::describe(const Description& d, bool with_targets) const {
   rdf::Graph& graph = d.graph;
-  const ThingNode& first = *things.front();
+  const std::vector<ThingNode*> members = members_seen_by(d.audience);
+  const ThingNode& first = *members.front();
+  // Of what these have, at least so many are seen at each.
+  const auto least = [&](auto count) {
+    std::size_t n = std::numeric_limits<std::size_t>::max();
+    for (const ThingNode* t : members) n = std::min(n, static_cast<std::size_t>(count(*t)));
+    return n;
+  };
+  const auto seen = [&](const auto& resources) {
+    return std::count_if(resources.begin(), resources.end(), [&](const auto& r) { return d.audience.sees(*r); });
+  };
+  const auto is_seen_somewhere = [&](std::size_t property) {
+    return std::any_of(members.begin(), members.end(), [&](const ThingNode* t) { return d.audience.sees(*t->properties[property]); });
+  };
   const model::ThingSpec& spec = *first.spec;
   const std::string self = d.base + path, vocabulary = d.engine.vocabulary(d.base);
   About about(graph, self);
@@ -229,12 +278,13 @@ void KindResource::describe(const Description& d, bool with_targets) const {
   if (with_targets) {
     const auto is_other = [&](const auto& entry) {
       const ThingNode& other = *entry.second;
+      if (!d.audience.sees(other.self)) return false;
       const auto& classes = other.spec->classes;
       return other.kind != this && std::find(classes.begin(), classes.end(), spec.classes.back()) != classes.end();
     };
     const auto& all = d.engine.registry.things();
     if (!spec.classes.empty() && std::none_of(all.begin(), all.end(), is_other)) about.link(vocab::sh::targetClass, spec.classes.back());
-    else for (const ThingNode* t : things) about.link(vocab::sh::targetNode, d.base + t->self.path);
+    else for (const ThingNode* t : members) about.link(vocab::sh::targetNode, d.base + t->self.path);
   }
 
   about.add(vocab::sh::class_, rdf::TermView(vocab::hybrit::RoboticThing));
@@ -242,32 +292,33 @@ void KindResource::describe(const Description& d, bool with_targets) const {
   Structure structure(graph, about.subject());
   structure.path(vocab::dcterms::title, 1);
   structure.path(vocab::hybrit::blueprint, 1);
-  structure.path(vocab::hybrit::subscriptions, 1, 1);
-  structure.path(vocab::lrt_::state, 1, 1);
-  if (std::all_of(things.begin(), things.end(), [](const ThingNode* t) { return t->parent; }))
+  if (least([&](const ThingNode& t) { return d.audience.sees(t.subscriptions); }) > 0) structure.path(vocab::hybrit::subscriptions, 1, 1);
+  if (least([&](const ThingNode& t) { return d.audience.sees(t.state); }) > 0) structure.path(vocab::lrt_::state, 1, 1);
+  if (std::all_of(members.begin(), members.end(), [&](const ThingNode* t) { return t->parent && d.audience.sees(t->parent->self); }))
     structure.path(vocab::dcterms::isPartOf, 1, 1, vocab::hybrit::RoboticThing);
-  std::size_t children = std::numeric_limits<std::size_t>::max();
-  for (const ThingNode* t : things) children = std::min(children, t->children.size());
+  const std::size_t children = least([&](const ThingNode& t) {
+    return std::count_if(t.children.begin(), t.children.end(), [&](const ThingNode* child) { return d.audience.sees(child->self); });
+  });
   if (children > 0) structure.path(vocab::dcterms::hasPart, children, 0, vocab::hybrit::RoboticThing);
   if (children > 0) structure.path(vocab::lrt_::all, 1, 1);
-  std::size_t actions = first.actions.size();
-  for (const ThingNode* t : things) actions = std::min(actions, t->available_actions().size());
-  if (!first.actions.empty()) structure.path(vocab::hybrit::action, actions, 0, vocab::hybrit::Action);
-  std::size_t stops = std::numeric_limits<std::size_t>::max();
-  for (const ThingNode* t : things) {
-    const auto offered = t->available_actions();
-    stops = std::min(stops, static_cast<std::size_t>(std::count_if(offered.begin(), offered.end(), [](const auto& a) { return a->spec->stop; })));
-  }
+  const std::size_t actions = least([&](const ThingNode& t) { return seen(t.available_actions()); });
+  if (seen(first.actions) > 0 || actions > 0) structure.path(vocab::hybrit::action, actions, 0, vocab::hybrit::Action);
+  const std::size_t stops = least([&](const ThingNode& t) {
+    const auto offered = t.available_actions();
+    return std::count_if(offered.begin(), offered.end(), [&](const auto& a) { return a->spec->stop && d.audience.sees(*a); });
+  });
   if (stops > 0) structure.path(vocab::lrt_::stop, stops, 0, vocab::lrt_::StopAction);
-  if (!first.collections.empty()) structure.path(vocab::lrt_::collection, first.collections.size(), 0, vocab::ldp::BasicContainer);
-  if (!first.properties.empty()) structure.path(vocab::hybrit::property, first.properties.size(), 0, vocab::hybrit::Property);
+  const std::size_t collections = least([&](const ThingNode& t) { return seen(t.collections); });
+  if (collections > 0) structure.path(vocab::lrt_::collection, collections, 0, vocab::ldp::BasicContainer);
+  const std::size_t properties = least([&](const ThingNode& t) { return seen(t.properties); });
+  if (properties > 0) structure.path(vocab::hybrit::property, properties, 0, vocab::hybrit::Property);
 
   // The links that the user has given.
-  std::map<std::string, Links> links = links_of(first, d.engine.registry);
+  std::map<std::string, Links> links = links_of(first, d.engine.registry, d.audience);
   std::map<std::string, std::size_t> most;
   for (const auto& [predicate, l] : links) most[predicate] = l.count;
-  for (const ThingNode* t : things)
-    for (const auto& [predicate, l] : links_of(*t, d.engine.registry)) {
+  for (const ThingNode* t : members)
+    for (const auto& [predicate, l] : links_of(*t, d.engine.registry, d.audience)) {
       Links& joint = links[predicate];
       joint.count = std::min(joint.count, l.count);
       joint.classes.insert(l.classes.begin(), l.classes.end());
@@ -281,17 +332,21 @@ void KindResource::describe(const Description& d, bool with_targets) const {
 
   // Properties by their predicates, with the shapes of their values.
   const auto is_promised = [&](std::size_t i) {
-    return std::all_of(things.begin(), things.end(), [i](const ThingNode* t) { return t->properties[i]->promises_triples(); });
+    return std::all_of(members.begin(), members.end(), [i](const ThingNode* t) { return t->properties[i]->promises_triples(); });
   };
   const TermId any = graph.fresh_blank(), with_value = graph.fresh_blank();  // shapes of each property, and of each that has a value
   std::map<std::string, std::vector<std::size_t>> by_predicate;
   for (std::size_t i = 0; i < first.properties.size(); ++i) {
+    if (!is_seen_somewhere(i)) continue;
     const model::PropertySpec& p = *first.properties[i]->spec;
     if (p.predicates.empty()) by_predicate[rdf::term_iri(link_term(p.path), vocabulary)].push_back(i);
     for (const std::string& predicate : p.predicates) by_predicate[predicate].push_back(i);
   }
   for (const auto& [predicate, indices] : by_predicate) {
-    About constraint = structure.path(predicate, indices.size(), indices.size(), vocab::hybrit::Property.text);
+    const std::size_t at_each = least([&, all = &indices](const ThingNode& t) {
+      return std::count_if(all->begin(), all->end(), [&](std::size_t i) { return d.audience.sees(*t.properties[i]); });
+    });
+    About constraint = structure.path(predicate, at_each, indices.size(), vocab::hybrit::Property.text);
     if (indices.size() > 1) continue;  // their values cannot be told apart by the predicate
     const std::size_t i = indices.front();
     const model::PropertySpec& p = *first.properties[i]->spec;
@@ -302,7 +357,7 @@ void KindResource::describe(const Description& d, bool with_targets) const {
     if (const std::string of = rdf::target_class(*p.type, vocabulary); !promised && !of.empty()) constraint.link(vocab::sh::class_, of);
     constraint.add(vocab::sh::node, promised && p.type->kind != rdf::Type::Kind::optional ? with_value : any);
     Structure more(graph, constraint.subject());
-    const auto all_have = [&](auto has) { return std::all_of(things.begin(), things.end(), [&](const ThingNode* t) { return has(*t->properties[i]->spec); }); };
+    const auto all_have = [&](auto has) { return std::all_of(members.begin(), members.end(), [&](const ThingNode* t) { return has(*t->properties[i]->spec); }); };
     if (all_have([](const model::PropertySpec& s) { return s.frame != nullptr; })) more.path(frame_predicate(*p.type), 1, 1);
     // What the Property says of its values, where their shape does not.
     const Quantity quantity = quantity_of(*p.type, p.facets);
@@ -332,6 +387,7 @@ void KindResource::describe(const Description& d, bool with_targets) const {
   const std::vector<ValueShape> shapes = value_shapes(first);
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     if (has_user_shape(first, shapes[i].name)) continue;
+    if (std::none_of(members.begin(), members.end(), [&](const ThingNode* t) { return d.audience.sees(*shaped_resource(*t, i)); })) continue;
     const TermId shape = graph.intern(rdf::iri(self + "#" + shapes[i].name));
     About(graph, shape).a(vocab::sh::NodeShape).add(vocab::sh::name, rdf::literal(shapes[i].name));
     rdf::Facets facets = *shapes[i].facets;
@@ -339,7 +395,7 @@ void KindResource::describe(const Description& d, bool with_targets) const {
     shacl::derive(graph, shape, *shapes[i].type, facets, vocabulary, {true, shapes[i].input});
   }
   const std::string subscriptions = first.subscriptions.input_shape();
-  if (d.engine.makes_callbacks && !has_user_shape(first, subscriptions))
+  if (d.engine.makes_callbacks && !has_user_shape(first, subscriptions) && least([&](const ThingNode& t) { return d.audience.sees(t.subscriptions); }) > 0)
     describe_subscription_shape(graph, self + "#" + subscriptions, d.engine.options.subscriptions);
 }
 

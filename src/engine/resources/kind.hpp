@@ -29,6 +29,8 @@ struct ValueShape {
 
 /// The value shapes of a Thing, in the order of registration. Equal Things have as many.
 std::vector<ValueShape> value_shapes(const ThingNode& thing);
+/// The resource that takes or has the values of a value shape.
+const Resource* shaped_resource(const ThingNode& thing, std::size_t value_shape);
 
 /// The Blueprint of Things that were registered in the same way (R1.11, SPEC 3.12), "/blueprints/RevoluteJoint": which types, links, properties
 /// and actions they have, and the shapes of their values. Bounds that differ between the Things are in their own Blueprints.
@@ -51,6 +53,8 @@ class KindResource final : public Resource {
   void overview(Overview& o) const override;
   std::string described_by(const std::string&) const override { return {}; }
   std::string up() const override { return "/"; }
+  /// It sees one of its Things.
+  bool is_shown_to(const Audience& audience) const override;
   Reads reads() const noexcept override { return Reads::known_values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
   void path_changed() override;
@@ -62,6 +66,8 @@ class KindResource final : public Resource {
   bool shares_all_bounds() const { return std::find(shared_.begin(), shared_.end(), false) == shared_.end(); }
   /// The state of its Things as a record. Bounds are those of the first Thing.
   const rdf::Type& state_type() const;
+  /// The fields of it that an audience sees at one of its Things.
+  std::vector<rdf::FieldType> state_fields(const ThingNode& member, const Audience& audience) const;
 
   const std::string name;
   const unsigned number;
@@ -71,6 +77,7 @@ class KindResource final : public Resource {
 
  private:
   void describe(const Description& d, bool with_targets) const;
+  std::vector<ThingNode*> members_seen_by(const Audience& audience) const;
   void set_shared(std::vector<bool> shared);
   std::vector<bool> shared_;  ///< by value shape
   mutable std::unique_ptr<const rdf::Type> state_type_;

@@ -44,7 +44,7 @@ void PropertyResource::describe(const Description& d) const {
 
 void PropertyResource::describe_controls(About& about, const Description& d) const {
   Resource::describe_controls(about, d);
-  if (spec->write) describe_binding(about, d, *this, vocab::http_methods::PUT, rdf::target_class(*spec->type, d.engine.vocabulary(d.base)));
+  if (d.audience.methods(*this).put) describe_binding(about, d, *this, vocab::http_methods::PUT, rdf::target_class(*spec->type, d.engine.vocabulary(d.base)));
 }
 
 void PropertyResource::describe_types(About& about, const Description& d) const {

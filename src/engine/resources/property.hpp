@@ -38,7 +38,7 @@ class PropertyResource final : public Resource {
   std::string_view kind() const noexcept override { return "property"; }
   void summarize(Overview& o) const override;
   const Variants& variants() const override { return own_variants_ ? *own_variants_ : value_variants(); }
-  std::optional<PlainValue> plain_value() const override { return PlainValue{spec->type, &spec->facets, &value}; }
+  std::optional<PlainValue> plain_value(const Audience&) const override { return PlainValue{spec->type, &spec->facets, &value}; }
   bool fits_rdf(std::size_t max_values) const override { return only_octets || fits(value, max_values); }
   std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
   bool has_fixed_links() const noexcept override { return true; }

@@ -19,7 +19,7 @@ http::Response json(int status, std::string text) {
   http::Response response;
   response.status = status;
   response.fields.add("Content-Type", "application/json");
-  response.fields.add("Cache-Control", "no-store");
+  response.fields.add("Cache-Control", "private, no-store");
   response.set_body(std::move(text));
   return response;
 }
@@ -27,7 +27,7 @@ http::Response json(int status, std::string text) {
 http::Response with_cookie(const std::optional<std::string>& cookie) {
   http::Response response;
   response.status = 204;
-  response.fields.add("Cache-Control", "no-store");
+  response.fields.add("Cache-Control", "private, no-store");
   if (cookie) response.fields.add("Set-Cookie", *cookie);
   return response;
 }

@@ -38,11 +38,18 @@ SubscriptionResource::SubscriptionResource(std::string its_path, std::string its
       receiver(receiver_of(request.url)),
       secret(std::move(request.secret)),
       created(at),
+      audience(std::move(request.audience)),
       backlog(request.policy, options.subscriptions.max_queue_bytes, options.subscriptions.max_total_queue_bytes, queued_bytes),
       retry(options.callbacks),
       has_confirmed(request.has_confirmed),
       provisional(request.provisional),
       owner_(owner) {}
+
+bool SubscriptionResource::is_shown_to(const Audience& asking) const {
+  if (!asking.view || asking.view->at(path).has(security::Right::manage)) return true;
+  if (!audience.principal || !asking.principal) return audience.principal == asking.principal;
+  return audience.principal->name == asking.principal->name;
+}
 
 Methods SubscriptionResource::methods() const noexcept {
   Methods methods;
@@ -67,6 +74,7 @@ void SubscriptionResource::describe(const Description& d) const {
   const subscription::Policy& policy = backlog.policy();
   describe_as_member(about, d);
   about.when(vocab::dcterms::created, created);
+  if (audience.principal) about.add(vocab::lrt_::owner, rdf::literal(audience.principal->name));
   about.add(vocab::lrt_::delivery, rdf::TermView(policy.queues() ? vocab::lrt_::queue : vocab::lrt_::latest));
   const auto count = [&](Iri predicate, std::uint64_t n) { about.add(predicate, rdf::literal(std::to_string(n), vocab::xsd::integer)); };
   if (policy.queues()) count(vocab::lrt_::queueLength, policy.queue_length);
@@ -109,6 +117,7 @@ void SubscriptionResource::overview(Overview& o) const {
   o.text("callback", url);
   o.text("mediaType", observed.variants().type_of(its_variant));
   o.text("created", to_xsd_date_time(created));
+  if (audience.principal) o.text("owner", audience.principal->name);
   if (policy.queues()) o.number("queueLength", policy.queue_length);
   if (policy.minimum_interval.count() > 0)
     o.json("minimumInterval", rdf::lexical::format(std::chrono::duration<double>(policy.minimum_interval).count()));
@@ -142,7 +151,7 @@ void SubscriptionsResource::describe(const Description& d) const {
 
 void SubscriptionsResource::describe_controls(About& about, const Description& d) const {
   Resource::describe_controls(about, d);
-  if (d.engine.makes_callbacks) describe_binding(about, d, *this, vocab::http_methods::POST, std::string(vocab::hybrit::WebCallback.text));
+  if (d.engine.makes_callbacks && d.audience.methods(*this).post) describe_binding(about, d, *this, vocab::http_methods::POST, std::string(vocab::hybrit::WebCallback.text));
 }
 
 void SubscriptionsResource::describe_types(About& about, const Description&) const { describe_container_types(about); }

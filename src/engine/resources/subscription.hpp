@@ -31,6 +31,7 @@ struct SubscriptionRequest {
   bool has_confirmed = false;        ///< SubscriptionResource::has_confirmed
   bool begins_with_refresh = false;  ///< the first notification waits until the value has been read
   std::string known_tag;    ///< of the representation that the client of an event stream has
+  Audience audience{};      ///< whose subscription it is
 };
 
 /// A subscription: its receiver, resource, protocol and counters (paper 5.3, Figure 4). It is also the observer of the resource.
@@ -52,6 +53,8 @@ class SubscriptionResource final : public Resource, public Observer {
   void overview(Overview& o) const override;
   std::uint64_t state(std::uint64_t) const noexcept override { return revision + delivered + backlog.dropped(); }
   std::string up() const override;
+  /// Its creator, and those with Right::manage. One that nobody in particular made is for those who know its path.
+  bool is_shown_to(const Audience& asking) const override;
 
   // Observer
   Variant variant() const noexcept override { return its_variant; }
@@ -71,6 +74,7 @@ class SubscriptionResource final : public Resource, public Observer {
   const Variant its_variant;
   const std::string url, receiver, secret;   ///< of a callback; receiver: as in subscription::ReadyCallback
   const Utc created;
+  Audience audience;                         ///< whose it is; its notifications show what these may see
 
   subscription::Backlog backlog;
   std::string last_tag;                      ///< of the representation that was sent last
@@ -115,6 +119,7 @@ class SubscriptionsResource final : public Resource {
   std::uint64_t state(std::uint64_t structure) const noexcept override { return structure + revision; }
   bool is_container() const noexcept override { return true; }
   std::vector<Resource*> members() const override;
+  bool differs_by_principal() const noexcept override { return true; }
 
   std::vector<std::unique_ptr<SubscriptionResource>> subscriptions;  ///< oldest first
 };

@@ -123,9 +123,17 @@ std::vector<const Resource*> StateResource::described_resources() const {
   return parts;
 }
 
-std::optional<PlainValue> StateResource::plain_value() const {
+std::optional<PlainValue> StateResource::plain_value(const Audience& audience) const {
   static const rdf::Facets no_facets;
   rdf::Value::Sequence values;
+  if (audience.is_restricted()) {
+    const auto record = std::make_shared<rdf::Type>();
+    record->kind = rdf::Type::Kind::record;
+    record->fields = thing->kind->state_fields(*thing, audience);
+    for (PropertyResource* p : thing->in_state())
+      if (audience.sees(*p)) values.push_back(p->value);
+    return PlainValue{record.get(), &no_facets, nullptr, rdf::Value(std::move(values)), record};
+  }
   for (PropertyResource* p : thing->in_state()) values.push_back(p->value);
   return PlainValue{&thing->kind->state_type(), &no_facets, nullptr, rdf::Value(std::move(values))};
 }

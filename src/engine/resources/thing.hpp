@@ -49,7 +49,7 @@ class StateResource final : public Resource {
   std::vector<const Resource*> described_resources() const override;
   const Variants& variants() const override { return value_variants(); }
   std::string_view kind() const noexcept override { return "state"; }
-  std::optional<PlainValue> plain_value() const override;
+  std::optional<PlainValue> plain_value(const Audience& audience) const override;
   bool fits_rdf(std::size_t max_values) const override;
   std::uint64_t state(std::uint64_t structure) const noexcept override;
   Iri saved_type() const noexcept override { return vocab::lrt_::state; }

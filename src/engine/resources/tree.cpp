@@ -49,33 +49,39 @@ std::vector<const Resource*> TreeResource::described_resources() const {
   return parts;
 }
 
-std::optional<PlainValue> TreeResource::plain_value() const {
+std::optional<PlainValue> TreeResource::plain_value(const Audience& audience) const {
   static const rdf::Facets no_facets;
   types_.clear();
   rdf::Type& record = types_.emplace_back(empty_record());
   rdf::Value::Sequence values;
   if (thing) {
-    add_to(record, values, *thing, thing->spec->path.size() + 1);
+    add_to(record, values, *thing, thing->spec->path.size() + 1, audience);
   } else {
-    for (const ThingNode* root : registry_->roots()) add_member(record, values, *root, 0);
+    for (const ThingNode* root : registry_->roots()) add_member(record, values, *root, 0, audience);
   }
   return PlainValue{&record, &no_facets, nullptr, rdf::Value(std::move(values))};
 }
 
 /// Adds what a Thing's state has, and the Things below it.
 /// @param prefix  how much of their paths is left out
-void TreeResource::add_to(rdf::Type& record, rdf::Value::Sequence& values, const ThingNode& one, std::size_t prefix) const {
-  record.fields = one.kind->state_type().fields;
-  for (const PropertyResource* p : one.in_state()) values.push_back(is_readable(*p) ? p->value : rdf::Value());
-  for (const ThingNode* child : one.children) add_member(record, values, *child, prefix);
+void TreeResource::add_to(rdf::Type& record, rdf::Value::Sequence& values, const ThingNode& one, std::size_t prefix, const Audience& audience) const {
+  record.fields = one.kind->state_fields(one, audience);
+  for (const PropertyResource* p : one.in_state())
+    if (audience.sees(*p)) values.push_back(is_readable(*p) ? p->value : rdf::Value());
+  for (const ThingNode* child : one.children) add_member(record, values, *child, prefix, audience);
 }
 
 /// Adds a Thing as one member.
-void TreeResource::add_member(rdf::Type& record, rdf::Value::Sequence& values, const ThingNode& member,
-                              std::size_t prefix) const {
+/// Of one that the audience does not see, the Things below it are added in its place.
+void TreeResource::add_member(rdf::Type& record, rdf::Value::Sequence& values, const ThingNode& member, std::size_t prefix,
+                              const Audience& audience) const {
+  if (!audience.sees(member.self)) {
+    for (const ThingNode* child : member.children) add_member(record, values, *child, prefix, audience);
+    return;
+  }
   rdf::Type& type = types_.emplace_back(empty_record());
   rdf::Value::Sequence own;
-  add_to(type, own, member, member.spec->path.size() + 1);
+  add_to(type, own, member, member.spec->path.size() + 1, audience);
   const std::string name = member.spec->path.substr(prefix);
   record.fields.push_back({name, "#" + name, &type, {}});
   values.push_back(rdf::Value(std::move(own)));

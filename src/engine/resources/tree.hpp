@@ -26,7 +26,7 @@ class TreeResource final : public Resource {
   std::string_view kind() const noexcept override { return "all"; }
   const Variants& variants() const override { return value_variants(); }
   /// The state of a Thing with a member for each Thing below it, by its relative path.
-  std::optional<PlainValue> plain_value() const override;
+  std::optional<PlainValue> plain_value(const Audience& audience) const override;
   bool fits_rdf(std::size_t max_values) const override;
   std::size_t max_bytes(const EngineOptions& options) const noexcept override;
   std::uint64_t state(std::uint64_t structure) const noexcept override;
@@ -37,8 +37,8 @@ class TreeResource final : public Resource {
 
  private:
   void for_each_thing(FunctionRef<void(const ThingNode&)> visit) const;
-  void add_to(rdf::Type& record, rdf::Value::Sequence& values, const ThingNode& one, std::size_t prefix) const;
-  void add_member(rdf::Type& record, rdf::Value::Sequence& values, const ThingNode& member, std::size_t prefix) const;
+  void add_to(rdf::Type& record, rdf::Value::Sequence& values, const ThingNode& one, std::size_t prefix, const Audience& audience) const;
+  void add_member(rdf::Type& record, rdf::Value::Sequence& values, const ThingNode& member, std::size_t prefix, const Audience& audience) const;
 
   const Registry* const registry_;
   mutable std::list<rdf::Type> types_;  ///< of the last plain_value()

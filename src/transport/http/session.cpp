@@ -353,7 +353,7 @@ bool Session::take_header(TimePoint now) {
 
 void Session::begin_body(std::string_view header, TimePoint now) {
   exchange_->request.body = {};
-  exchange_->request.header_judged = false;
+  exchange_->request.judged = nullptr;
   exchange_->request.can_upgrade = context_.websockets && version_ == 11 && !context_.stopping;
   exchange_->request.can_stream = context_.streams && !context_.stopping;
   const bool has_body = exchange_->framing.chunked || exchange_->framing.length > 0;
@@ -384,7 +384,7 @@ bool Session::judge_header(TimePoint now) {
   exchange_->max_body_bytes = std::min(exchange_->max_body_bytes, verdict.max_body_bytes);
   exchange_->ignores_body = verdict.ignores_body;
   if (!verdict.response) {
-    exchange_->request.header_judged = true;
+    exchange_->request.judged = std::move(verdict.judged);
     if (!length || *length <= exchange_->max_body_bytes) return true;
     refuse_size(std::to_string(*length), now);
     return false;

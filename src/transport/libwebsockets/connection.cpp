@@ -76,7 +76,7 @@ int Connection::on_request() {
                          (request.method != "POST" && request.method != "PUT" && request.method != "PATCH");
   reusable_ = !only_stops_ && !dying_ && delimited && framing_.keep_alive && requests_ < limits.max_requests_per_connection;
   incoming_.strip_framing_fields();
-  request.header_judged = false;
+  request.judged = nullptr;
   request.body = {};
   request.can_upgrade = false;
   request.can_stream = !vhost_.is_stopping();
@@ -92,7 +92,7 @@ int Connection::receive_body() {
     return respond(*std::move(verdict.response));
   }
   if (!verdict.response && framing_.length > verdict.max_body_bytes) return refuse_size(verdict.max_body_bytes);
-  incoming_.request.header_judged = !verdict.response;
+  incoming_.request.judged = std::move(verdict.judged);
   refusal_ = std::move(verdict.response);
   ignores_body_ = verdict.ignores_body;
   discarded_body_bytes_ = 0;

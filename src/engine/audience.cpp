@@ -1,0 +1,73 @@
+#include "src/engine/audience.hpp"
+
+#include <cstddef>
+#include <vector>
+
+#include "src/engine/registry.hpp"
+#include "src/engine/resource.hpp"
+
+namespace lrt::engine {
+
+using security::Right;
+using security::Rights;
+
+Rights Audience::rights(const Resource& resource) const {
+  if (!view) return Rights::all();
+  if (!resource.is_shown_to(*this)) return {};
+  const Rights given = view->at(resource.path);
+  return resource.thing || !sees_something() ? given : given | Right::read;
+}
+
+std::string_view Audience::name_in(const Resource& resource) const noexcept {
+  return view && principal && resource.differs_by_principal() ? std::string_view(principal->name) : std::string_view();
+}
+
+Methods Audience::methods(const Resource& resource) const { return may(resource.right_to_change(), resource) ? resource.methods() : Methods(); }
+
+bool Audience::sees_iri(std::string_view iri, const std::string& base, const Registry& registry) const {
+  if (!view || iri.size() <= base.size() || iri[base.size()] != '/' || iri.substr(0, base.size()) != base) return true;
+  const std::string_view rest = iri.substr(base.size());
+  const std::string_view path = rest.substr(0, rest.find_first_of("?#"));
+  const Resource* const resource = registry.find(path);
+  return resource ? sees(*resource) : view->at(path).has(Right::read);
+}
+
+rdf::Graph visible_part(const rdf::Graph& all, FunctionRef<bool(std::string_view iri)> is_shown) {
+  enum class State : unsigned char { unknown, hidden, shown };
+  std::vector<State> states(all.term_count());
+  const auto shown = [&](rdf::TermId id) {
+    State& state = states[static_cast<std::size_t>(id)];
+    if (state == State::unknown) {
+      const rdf::TermView term = all.term(id);
+      state = !term.is_iri() || is_shown(term.text) ? State::shown : State::hidden;
+    }
+    return state == State::shown;
+  };
+  const auto is_blank = [&](rdf::TermId id) { return all.term(id).is_blank(); };
+  const auto is_kept = [&](const rdf::Triple& t) { return shown(t.subject) && shown(t.predicate) && shown(t.object); };
+
+  std::vector<bool> led_to(all.term_count()), reached(all.term_count());
+  for (const rdf::Triple& t : all.triples())
+    if (is_blank(t.object) && t.object != t.subject) led_to[static_cast<std::size_t>(t.object)] = true;
+  std::vector<rdf::TermId> open;
+  const auto reach = [&](rdf::TermId id) {
+    if (reached[static_cast<std::size_t>(id)]) return;
+    reached[static_cast<std::size_t>(id)] = true;
+    open.push_back(id);
+  };
+  for (const rdf::Triple& t : all.triples())
+    if (shown(t.subject) && (!is_blank(t.subject) || !led_to[static_cast<std::size_t>(t.subject)])) reach(t.subject);
+  while (!open.empty()) {
+    const rdf::TermId next = open.back();
+    open.pop_back();
+    for (const rdf::Triple& t : all.match(next, std::nullopt, std::nullopt))
+      if (is_kept(t) && is_blank(t.object)) reach(t.object);
+  }
+
+  rdf::Graph part;
+  for (const rdf::Triple& t : all.triples())
+    if (reached[static_cast<std::size_t>(t.subject)] && is_kept(t)) part.add(all.term(t.subject), all.term(t.predicate), all.term(t.object));
+  return part;
+}
+
+}  // namespace lrt::engine

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include <lrt/rdf/graph.hpp>
+#include <lrt/security.hpp>
+
+#include "src/base/function_ref.hpp"
+#include "src/security/policy.hpp"
+
+namespace lrt::engine {
+
+class Registry;
+class Resource;
+struct Methods;
+
+/// For whom a representation or response is made: what they may see and do. The default may do everything.
+struct Audience {
+  std::shared_ptr<const security::View> view{};            ///< nullptr: everything
+  std::shared_ptr<const security::Principal> principal{};  ///< nullptr: nobody in particular
+
+  bool is_restricted() const noexcept { return view != nullptr; }
+  /// Its rights at a resource. The server's own documents, such as the list of Things and the Blueprints, may be read by all who may read anything;
+  /// what the reader may not see is left out of them.
+  security::Rights rights(const Resource& resource) const;
+  bool sees(const Resource& resource) const { return !view || rights(resource).has(security::Right::read); }
+  bool may(security::Right right, const Resource& resource) const { return !view || rights(resource).has(right); }
+  /// It may read at least one resource.
+  bool sees_something() const noexcept { return !view || view->anywhere().has(security::Right::read); }
+  /// The methods of a resource that it may use.
+  Methods methods(const Resource& resource) const;
+  /// Whether an IRI names nothing that is to be kept from it: a resource that it sees, also with a query or fragment, or something elsewhere.
+  bool sees_iri(std::string_view iri, const std::string& base, const Registry& registry) const;
+  /// Of the principal, where a representation of the resource depends on it.
+  std::string_view name_in(const Resource& resource) const noexcept;
+};
+
+/// The triples that name only IRIs which are shown, and that can be reached from one of their subjects: a blank node goes with all that led to it.
+rdf::Graph visible_part(const rdf::Graph& all, FunctionRef<bool(std::string_view iri)> is_shown);
+
+}  // namespace lrt::engine

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+#include <lrt/security.hpp>
+
+namespace lrt::security {
+
+/// What one caller may do to each resource. Equal callers share one.
+///
+/// @par Threads  any, concurrently
+class View {
+ public:
+  /// The paths of the rules; shared by the views of one policy.
+  struct Targets {
+    struct Target {
+      std::string path;
+      bool here = false, below = false;  ///< there are rules of that scope
+    };
+    std::vector<Target> all;
+    std::unordered_map<std::string_view, std::size_t> by_path;  ///< index into `all`
+  };
+  struct Granted {
+    Rights here, below;
+    friend bool operator==(const Granted& a, const Granted& b) noexcept { return a.here == b.here && a.below == b.below; }
+  };
+
+  /// The same rights everywhere.
+  explicit View(Rights everywhere) noexcept : everywhere_(everywhere), anywhere_(everywhere) {}
+  /// @param granted  for each target
+  View(std::shared_ptr<const Targets> targets, std::vector<Granted> granted);
+
+  /// @param path  percent-encoded, as resources have it. There need not be such a resource
+  Rights at(std::string_view path) const noexcept;
+  /// Those that it gives for at least one path.
+  Rights anywhere() const noexcept { return anywhere_; }
+
+ private:
+  Rights everywhere_, anywhere_;
+  std::shared_ptr<const Targets> targets_;  ///< nullptr: `everywhere_` counts
+  std::vector<Granted> granted_;
+};
+
+/// Rules, and the views that callers have of them.
+///
+/// @par Threads  any, concurrently
+class Policy {
+ public:
+  /// @par Errors  invalid_option: a path that no resource can have; a rule without a name or right
+  static Result<std::shared_ptr<Policy>> create(const std::vector<Rule>& rules);
+  /// @param principal  nullptr: a caller without credentials
+  std::shared_ptr<const View> view(const Principal* principal);
+
+ private:
+  struct Grant {
+    std::size_t target;
+    Scope scope;
+    Who who;
+    Rights rights;
+  };
+  Policy() = default;
+
+  std::shared_ptr<const View::Targets> targets_;
+  std::vector<Grant> grants_;
+  std::mutex mutex_;                               ///< guards the rest
+  std::vector<std::pair<std::vector<View::Granted>, std::weak_ptr<const View>>> views_;  ///< those in use
+};
+
+}  // namespace lrt::security
