@@ -407,6 +407,8 @@ TEST_CASE("sessions and tickets work on each transport, WebSockets included", "[
     REQUIRE(login.status == 204);
     const std::string set = login.field("Set-Cookie"), cookie = "\nCookie: " + set.substr(0, set.find(';'));
     CHECK(ask("GET /arm" + host + cookie).status == 200);
+    CHECK(ask("GET /arm" + host + cookie + "\nSec-Fetch-Site: same-site").status == 403);
+    CHECK(ask("PUT /arm/angle" + host + cookie + "\nSec-Fetch-Site: same-origin" + number).status == 204);
     CHECK(ask("PUT /arm/angle" + host + cookie + mine + number).status == 204);
     CHECK(ask("PUT /arm/angle" + host + cookie + number).status == 403);
     CHECK(ask("GET /arm/angle" + handshake + cookie + mine).status == 101);
