@@ -136,7 +136,7 @@ class Client {
     return shown("POST", path, turtle, fields);
   }
   Response remove(const std::string& path) { return shown("DELETE", path, {}, {}); }
-  Response options(const std::string& path) { return shown("OPTIONS", path, {}, {}); }
+  Response options(const std::string& path, const std::string& fields = {}) { return shown("OPTIONS", path, {}, fields); }
   /// PUT with a body that is not Turtle.
   Response put_as(const std::string& type, const std::string& path, const std::string& body) {
     const std::string fields = "Content-Type: " + type + "\r\n";
@@ -212,6 +212,7 @@ class Client {
 
   /// Validates the state of every thing against its Blueprint. Prints a report if it does not conform.
   void check_blueprints() const {
+    if (ask("GET", "/", {}, {}).status == 401) return;  // not for those without credentials
     const auto graph_of = [this](const std::string& iri) {
       const std::string body = ask("GET", iri, {}, {}).body;
       return lrt::rdf::read(body, lrt::rdf::Syntax::turtle, {iri}).value();

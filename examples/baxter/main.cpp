@@ -2,6 +2,7 @@
 //
 //   baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]... [--cors ORIGIN]... [--allowed-origin ORIGIN]... [--demo]
 //          [--allow-callback HOST]... [--subscriptions FILE] [--transport NAME] [--tls DIR] [--tokens FILE]
+//          [--policy FILE]
 //
 // --bind ADDRESS          an address or a host name to listen on; default: 127.0.0.1
 // --public-base URL       by which clients know the robot behind a reverse proxy (examples/reverse_proxy)
@@ -14,6 +15,7 @@
 // --transport NAME        http or libwebsockets, if it is built
 // --tls DIR               HTTPS with DIR/server.pem and DIR/server-key.pem (examples/make-certificate.sh DIR); SIGHUP reloads them
 // --tokens FILE           lets in only those who send a token of the file, a line "NAME ROLE TOKEN" each: reader, operator, administrator
+// --policy FILE           who may do what where, rules of Web Access Control in Turtle, such as examples/policy.ttl
 
 #include <charconv>
 #include <chrono>
@@ -79,6 +81,8 @@ int main(int argc, char** argv) {
       options.security.tls->key_file = folder + "/server-key.pem";
     } else if (arg == "--tokens" && i + 1 < argc) {
       options.security.token_file = argv[++i];
+    } else if (arg == "--policy" && i + 1 < argc) {
+      options.security.policy_file = argv[++i];
     } else if (arg == "--port" && i + 1 < argc) {
       const std::string text = argv[++i];
       const char* const end = text.data() + text.size();
@@ -87,7 +91,7 @@ int main(int argc, char** argv) {
     } else {
       std::fprintf(stderr, "usage: baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]...\n"
                            "              [--cors ORIGIN]... [--allowed-origin ORIGIN]... [--demo] [--allow-callback HOST]... [--subscriptions FILE]\n"
-                           "              [--transport http|libwebsockets] [--tls DIR] [--tokens FILE]\n");
+                           "              [--transport http|libwebsockets] [--tls DIR] [--tokens FILE] [--policy FILE]\n");
       return arg == "--help" ? 0 : 2;
     }
   }

@@ -297,6 +297,22 @@ TEST_CASE("a subscription ends when the right does", "[server][security][R0.2]")
   }
 }
 
+TEST_CASE("nothing says how much there is that a caller may not see", "[server][security][R0.2]") {
+  Ruled robot;
+  put(robot.folder / "policy.ttl", policy + "<#hand> a acl:Authorization ; acl:accessTo </arm/hand> ; acl:default </arm/hand> ; acl:agentGroup <#administrator> ; acl:mode acl:Read .");
+  robot.clock.advance(std::chrono::seconds(2));
+  CHECK(robot.status("GET /arm/all", "carl") == 200);
+  CHECK(robot.status("GET /arm/all", "anna") == 404);  // there are Things below, none of which is hers to see
+  for (const std::string& type : types) {
+    CAPTURE(type);
+    const std::string text = robot.whole("GET /arm\nAccept: " + type, "anna");
+    CHECK(text.find("/arm/all") == std::string::npos);
+    CHECK(text.find("/arm/hand") == std::string::npos);
+  }
+  CHECK(robot.whole("GET /\nAccept: application/json", "anna").find("\"count\":1,") != std::string::npos);
+  CHECK(robot.whole("GET /\nAccept: application/json", "carl").find("\"count\":2,") != std::string::npos);
+}
+
 TEST_CASE("a change that a subscriber may not see is not sent", "[server][security][R0.2]") {
   Ruled robot;
   RequestText request("GET /arm/state?accept=application/json\nHost: localhost:4711\nAccept: text/event-stream\nAuthorization: Bearer anna-0123456789abcdef\n");

@@ -119,20 +119,21 @@ class HeaderJudge final : public TestHandler {
     declared = body_bytes;
     CHECK(request.body.empty());
     CHECK_FALSE(request.find("Content-Length"));
-    if (!status) return {std::nullopt, max_body_bytes};
+    if (!status) return {std::nullopt, max_body_bytes, false, mark};
     http::Response response;
     response.status = *status;
     response.set_body("refused");
     return {std::move(response)};
   }
   engine::Outcome handle(const http::Request& request, TimePoint now) override {
-    was_judged = request.judged != nullptr;
+    was_judged = request.judged == mark;
     return TestHandler::handle(request, now);
   }
   std::optional<int> status;
   std::size_t max_body_bytes = 1'000'000;
   std::size_t judged = 0;
   std::optional<std::uint64_t> declared;
+  const std::shared_ptr<const void> mark = std::make_shared<int>();  ///< of the verdict; comes back with the request
   bool was_judged = false;
 };
 

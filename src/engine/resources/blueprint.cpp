@@ -82,8 +82,10 @@ void describe_value_shape(const Description& d, const ThingNode& thing, const st
   if (!of.empty()) About(d.graph, iri).link(vocab::sh::targetClass, of);
 }
 
+namespace {
+
 /// The shapes that the user gave, but for those of values that the audience does not see.
-static Graph seen_shapes(const ThingNode& thing, const Audience& audience) {
+Graph seen_shapes(const ThingNode& thing, const Audience& audience) {
   const Graph& all = thing.user_shapes();
   if (!audience.is_restricted()) return all;
   std::vector<std::string> hidden;
@@ -92,6 +94,8 @@ static Graph seen_shapes(const ThingNode& thing, const Audience& audience) {
     if (!audience.sees(*shaped_resource(thing, i))) hidden.push_back(std::string(placeholder_base) + thing.blueprint.path + "#" + shapes[i].name);
   return visible_part(all, [&](std::string_view iri) { return std::find(hidden.begin(), hidden.end(), iri) == hidden.end(); });
 }
+
+}  // namespace
 
 void BlueprintResource::describe(const Description& d) const {
   const ThingNode& node = *thing;

@@ -1,5 +1,7 @@
 #include "src/engine/resources/documents.hpp"
 
+#include <algorithm>
+
 #include <lrt/engine/engine.hpp>
 #include <lrt/rdf/codec.hpp>
 
@@ -44,7 +46,9 @@ void RootResource::describe_types(About& about, const Description&) const { desc
 void RootResource::overview(Overview& o) const {
   o.text("title", title);
   if (!registry_.roots().empty()) o.link("all", all_);
-  if (const auto all = stops(); !all.empty()) {
+  auto all = stops();
+  all.erase(std::remove_if(all.begin(), all.end(), [&](const ActionResource* stop) { return !o.sees(*stop); }), all.end());
+  if (!all.empty()) {
     o.begin_array("stops");
     for (const ActionResource* stop : all) o.link({}, *stop);
     o.end_array();

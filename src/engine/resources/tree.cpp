@@ -95,6 +95,12 @@ bool TreeResource::fits_rdf(std::size_t max_values) const {
 
 std::size_t TreeResource::max_bytes(const EngineOptions& options) const noexcept { return options.max_all_bytes; }
 
+bool TreeResource::is_shown_to(const Audience& audience) const {
+  bool below = !thing;
+  for_each_thing([&](const ThingNode& one) { below = below || (&one != thing && audience.sees(one.self)); });
+  return below;
+}
+
 std::uint64_t TreeResource::state(std::uint64_t structure) const noexcept {
   std::uint64_t mixed = structure;
   for_each_property(

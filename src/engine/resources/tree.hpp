@@ -34,6 +34,8 @@ class TreeResource final : public Resource {
   Reads reads() const noexcept override { return Reads::values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
   bool tolerates_failures() const noexcept override { return true; }
+  /// Of a Thing: it sees a Thing below.
+  bool is_shown_to(const Audience& audience) const override;
 
  private:
   void for_each_thing(FunctionRef<void(const ThingNode&)> visit) const;
