@@ -58,7 +58,7 @@ int main(int argc, char** argv) {
   double seconds = 0;
   double rate = 0;
   bool tls = false, reconnect = false;
-  std::string path = "/", method = "GET", body, tag;
+  std::string path = "/", method = "GET", body, tag, field;
   std::size_t spread = 1;
   for (int i = 1; i < argc; ++i) {
     const std::string_view name = argv[i];
@@ -74,6 +74,7 @@ int main(int argc, char** argv) {
     else if (name == "--put") method = "PUT", body = argv[++i];
     else if (name == "--post") method = "POST", body = argv[++i];
     else if (name == "--if-none-match") tag = argv[++i];
+    else if (name == "--field") field = argv[++i];
     else if (name == "--rate") rate = std::atof(argv[++i]);
     else if (name == "--spread") spread = static_cast<std::size_t>(std::atol(argv[++i]));
     else if (name == "--pid") pid = std::atoi(argv[++i]);
@@ -89,6 +90,7 @@ int main(int argc, char** argv) {
     if (const auto at = where.find('%'); at != std::string::npos) where.replace(at, 1, std::to_string(number));
     std::string request = method + " " + where + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
                           "\r\nUser-Agent: http_load\r\nAccept: */*\r\n";
+    if (!field.empty()) request += field + "\r\n";
     if (!tag.empty()) request += "If-None-Match: " + tag + "\r\n";
     if (method != "GET") request += "Content-Type: text/turtle\r\nContent-Length: " + std::to_string(body.size()) + "\r\n";
     return request + "\r\n" + body;

@@ -1,7 +1,7 @@
 // The server under tests/bench/http_load: one pushed property, optionally among many things and published at 1 kHz.
 //
 //   pushed_server [--things 1] [--publish] [--period 1000 (us) | --irregular] [--keep N] [--tick] [--in-poll] [--urgent]
-//                 [--transport http|libwebsockets] [--tls DIR]
+//                 [--transport http|libwebsockets] [--tls DIR] [--tokens FILE] [--policy FILE]
 //
 // The property is at /arm/joint/angle. An irregular source publishes after 1 to 40 ms, in steps that repeat in each run. Ends on SIGINT or SIGTERM and prints its resident memory.
 
@@ -38,10 +38,12 @@ int main(int argc, char** argv) {
     else if (arg == "--tick") tick = true;
     else if (arg == "--in-poll") options.threads.io = lrt::Io::in_poll;
     else if (arg == "--urgent") urgent = true;
+    else if (arg == "--tokens" && i + 1 < argc) options.security.token_file = argv[++i];
+    else if (arg == "--policy" && i + 1 < argc) options.security.policy_file = argv[++i];
     else if (arg == "--transport" && i + 1 < argc) bench::use_transport(argv[++i], options);
     else if (arg == "--tls" && i + 1 < argc) bench::use_tls(argv[++i], options);
     else return std::fprintf(stderr, "usage: pushed_server [--things N] [--publish] [--period US | --irregular] [--keep N] [--tick] [--in-poll] [--urgent] [--transport NAME] "
-                                     "[--tls DIR]\n"), 2;
+                                     "[--tls DIR] [--tokens FILE] [--policy FILE]\n"), 2;
   }
   std::signal(SIGINT, [](int) { ended = 1; });
   std::signal(SIGTERM, [](int) { ended = 1; });

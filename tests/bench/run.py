@@ -1,6 +1,6 @@
 """What lrt costs, beside the least that any program could do on this machine, in one run.
 
-  run.py BUILD_FOLDER [--json FILE] [--parts get,push,rates,publish,memory,scale,read,compile] [--rounds 3] [--seconds 3]
+  run.py BUILD_FOLDER [--json FILE] [--parts get,push,rates,publish,memory,scale,read,compile,rights] [--rounds 3] [--seconds 3]
 
 tests/bench/run.sh builds the programs and calls this. Each row is a figure of lrt, the same figure of a bare program that does nothing but the
 system calls ("limit"), and their ratio: the median of the ratios of rounds, in each of which both run one after the other. Servers run on
@@ -216,7 +216,31 @@ def compile(bench):
     bench.row("compile", "#include <lrt/lrt.hpp>", "s", [number(r": ([\d.]+) s, ", text)], [number(r"in it: ([\d.]+) s", text)], 1.5)
 
 
-PARTS = {part.__name__: part for part in (get, push, rates, publish, memory, scale, read, compile)}
+def rights(bench):
+    """Who may do what: a decision, and a GET with a token and rules beside one of a server without."""
+    text = bench.client("rights_bench", 100)
+    bench.row("rights", "a decision with 100 rules", "ns", [number(r"100 rules: (\d+) ns", text)], aim=1000)
+    bench.row("rights", "a token among 100", "ns", [number(r"among 100: (\d+) ns", text)])
+    requests = int(20_000 * bench.seconds)
+    with tempfile.TemporaryDirectory() as folder:
+        tokens, policy = os.path.join(folder, "tokens"), os.path.join(folder, "policy.ttl")
+        with open(tokens, "w", encoding="utf-8") as out:
+            out.writelines(f"name{i} operator token-0123456789-{i}\n" for i in range(100))
+        with open(policy, "w", encoding="utf-8") as out:
+            out.write("@prefix acl: <http://www.w3.org/ns/auth/acl#> .\n")
+            out.write("[] a acl:Authorization ; acl:accessTo </> ; acl:default </> ; acl:agentClass acl:AuthenticatedAgent ; acl:mode acl:Read .\n")
+            out.writelines(f"[] a acl:Authorization ; acl:default </other{i}> ; acl:agentGroup <#operator> ; acl:mode acl:Write .\n" for i in range(99))
+        with bench.server("pushed_server") as free, bench.server("pushed_server", "--tokens", tokens, "--policy", policy) as guarded:
+            load = lambda at, connections, *more: number(r"server CPU ([\d.]+)", bench.client(
+                "http_load", "--port", at[0], "--pid", at[1], "--path", PATH, "--connections", connections, "--requests", requests, *more))
+            field = "Authorization: Bearer token-0123456789-50"
+            for connections in (8, 64):
+                rounds = [[load(free, connections), load(guarded, connections, "--field", field)] for _ in range(bench.rounds)]
+                without, with_token = map(list, zip(*rounds))
+                bench.row("rights", f"GET with a token and rules, {connections} connections", "CPU us", with_token, without, 1.05)
+
+
+PARTS = {part.__name__: part for part in (get, push, rates, publish, memory, scale, read, compile, rights)}
 
 
 def main():
