@@ -1279,7 +1279,9 @@ async function invokeStops(iris) {
 async function findStops() {
   const at = withoutHash(location.href);
   try {
-    const above = await known((await wayTo(at))[0] ?? at), [iri] = links(above, lrt("session")), { g } = above.g.subjects(rdf("type"), ldp("Container"))[0] ? above : await known("/"), make = (words, iris) => h("button", { type: "button", onclick: () => invokeStops(iris) }, words);
+    let top = await known((await wayTo(at))[0] ?? at);
+    if (!top.g.subjects(rdf("type"), ldp("Container"))[0]) top = await known("/");
+    const { g } = top, [iri] = links(top, lrt("session")), make = (words, iris) => h("button", { type: "button", onclick: () => invokeStops(iris) }, words);
     if (iri && !user) findUser(iri);
     const named = (iri) => humanised(localName(iri));
     stops = [...g.about.keys()].flatMap((s) => isBlank(s) ? [] : g.ids(s, lrt("stop")));

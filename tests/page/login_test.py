@@ -302,6 +302,19 @@ def where_everybody_may_read_the_page_offers_a_login(browser):
         assert result(browser, "return (await fetch('/sample/armed', {method: 'PUT', headers: {'Content-Type': 'application/json'}, body: 'true'})).status") == 204
 
 
+def who_may_see_a_part_alone_logs_out_there(browser):
+    with tempfile.NamedTemporaryFile("w", suffix=".ttl") as policy:
+        policy.write("@prefix acl: <http://www.w3.org/ns/auth/acl#> . @prefix lrt: <https://w3id.org/lrt/ns#> . <#anna> a acl:Authorization ; "
+                     "acl:accessTo </baxter/right_s1> ; acl:default </baxter/right_s1> ; acl:agent <#anna> ; acl:mode acl:Read, lrt:Subscribe .")
+        policy.flush()
+        with Guarded("--policy", policy.name) as robot:
+            log_in(browser, robot, READER)
+            browser.until("return document.querySelector('header').innerText.includes('anna')", "who is logged in")
+            browser.until("return document.getElementById('link').textContent === 'Live'", "the page is live")
+            browser.click("header button.small")
+            browser.until("return document.querySelector('h1')?.textContent === 'Log in'", "the form again")
+
+
 def a_script_elsewhere_watches_with_a_ticket(browser):
     with Elsewhere() as elsewhere, Guarded("--demo", "--allowed-origin", elsewhere.url[:-1]) as robot:
         browser.open(elsewhere.url)
@@ -355,7 +368,7 @@ def the_form_fits_a_phone_and_the_dark(browser):
 CASES = [a_user_logs_in_reads_writes_watches_and_logs_out, a_page_elsewhere_cannot_command_with_the_session_of_its_reader, a_page_of_another_site_has_no_cookie_to_send,
          no_page_can_be_framed, another_name_of_this_machine_has_neither_page_nor_session, nobody_is_logged_in_by_a_page_elsewhere, a_cookie_that_was_set_beforehand_stays_unknown,
          no_script_reads_the_cookie_or_the_token, a_session_ends_with_its_token_and_the_page_asks_anew, a_login_at_the_address_of_the_session_leads_to_this_robot_only,
-         where_everybody_may_read_the_page_offers_a_login, a_script_elsewhere_watches_with_a_ticket, over_tls_the_session_is_of_this_host_alone, the_form_fits_a_phone_and_the_dark]
+         where_everybody_may_read_the_page_offers_a_login, who_may_see_a_part_alone_logs_out_there, a_script_elsewhere_watches_with_a_ticket, over_tls_the_session_is_of_this_host_alone, the_form_fits_a_phone_and_the_dark]
 
 
 def main():
