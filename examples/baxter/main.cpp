@@ -2,7 +2,7 @@
 //
 //   baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]... [--cors ORIGIN]... [--allowed-origin ORIGIN]... [--demo]
 //          [--allow-callback HOST]... [--subscriptions FILE] [--transport NAME] [--tls DIR] [--tokens FILE]
-//          [--policy FILE]
+//          [--policy FILE] [--audit FILE] [--metrics]
 //
 // --bind ADDRESS          an address or a host name to listen on; default: 127.0.0.1
 // --public-base URL       by which clients know the robot behind a reverse proxy (examples/reverse_proxy)
@@ -16,16 +16,22 @@
 // --tls DIR               HTTPS with DIR/server.pem and DIR/server-key.pem (examples/make-certificate.sh DIR); SIGHUP reloads them
 // --tokens FILE           lets in only those who send a token of the file, a line "NAME ROLE TOKEN" each: reader, operator, administrator
 // --policy FILE           who may do what where, rules of Web Access Control in Turtle, such as examples/policy.ttl
+// --audit FILE            appends who did what to FILE, one line of JSON each
+// --metrics               adds the Thing /server with the counters of the server; /server/metrics is their text for Prometheus
 
 #include <charconv>
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <fstream>
+#include <memory>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
+#include <lrt/server_thing.hpp>
 #include <lrt/transport/named.hpp>
 
 #include "examples/baxter/linked_arm.hpp"
@@ -53,11 +59,13 @@ int main(int argc, char** argv) {
   lrt::Options options;
   std::vector<std::string>& callbacks = options.callbacks.allow;
   callbacks = {"127.0.0.0/8", "::1"};  // this machine only, and the hosts of --allow-callback
-  bool demo = false;
+  bool demo = false, metrics = false;
   for (int i = 1; i < argc; ++i) {
     const std::string arg = argv[i];
     if (arg == "--demo") {
       demo = true;
+    } else if (arg == "--metrics") {
+      metrics = true;
     } else if (arg == "--bind" && i + 1 < argc) {
       options.listen.address = argv[++i];
     } else if (arg == "--public-base" && i + 1 < argc) {
@@ -83,6 +91,9 @@ int main(int argc, char** argv) {
       options.security.token_file = argv[++i];
     } else if (arg == "--policy" && i + 1 < argc) {
       options.security.policy_file = argv[++i];
+    } else if (arg == "--audit" && i + 1 < argc) {
+      auto file = std::make_shared<std::ofstream>(argv[++i], std::ios::app);
+      options.security.audit.sink = [file](std::string_view line) { *file << line << std::endl; };
     } else if (arg == "--port" && i + 1 < argc) {
       const std::string text = argv[++i];
       const char* const end = text.data() + text.size();
@@ -91,7 +102,8 @@ int main(int argc, char** argv) {
     } else {
       std::fprintf(stderr, "usage: baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]...\n"
                            "              [--cors ORIGIN]... [--allowed-origin ORIGIN]... [--demo] [--allow-callback HOST]... [--subscriptions FILE]\n"
-                           "              [--transport http|libwebsockets] [--tls DIR] [--tokens FILE] [--policy FILE]\n");
+                           "              [--transport http|libwebsockets] [--tls DIR] [--tokens FILE] [--policy FILE]\n"
+                           "              [--audit FILE] [--metrics]\n");
       return arg == "--help" ? 0 : 2;
     }
   }
@@ -108,6 +120,8 @@ int main(int argc, char** argv) {
   auto server = lrt::Server::create(options);
   if (!server) return failed(server.error());
   if (auto added = linked.add_to(*server); !added) return failed(added.error());
+  if (metrics)
+    if (auto added = server->add(lrt::server_thing(*server)); !added) return failed(added.error());
 
   std::signal(SIGINT, [](int) { interrupted = 1; });
   std::signal(SIGTERM, [](int) { interrupted = 1; });

@@ -9,5 +9,6 @@
 #include <lrt/rdf/vocab.hpp>
 #include <lrt/responder.hpp>
 #include <lrt/server.hpp>
+#include <lrt/server_thing.hpp>
 #include <lrt/thing.hpp>
 #include <lrt/version.hpp>

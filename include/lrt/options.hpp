@@ -94,6 +94,10 @@ struct Security {
   /// By default none: a PUT, POST or DELETE with the field Lrt-Notification-Of is refused with 403. Otherwise a client of a robot that may
   /// call this one could subscribe an action or a writable Property of this robot to it, and so move this robot.
   std::vector<std::string> notification_senders;
+  /// What one principal, or one address, may use: requests, bytes, invocations, subscriptions.
+  security::ClientLimits clients;
+  /// Who did what, as lines of JSON.
+  security::Audit audit;
 };
 
 /// Bounds of what clients can use: memory, connections and time.
@@ -126,7 +130,7 @@ struct Threads {
   /// for them. They start with the first such body, and run no lambda. 0: the thread that serves judges every body, 1 MiB in up to 0.2 s.
   unsigned body_threads = 1;
   /// Policy, CPUs and stack of all threads that the server starts: lrt-io (Io::own_thread), lrt-run (Server::start), lrt-callback, lrt-resolve, lrt-save,
-  /// lrt-body. They do not inherit those of the thread that creates the server, and block all signals; a process that a lambda starts there
+  /// lrt-body, lrt-audit. They do not inherit those of the thread that creates the server, and block all signals; a process that a lambda starts there
   /// inherits the mask.
   ThreadOptions own;
 };

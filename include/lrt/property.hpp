@@ -66,7 +66,8 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
   /// change the RDF, for example by a time stamp or a number. A value written by a client is decoded from RDF: members of T that are not in
   /// the RDF have their values from T{}.
   ///
-  /// @param media_type  "image/jpeg". Of the media types that lrt writes itself only application/octet-stream is allowed.
+  /// @param media_type  "image/jpeg". Of the media types that lrt writes itself only application/octet-stream is allowed,
+  ///                    and text/plain with a parameter: "text/plain; version=0.0.4".
   /// @param encode      callable of `const T&` that returns Bytes, std::string, or a Result of these. Null or Errc::unsupported_syntax: this
   ///                    value has no such representation (406). Another error: 500.
   /// @param layout      of the numbers in the bytes; described in RDF if element_type is set

@@ -155,4 +155,46 @@ class Tokens {
   std::vector<std::uint32_t> places_;  ///< where an entry stands: its index and 1; 0: none. Where a digest belongs is a secret of this process
 };
 
+/// What one client may use. A client is a principal, by its name; of requests without one, an IPv4 address or the /64 network of an IPv6 address, because
+/// one host has as many addresses in its /64 as it likes. Beyond: 429 with Retry-After (RFC 6585 4). A stop (Action::stop()) is never refused by
+/// these limits. Requests from this machine without a principal are not limited: a proxy has one address for all its clients, and the programs of a
+/// robot are its integrator's.
+struct ClientLimits {
+  /// Requests per second, on average; 0 to 1,000,000; 0: not limited. The default is twice what a client needs that commands at 1 kHz, and about 2 %
+  /// of what one core serves. A request is counted once, when its header section is complete; one that gets 429 is not counted.
+  std::uint32_t requests_per_second = 2'000;
+  /// Bytes of request bodies per second, on average; 0, or 1 KiB to 1 TiB; 0: not limited. The default is eight of the largest bodies
+  /// (transport::Limits::max_body_bytes). A body is counted by Content-Length before it is received; a chunked one as the largest that its resource
+  /// takes. A client that has some of its share left may send a body of any size, and waits then until the average holds again.
+  std::uint64_t body_bytes_per_second = 8 * 1024 * 1024;
+  /// A client that has been quiet may use what these rates give in this time at once; 1 ms to 1 h.
+  std::chrono::milliseconds burst{2'000};
+  std::size_t max_invocations = 64;    ///< at a time, those that wait in the queue of an action included; 0: not limited
+  std::size_t max_subscriptions = 256; ///< WebSockets, event streams and web callbacks at a time; 0: not limited
+  /// Principals, and as many addresses, whose rates are remembered; 16 to 1,000,000, about 64 bytes each. For a further one, the server forgets of 16
+  /// clients the one that is nearest to having used nothing. So no client is refused because of others, and a client could shed what it has used
+  /// only with 16 further addresses that have used more.
+  std::size_t max_clients = 4'096;
+};
+
+/// A log of who did what to which resource, with which outcome: each request that changes or commands something, each subscription that is made or
+/// ends, and each refusal (401, 403, 404 for want of a right, 421, 429). One line is one JSON object in ASCII:
+///
+///     {"time":"2026-11-21T10:38:39.000125Z","event":"request","principal":"anna","address":"192.0.2.7","method":"PUT",
+///      "resource":"/arm/angle","status":403,"reason":"right"}
+///
+/// `event`: "request", "subscription_made", "subscription_ended" (these with `subscription`, `observed` and `protocol`), or "end". `time`: when the
+/// request came, or the subscription ended. `principal`: null without one. `resource`: path of the target. `status`: that of the response, also of a deferred
+/// one; none if the client did not wait for it (`reason` "abandoned"). `reason`: http::Denial. `dropped`: how many lines are missing before this one.
+/// Texts of more than 1,024 bytes are cut. Neither queries, header fields nor bodies are in it. What the transport refuses without asking the server (400,
+/// 408, 414, 431 and so on) is not in it either.
+struct Audit {
+  /// Gets each line, without a line feed. Called on a thread of its own (lrt-audit), one line at a time, never where poll() runs; may take long. What it
+  /// throws goes to the log, and the line counts as dropped. Empty: no audit and no thread.
+  std::function<void(std::string_view line)> sink;
+  bool reads = false;  ///< also requests that change nothing
+  /// Lines that wait for the sink; 1 to 1,000,000, about 300 bytes each. A further one is dropped and counted in the next line.
+  std::size_t max_waiting_lines = 4'096;
+};
+
 }  // namespace lrt::security

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,6 +19,7 @@ namespace lrt {
 
 class EventSource;
 struct Served;
+struct ServerCounters;
 
 /// Serves Things. Owns them, the transport and, with Io::own_thread, a thread.
 ///
@@ -90,12 +92,18 @@ class Server {
   /// @par Threads  Any.
   Result<void> reload_tls();
 
+  /// What the server has done, and what it has now (server_thing.hpp).
+  /// @par Threads  Any.
+  ServerCounters counters() const;
+
   std::uint16_t port() const noexcept;
   /// Listen::address as it was given, and the port: "http://127.0.0.1:8080/", "http://robot.local:8080/"; with TLS "https://..."
   std::string url() const;
 
  private:
   friend class EventSource;
+  friend Thing server_thing(const Server& server, std::string_view path);
+  std::function<ServerCounters()> counter_source() const;
   class Impl;
   struct End {
     void operator()(Impl* impl) const noexcept;

@@ -61,6 +61,7 @@ class Context {
   Audience audience{};            ///< who sends it
   std::optional<Ticket> ticket{};  ///< of a request that is deferred
   std::shared_ptr<JudgedBody> judged{};  ///< its body, by a BodyJob; nullptr: not judged, or taken
+  std::string client{};  ///< Caller::client
   bool ignores_conditions = false;  ///< If-Match and If-None-Match were judged already
 
  private:

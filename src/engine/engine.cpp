@@ -64,6 +64,7 @@ class Engine::Impl {
   http::Response method_not_allowed(const Context& context) const;
   std::optional<http::Response> refused_login(const Context& context, const Result<Caller>& caller, const http::Target& target) const;
   std::optional<http::Response> denied(const Context& context, const Result<Caller>& caller) const;
+  http::Response too_many_requests(const Context& context, const Caller& caller) const;
   http::Response unauthenticated(const Context& context, const Caller& caller) const;
   http::Response forbidden(const Context& context) const;
   std::optional<http::Response> refused_right(Context& context, const Caller& caller) const;
@@ -105,7 +106,7 @@ bool Engine::Impl::is_stop(const http::Request& request) const {
 /// What is found out once, for handle(). All callers who may do everything share one.
 std::shared_ptr<const Caller> Engine::Impl::kept(const Result<Caller>& caller) {
   static const Immortal<Caller> unrestricted;
-  if (!caller->view && !caller->principal) return {std::shared_ptr<const Caller>(), &*unrestricted};
+  if (!caller->view && !caller->principal && caller->client.empty()) return {std::shared_ptr<const Caller>(), &*unrestricted};
   return std::make_shared<const Caller>(*caller);
 }
 
@@ -169,11 +170,12 @@ std::optional<http::Response> Engine::Impl::find(Context& context, const Result<
   const auto target = http::split_target(request.target);
   if (!target) return parts.responses.problem(context, 400, "target: expected a path, an http(s) URI or *");
   const Result<std::size_t> base = parts.bases.of(request, *target);
-  if (!base) return parts.responses.problem(context, 421, base.error().message);
+  if (!base) return parts.responses.denied(context, http::Denial::host, 421, base.error().message);
   context.base = *base;
   if (auto response = parts.cors.preflight(request)) return response;
   if (auto response = refused_login(context, caller, *target)) return response;
   if (auto response = denied(context, caller)) return response;
+  context.client = caller->client;
   context.audience = {caller->view, caller->principal};
   const bool known = std::find(known_methods.begin(), known_methods.end(), request.method) != known_methods.end();
   if (known && target->path == "*") return std::nullopt;
@@ -272,10 +274,10 @@ void Engine::Impl::continue_request(Ticket ticket, Context& kept) {
 std::optional<http::Response> Engine::Impl::refused_login(const Context& context, const Result<Caller>& caller, const http::Target& target) const {
   const http::Request& request = context.request();
   if (!parts.session || request.method != "POST" || !caller || resource_at(target.path).value_or(nullptr) != &*parts.session) return std::nullopt;
-  if (!is_of_own_origin(context)) return parts.responses.problem(context, 403, "only pages of this server may log in: the field Origin names another one, or none");
+  if (!is_of_own_origin(context)) return parts.responses.denied(context, http::Denial::origin, 403, "only pages of this server may log in: the field Origin names another one, or none");
   security::FailedLogins& failed = parts.options.sessions->failed_logins();
   if (const auto pause = failed.pause(request.peer, context.now.steady)) {
-    http::Response response = parts.responses.problem(context, 429, "too many logins from this address have failed; try again in " + std::to_string(pause->count()) + " s");
+    http::Response response = parts.responses.denied(context, http::Denial::rate, 429, "too many logins from this address have failed; try again in " + std::to_string(pause->count()) + " s");
     response.fields.set("Retry-After", std::to_string(pause->count()));
     return response;
   }
@@ -285,29 +287,37 @@ std::optional<http::Response> Engine::Impl::refused_login(const Context& context
 
 std::optional<http::Response> Engine::Impl::denied(const Context& context, const Result<Caller>& caller) const {
   const http::Request& request = context.request();
+  if (caller && caller->access == Access::too_many_requests) return too_many_requests(context, *caller);
   if (is_from_foreign_page(context))
-    return parts.responses.problem(context, 403, "web pages of " + std::string(*request.find("Origin")) + " may not send this: the origin is not in allowed_origins of this server");
+    return parts.responses.denied(context, http::Denial::origin, 403, "web pages of " + std::string(*request.find("Origin")) + " may not send this: the origin is not in allowed_origins of this server");
   if (!is_safe(request.method) && parts.subscriptions.is_refused_notification(request))
-    return parts.responses.problem(context, 403, "this is a notification of another resource, which this server does not carry out: its sender is not in notification_senders");
+    return parts.responses.denied(context, http::Denial::notification, 403, "this is a notification of another resource, which this server does not carry out: its sender is not in notification_senders");
   if (!caller) {
     parts.responses.log(LogLevel::error, "the authorizer: " + caller.error().message);
     return parts.responses.problem(context, 500, "the authorizer failed");
   }
   if (caller->by_cookie && !may_use_cookie(context))
-    return parts.responses.problem(context, 403, "the cookie of a session counts only for requests of this server's own pages; other clients send Authorization");
+    return parts.responses.denied(context, http::Denial::origin, 403, "the cookie of a session counts only for requests of this server's own pages; other clients send Authorization");
   if (caller->access == Access::unauthenticated) return unauthenticated(context, *caller);
   if (caller->access == Access::forbidden) return forbidden(context);
   return std::nullopt;
 }
 
+/// RFC 6585 4
+http::Response Engine::Impl::too_many_requests(const Context& context, const Caller& caller) const {
+  http::Response response = parts.responses.denied(context, http::Denial::rate, 429, "this client sends more than this server takes from one client; the field Retry-After says when to send again");
+  response.fields.set("Retry-After", std::to_string(caller.retry_after.count()));
+  return response;
+}
+
 http::Response Engine::Impl::unauthenticated(const Context& context, const Caller& caller) const {
-  http::Response response = parts.responses.problem(context, 401, "this server needs credentials; the field WWW-Authenticate says which");
+  http::Response response = parts.responses.denied(context, http::Denial::credentials, 401, "this server needs credentials; the field WWW-Authenticate says which");
   response.fields.set("WWW-Authenticate", caller.challenge.empty() ? parts.options.challenge : caller.challenge);
   return response;
 }
 
 http::Response Engine::Impl::forbidden(const Context& context) const {
-  return parts.responses.problem(context, 403, "these credentials do not allow " + std::string(context.request().method) + " here");
+  return parts.responses.denied(context, http::Denial::right, 403, "these credentials do not allow " + std::string(context.request().method) + " here");
 }
 
 /// What a caller may not see is as if it did not exist. Who may see nothing at all gets the same response everywhere.
@@ -318,8 +328,12 @@ std::optional<http::Response> Engine::Impl::refused_right(Context& context, cons
   const security::Rights rights = context.resource ? audience.rights(*context.resource) : security::Rights();
   if (context.resource && rights.has(needed_right(context))) return std::nullopt;
   if (!rights.has(security::Right::read)) {
-    context.resource = nullptr;
-    if (audience.sees_something()) return no_resource(context);
+    const bool hides = std::exchange(context.resource, nullptr) != nullptr;
+    if (audience.sees_something()) {
+      http::Response response = no_resource(context);
+      if (hides) response.denial = http::Denial::right;
+      return response;
+    }
   }
   return caller.principal ? forbidden(context) : unauthenticated(context, caller);
 }
@@ -566,6 +580,13 @@ void Engine::renew_rights() { impl_->parts.subscriptions.renew_rights(); }
 
 std::vector<Job> Engine::take_jobs() { return impl_->parts.calls.take_jobs(); }
 std::vector<BodyJob> Engine::take_body_jobs() { return impl_->parts.bodies.take_jobs(); }
+EngineCounts Engine::counts() const {
+  EngineCounts counts = impl_->parts.subscriptions.counts();
+  counts.waiting_requests = impl_->parts.pending.size();
+  counts.waiting_calls = impl_->parts.calls.open();
+  return counts;
+}
+std::vector<SubscriptionEvent> Engine::take_subscription_events() { return impl_->parts.subscriptions.take_events(); }
 std::vector<std::shared_ptr<const void>> Engine::take_discarded() { return std::exchange(impl_->parts.discarded, {}); }
 
 void Engine::stop() {

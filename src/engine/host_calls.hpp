@@ -136,6 +136,7 @@ class HostCalls {
   /// False: the I/O thread runs the call, however busy the host is.
   bool waits_for_host(Dispatch where) const noexcept { return (where == Dispatch::as_server ? dispatch_ : where) != Dispatch::io_thread; }
   /// A host that does not poll leaves calls behind: true when there are too many for one more call that waits for it.
+  std::size_t open() const noexcept { return *open_; }
   bool overloaded(Dispatch where = Dispatch::in_poll) const noexcept { return waits_for_host(where) && *open_ >= max_open_; }
   const std::shared_ptr<Inbox>& inbox() const noexcept { return inbox_; }
   std::vector<Job> take_jobs() { return std::exchange(jobs_, {}); }

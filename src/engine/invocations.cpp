@@ -43,6 +43,7 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   if (is_stop) cancel_oldest(action, context.now);
   else if (calls_.overloaded(where)) return responses_.overloaded(context);
   else if (auto response = refused_by_policy(action, context)) return *std::move(response);
+  else if (auto refused = refused_client(action, context)) return *std::move(refused);
 
   const http::Preferences& preferences = context.preferences();
   const bool must_queue = action.spec->policy.kind == ActionPolicy::Kind::queue && (action.active > 0 || !action.queue.empty());
@@ -80,6 +81,7 @@ Outcome Invocations::invoke(ActionResource& action, Context& context) {
   });
   invocation.control->attach(scanner_.wake_signal());
   invocation.input = std::move(input);
+  if (!is_stop) invocation.share = clients_.take(context.client);
   invocation.created = context.now.utc;
   action.invocations.push_back(std::move(made));
   action.mark_changed();
@@ -124,6 +126,16 @@ std::optional<http::Response> Invocations::refused_by_policy(const ActionResourc
     case ActionPolicy::Kind::preempt: break;
   }
   return std::nullopt;
+}
+
+/// An invocation that replaces another one is no further one.
+std::optional<http::Response> Invocations::refused_client(const ActionResource& action, const Context& context) const {
+  const std::size_t max = options_.clients.max_invocations;
+  if (context.client.empty() || max == 0 || clients_.of(context.client) < max) return std::nullopt;
+  if (action.spec->policy.kind == ActionPolicy::Kind::preempt && action.active > 0) return std::nullopt;
+  http::Response response = responses_.denied(context, http::Denial::invocations, 429, "this client has " + std::to_string(max) + " invocations under way, which is as many as one client may have");
+  responses_.add_retry_after(response);
+  return response;
 }
 
 /// Calls the start lambda where it is to run.
@@ -223,6 +235,7 @@ void Invocations::never_begun(InvocationResource& invocation, TimePoint now) {
 void Invocations::ended(InvocationResource& invocation, TimePoint now) {
   ActionResource& action = invocation.action;
   invocation.ended = now.utc;
+  invocation.share.release();
   invocation.mark_changed();
   if (invocation.token) --action.active;
   respond_to(std::exchange(invocation.waiting, {}), now, [&](const Context& context) { return response_for(context, invocation); });
@@ -359,6 +372,7 @@ void Invocations::removed(ActionResource& action, TimePoint now) {
     respond_to(std::exchange(i->waiting, {}), now, [&](const Context& context) { return responses_.gone(context); });
     start_deadlines_.clear(i->start_deadline);
     if (!i->finished()) cancel_on_host(*i);
+    i->share.release();  // the invocation is destroyed later, without the engine's lock
     registry_.remove(*i);
   }
 }

@@ -8,6 +8,7 @@
 
 #include "src/engine/bodies.hpp"
 #include "src/engine/change_scanner.hpp"
+#include "src/engine/client_counts.hpp"
 #include "src/engine/context.hpp"
 #include "src/engine/deadline_queue.hpp"
 #include "src/engine/host_calls.hpp"
@@ -65,6 +66,8 @@ class Invocations {
   static void leave_queue(InvocationResource& invocation);
   /// Once the robot has taken it: its result, why it failed, or where it continues.
   http::Response response_for(const Context& context, const InvocationResource& invocation) const;
+  /// 429 if the client has as many invocations as it may have.
+  std::optional<http::Response> refused_client(const ActionResource& action, const Context& context) const;
   /// 202: the invocation continues, and its resource shows its status.
   http::Response accepted(const Context& context, const InvocationResource& invocation) const;
 
@@ -77,6 +80,7 @@ class Invocations {
   Bodies& bodies_;
   ChangeScanner& scanner_;
   DeadlineQueue<ResourceId> start_deadlines_;  ///< invocations to be begun by then
+  ClientCounts clients_;                       ///< who has unfinished invocations
 };
 
 }  // namespace lrt::engine

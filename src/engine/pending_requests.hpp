@@ -58,6 +58,7 @@ class PendingRequests {
   void abandon_from(Ticket first) noexcept;
   /// Runs the timeouts that are due.
   void expire(TimePoint now);
+  std::size_t size() const noexcept { return pending_.size(); }
   std::optional<Instant> next_deadline() const;
   std::optional<Reply> take_reply();
   /// Responds to every request now, with its call cancelled.

@@ -66,7 +66,9 @@ Result<void> check_formats(model::PropertySpec& property, const std::string& nam
     if (!type || type->type == "*" || type->subtype == "*")
       return unexpected(Errc::expected_media_type, name + ": expected a media type, found \"" + r.media_type + "\"");
     r.media_type = type->to_string();
-    if (is_taken(type->essence()) || is_taken(r.media_type)) return unexpected(Errc::duplicate_path, name + ": there is " + r.media_type + " of it already");
+    // text/plain with a parameter is a format of its own, such as that of Prometheus.
+    const bool is_own_text = type->essence() == rdf::media_type(rdf::Plain::text) && r.media_type != type->essence();
+    if ((is_taken(type->essence()) && !is_own_text) || is_taken(r.media_type)) return unexpected(Errc::duplicate_path, name + ": there is " + r.media_type + " of it already");
     taken.push_back(r.media_type);
     if (!r.element_type.empty() && !iri::is_absolute(r.element_type))
       return unexpected(Errc::expected_iri, name + ": expected an absolute IRI as element type");

@@ -26,6 +26,11 @@ class Responses {
   /// An error with its details (SPEC 3.4): RFC 9457 problem details as JSON, or as Turtle or HTML where the client prefers that. Never 406.
   /// @param errors  the extension member `errors` of problem details in JSON: json_of()
   http::Response problem(const Context& context, int status, std::string detail, std::string errors = {}) const;
+  http::Response denied(const Context& context, http::Denial why, int status, std::string detail) const {
+    http::Response response = problem(context, status, std::move(detail));
+    response.denial = why;
+    return response;
+  }
   /// An Error of user code: 422 for what the type refuses, 409 for what the robot declines, 500 for what failed.
   http::Response refused(const Context& context, const std::string& what, const Error& error) const;
   /// The resource went while the request waited.

@@ -214,6 +214,7 @@ void SavedSubscriptions::resume() {
     now.request.observed = observed;
     now.request.audience = *std::move(audience);
     now.request.variant = *variant;
+    now.request.restored = true;
     subscriptions_.make(std::move(now.request), base, std::move(now.id), now.created);
   }
 }

@@ -139,8 +139,11 @@ subscription::Policy Subscriptions::default_policy(const Resource& observed) con
 
 std::optional<http::Response> Subscriptions::too_many(const Context& context, Protocol protocol) const {
   const bool callback = protocol == Protocol::callback;
-  if (by_channel_.size() < options_.subscriptions.max_subscriptions && (!callback || callbacks_ < options_.callbacks.max_callbacks)) return std::nullopt;
-  http::Response response = responses_.problem(context, 503, callback ? "there are as many web callbacks as this server keeps"
+  const std::size_t max = options_.clients.max_subscriptions;
+  const bool too_many_of_client = !context.client.empty() && max != 0 && clients_.of(context.client) >= max;
+  if (!too_many_of_client && by_channel_.size() < options_.subscriptions.max_subscriptions && (!callback || callbacks_ < options_.callbacks.max_callbacks)) return std::nullopt;
+  http::Response response = too_many_of_client ? responses_.denied(context, http::Denial::subscriptions, 429, "this client has " + std::to_string(max) + " subscriptions, which is as many as one client may have")
+                            : responses_.problem(context, 503, callback ? "there are as many web callbacks as this server keeps"
                                                                       : "there are as many subscriptions as this server keeps");
   responses_.add_retry_after(response);
   return response;
@@ -149,9 +152,9 @@ std::optional<http::Response> Subscriptions::too_many(const Context& context, Pr
 std::optional<http::Response> Subscriptions::refused_receiver(const Context& context, const std::string& url) const {
   const Result<subscription::CallbackUrl> parsed = subscription::parse_callback_url(url);
   if (!parsed) return responses_.problem(context, 400, parsed.error().message);
-  if (bases_.is_this_server(*parsed)) return responses_.problem(context, 403, "callback URL: " + parsed->authority + " is this server itself");
+  if (bases_.is_this_server(*parsed)) return responses_.denied(context, http::Denial::receiver, 403, "callback URL: " + parsed->authority + " is this server itself");
   if (may_call(*parsed)) return std::nullopt;
-  return responses_.problem(context, 403, "callback URL: this server may not call " + parsed->authority);
+  return responses_.denied(context, http::Denial::receiver, 403, "callback URL: this server may not call " + parsed->authority);
 }
 
 /// The policy in the query of a GET.
@@ -176,6 +179,7 @@ Outcome Subscriptions::subscribe(Context& context, Protocol protocol) {
   SubscriptionRequest wanted;
   wanted.observed = context.resource;
   wanted.protocol = protocol;
+  wanted.client = context.client;
   wanted.policy = default_policy(*wanted.observed);
   wanted.audience = context.audience;
   if (protocol == Protocol::websocket) {
@@ -282,7 +286,7 @@ http::Response Subscriptions::description_response(const Context& context, Subsc
 Outcome Subscriptions::create(Context& context) {
   const auto problem = [&](int status, std::string detail) { return responses_.problem(context, status, std::move(detail)); };
   if (requests_other_model(context.request().joined("Link"))) return problem(409, "members of this container are ldp:RDFSource");
-  if (!makes_callbacks()) return problem(403, "this server may call no receiver: it makes no web callbacks");
+  if (!makes_callbacks()) return responses_.denied(context, http::Denial::receiver, 403, "this server may call no receiver: it makes no web callbacks");
   static constexpr FocusRule rule{focus_nodes, "subscription", refused_node};
   auto read = bodies_.read_graph(context, rule);
   if (auto outcome = outcome_of(read)) return *std::move(outcome);
@@ -299,6 +303,7 @@ Outcome Subscriptions::create(Context& context) {
   };
   SubscriptionRequest wanted;
   wanted.protocol = Protocol::callback;
+  wanted.client = context.client;
   const std::string observed = object(vocab::hybrit::onResource).value_or("");
   if (const auto path = bases_.path_of(observed)) {
     const Result<std::string> canonical = canonical_path(*path);
@@ -360,11 +365,14 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
   ThingNode& thing = *request.observed->thing;
   std::string path = thing.subscriptions.path + "/" + id;
   std::string known_tag = std::move(request.known_tag);
-  const bool begins_with_refresh = request.begins_with_refresh;
+  const std::string client = std::move(request.client);
+  const bool begins_with_refresh = request.begins_with_refresh, requested = !request.restored;
   auto made = std::make_unique<SubscriptionResource>(std::move(path), std::move(id), Channel{next_channel_++}, std::move(request), base, created, *this,
                                                      options_, queued_bytes_);
   SubscriptionResource& s = *made;
   s.last_tag = std::move(known_tag);
+  s.share = clients_.take(client);
+  report(SubscriptionEvent::Kind::made, s, requested);
   by_channel_.emplace(static_cast<std::uint64_t>(s.channel), &s);
   thing.subscriptions.subscriptions.push_back(std::move(made));
   registry_.add(s);
@@ -429,6 +437,8 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
     --callbacks_;
     if (!s.is_cancelling()) saves_.changed();
   }
+  report(SubscriptionEvent::Kind::ended, s, true);
+  dropped_ += s.backlog.dropped();
   next_notifications_.clear(s.next_notification);
   by_channel_.erase(static_cast<std::uint64_t>(s.channel));
   if (s.queues()) s.observed.for_each_property([this](PropertyResource& p) { values_.keep(p, false); });
@@ -438,6 +448,25 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
   registry_.remove(s);
   auto& members = container.subscriptions;
   members.erase(std::find_if(members.begin(), members.end(), [&](const auto& m) { return m.get() == &s; }));
+}
+
+EngineCounts Subscriptions::counts() const {
+  EngineCounts counts;
+  counts.messages_sent = sent_;
+  counts.messages_dropped = dropped_;
+  counts.queued_bytes = queued_bytes_;
+  for (const auto& [channel, s] : by_channel_) {
+    counts.messages_dropped += s->backlog.dropped();
+    if (s->protocol == Protocol::websocket) ++counts.websockets;
+    else if (s->protocol == Protocol::event_stream) ++counts.event_streams;
+    else ++counts.callbacks;
+  }
+  return counts;
+}
+
+void Subscriptions::report(SubscriptionEvent::Kind kind, const SubscriptionResource& s, bool requested) {
+  static constexpr std::string_view protocols[] = {"websocket", "callback", "event_stream"};  // by Protocol
+  if (options_.reports_subscriptions) events_.push_back({kind, s.path, s.observed.path, protocols[static_cast<std::size_t>(s.protocol)], requested});
 }
 
 std::optional<Audience> Subscriptions::renewed(const Audience& owner, const Resource& observed) const {
@@ -636,6 +665,7 @@ std::optional<Push> Subscriptions::next_push(Channel channel, TimePoint now) {
       auto item = next_item(*s, now);
       if (!item) return std::nullopt;
       ++s->delivered;
+      ++sent_;
       push.message = item->body;
       push.text = s->its_variant.is_text();
       return push;
@@ -748,6 +778,7 @@ void Subscriptions::delivered(Channel channel, const subscription::DeliveryResul
   const bool may_confirm_later = result.status == 0 || result.status == 408 || result.status == 429 || result.status >= 500;
   if (!confirming && result.status >= 200 && result.status < 300) {
     ++s->delivered;
+    ++sent_;
     s->retry.succeeded();
     s->last_error.clear();
     s->logged_error.clear();

@@ -64,6 +64,9 @@ class Subscriptions {
   /// Ends one. A WebSocket or event stream that is open is closed; a code of 0: it is closed already.
   void end(SubscriptionResource& s, std::uint16_t code, std::string reason);
   std::size_t callback_count() const noexcept { return callbacks_; }
+  EngineCounts counts() const;
+
+  std::vector<SubscriptionEvent> take_events() { return std::exchange(events_, {}); }
   /// What the owner of a subscription may do now; nullopt: it may not subscribe to the resource.
   std::optional<Audience> renewed(const Audience& owner, const Resource& observed) const;
   void renew_rights();
@@ -112,6 +115,7 @@ class Subscriptions {
   subscription::Item item_of(const SubscriptionResource& s, Representation& representation);
   void announce(SubscriptionResource& s);
   subscription::Item next_item(SubscriptionResource& s, TimePoint now);
+  void report(SubscriptionEvent::Kind kind, const SubscriptionResource& s, bool requested);
   void notify_of_structure();
   bool must_confirm(const std::string& url) const;
   subscription::Notification confirmation_of(SubscriptionResource& s) const;
@@ -133,6 +137,10 @@ class Subscriptions {
   std::unordered_map<std::uint64_t, SubscriptionResource*> by_channel_;
   std::unordered_map<std::uint64_t, ClosingChannel> closing_;
   std::size_t callbacks_ = 0;
+  std::uint64_t sent_ = 0;     ///< of all subscribers
+  std::uint64_t dropped_ = 0;  ///< of subscribers that are gone
+  std::vector<SubscriptionEvent> events_;
+  ClientCounts clients_;  ///< who has subscriptions; those that were restored have nobody
 
   std::deque<Channel> urgent_, ready_;                  ///< to be named by next_ready()
   std::vector<subscription::ReadyCallback> callbacks_ready_;

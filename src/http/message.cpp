@@ -1,5 +1,6 @@
 #include <lrt/http/message.hpp>
 
+#include <array>
 #include <cassert>
 #include <charconv>
 #include <cstdint>
@@ -167,6 +168,12 @@ std::vector<Field> Fields::list() const {
   std::vector<Field> result;
   for (std::string_view rest = block(); !rest.empty();) result.push_back(take_field(rest));
   return result;
+}
+
+std::string_view to_string(Denial denial) noexcept {
+  static constexpr std::array<std::string_view, denial_count> names = {"",     "credentials", "right",       "origin",       "notification", "receiver",
+                                                                       "host", "rate",        "invocations", "subscriptions"};
+  return names[static_cast<std::size_t>(denial)];
 }
 
 std::string_view reason_phrase(int status) noexcept {

@@ -17,8 +17,11 @@
 #include "src/base/thread.hpp"
 #include "src/page/page.hpp"
 #include "src/rdf/codecs.hpp"
+#include "src/server/audit.hpp"
 #include "src/server/body_pool.hpp"
 #include "src/server/callers.hpp"
+#include "src/server/client_limiter.hpp"
+#include "src/server/counters.hpp"
 #include "src/server/guest_requests.hpp"
 #include "src/server/listen_addresses.hpp"
 #include "src/server/log_queue.hpp"
@@ -62,6 +65,15 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (rest_.descriptor() < 0)
       return unexpected(Errc::io_error, "no event descriptor for the server: " + std::system_category().message(rest_.error()));
     if (Result<void> checked = engine_.check(); !checked) return checked;
+    if (Result<void> checked = ClientLimiter::check(options_.security.clients); !checked) return checked;
+    limiter_.emplace(options_.security.clients);
+    if (Result<void> checked = Audit::check(options_.security.audit); !checked) return checked;
+    if (options_.security.audit.sink) {
+      audit_.emplace(options_.security.audit, waking_log());
+      Result<Thread> started = start_thread("lrt-audit", options_.threads.own, [this] { audit_->writer().run(); });
+      if (!started) return Unexpected{std::move(started).error()};
+      audit_thread_ = *std::move(started);
+    }
     auto callers = Callers::create(options_.security, sessions_, waking_log(), clock_);
     if (!callers) return Unexpected{std::move(callers).error()};
     callers_ = *std::move(callers);
@@ -92,7 +104,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   bool can_be_destroyed() noexcept {
     if (!process_.is_current() || serving_ == std::this_thread::get_id()) return false;
     const std::lock_guard lock(threads_mutex_);
-    return !io_.is_current() && !runner_.is_current();
+    return !io_.is_current() && !runner_.is_current() && !audit_thread_.is_current();
   }
 
   /// @param what  a Thing, or several
@@ -112,7 +124,9 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (!process_.is_current()) return forever;
     if (serving_ == std::this_thread::get_id()) return std::chrono::milliseconds(0);  // called by a lambda that the transport's turn runs
     try {
-      const auto end = std::chrono::steady_clock::now() + budget;
+      const auto begin = std::chrono::steady_clock::now();
+      const Counters::Poll measured(counters_, begin);
+      const auto end = begin + budget;
       const bool serves = options_.threads.io == Io::in_poll;
       std::chrono::milliseconds rest = forever;
       if (!serves && rest_.is_awake()) rest_.clear();
@@ -178,9 +192,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     const auto me = std::this_thread::get_id();
     if (serving_ == me) return;  // from a lambda: the serving thread finishes when it returns
     // Each thread is joined by the first caller, without a lock: a lambda on one of them may be stopping too.
-    Thread io, runner;
+    Thread io, runner, auditor;
     {
       const std::lock_guard lock(threads_mutex_);
+      if (!audit_thread_.is_current()) auditor = std::move(audit_thread_);
       if (!io_.is_current()) io = std::move(io_);
       if (!runner_.is_current()) runner = std::move(runner_);
     }
@@ -190,12 +205,35 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       if (const Turn turn(*this); turn) finish();
       else wait_until_finished();  // a turn on another thread carries out the stop
     }
+    if (audit_) audit_->writer().stop();
+    auditor.join();
     log_.flush();
   }
 
   Result<void> reload_tls() {
     if (!process_.is_current()) return check_open();
     return transport_ ? transport_->reload_tls() : unexpected(Errc::closed, "the server does not listen");
+  }
+  ServerCounters counters() const {
+    ServerCounters all;
+    counters_.read(all);
+    if (transport_) all.connections = transport_->connections();
+    if (audit_) {
+      all.audit_dropped = audit_->writer().dropped();
+      all.audit_waiting = audit_->writer().waiting();
+    }
+    if (!process_.is_current()) return all;
+    const std::lock_guard lock(mutex_);
+    const engine::EngineCounts counts = engine_.counts();
+    all.websockets = counts.websockets;
+    all.event_streams = counts.event_streams;
+    all.callbacks = counts.callbacks;
+    all.messages_sent = counts.messages_sent;
+    all.messages_dropped = counts.messages_dropped;
+    all.queued_bytes = counts.queued_bytes;
+    all.waiting_requests = counts.waiting_requests;
+    all.waiting_calls = counts.waiting_calls;
+    return all;
   }
   std::uint16_t port() const noexcept { return transport_ ? transport_->port() : 0; }
   std::string url() const {
@@ -206,8 +244,19 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
 
   // engine::Handler, on the transport's thread
   engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes, TimePoint now) override {
-    const Result<engine::Caller> caller = engine_.authorize(request);  // user code: without the lock
-    return with_engine([&] { return engine_.judge_header(request, body_bytes, caller, now); });
+    const Result<engine::Caller> caller = admit(request, true, now);
+    engine::HeaderVerdict verdict = with_engine([&] {
+      engine::HeaderVerdict made = engine_.judge_header(request, body_bytes, caller, now);
+      if (made.response) {
+        counters_.request();
+        counters_.response(made.response->status, made.response->denial);
+      }
+      if (made.response) audit([&](Audit& audit) { audit.refused(request, caller, *made.response, now); });
+      return made;
+    });
+    if (!verdict.response && caller)
+      limiter_->count_body(*caller, std::min<std::uint64_t>(body_bytes.value_or(verdict.max_body_bytes), options_.limits.max_body_bytes), now);
+    return verdict;
   }
   engine::HeaderVerdict judge_header(const http::Request& request, std::optional<std::uint64_t> body_bytes) {
     if (!process_.is_current()) return {refused(), 0};
@@ -218,8 +267,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     return engine_.is_stop(request);
   }
   engine::Outcome handle(const http::Request& request, TimePoint now) override {
-    const Result<engine::Caller> caller = engine_.authorize(request);  // user code: without the lock
-    return with_engine([&] { return engine_.handle(request, caller, now); });
+    const Result<engine::Caller> caller = admit(request, !request.body.empty(), now);
+    return with_engine([&] { return handle(request, caller, now); });
   }
   std::optional<engine::Reply> next_reply(TimePoint now) override {
     run_io_jobs();
@@ -231,7 +280,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
         return first;
       }
       std::optional<engine::Reply> reply;
-      do reply = engine_.next_reply(now);
+      do reply = take_reply(now);
       while (reply && guests_.take(*reply));
       return reply;
     });
@@ -247,6 +296,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   void abandon(engine::Ticket ticket) noexcept override {
     const std::lock_guard lock(mutex_);
     engine_.abandon(ticket);
+    audit([&](Audit& audit) { audit.abandoned(ticket); });
   }
   std::optional<engine::Channel> next_ready(TimePoint now) override {
     return with_engine([&] {
@@ -274,6 +324,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   void closed(engine::Channel channel) noexcept override {
     const std::lock_guard lock(mutex_);
     engine_.closed(channel);
+    if (audit_) audit_subscriptions(clock_.now());
   }
 
   // delivery::Source, on the deliverer's threads
@@ -294,9 +345,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   // Requests that came over an HTTP server of the host's, on its threads.
   http::Response serve(const http::Request& request, std::optional<engine::Channel>& channel) {
     if (!process_.is_current()) return refused();
-    const Result<engine::Caller> caller = engine_.authorize(request);
+    const TimePoint now = clock_.now();
+    const Result<engine::Caller> caller = admit(request, !request.body.empty(), now);
     engine::Outcome outcome = with_engine([&] {
-      engine::Outcome made = engine_.handle(request, caller, clock_.now());
+      engine::Outcome made = handle(request, caller, now);
       // Before the lock is let go: a reply may be there at once.
       if (const auto* deferred = std::get_if<engine::Deferred>(&made)) guests_.add(deferred->ticket);
       if (const auto* streamed = std::get_if<engine::Streamed>(&made)) guests_.add(streamed->channel);
@@ -330,6 +382,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       const std::lock_guard lock(mutex_);
       guests_.remove(channel);
       engine_.closed(channel);
+      if (audit_) audit_subscriptions(clock_.now());
     }
     log_.flush();
   }
@@ -338,6 +391,50 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   Result<void> check_open() const {
     if (!process_.is_current()) return unexpected(Errc::closed, "the server belongs to the parent process");
     return stopping_ ? unexpected(Errc::closed, "the server has stopped") : Result<void>();
+  }
+
+  /// Finds out who sends a request, and whether that client sends too much. Each request is counted once: when its header section is judged.
+  Result<engine::Caller> admit(const http::Request& request, bool has_body, TimePoint now) {
+    Result<engine::Caller> caller = engine_.authorize(request);  // user code: without the lock
+    if (!caller || request.judged) return caller;
+    if (const auto pause = limiter_->count(*caller, request.peer, has_body, now); pause && !is_stop(request)) {
+      caller->access = engine::Access::too_many_requests;
+      caller->retry_after = *pause;
+    } else if (!request.body.empty()) {
+      limiter_->count_body(*caller, request.body.size(), now);
+    }
+    return caller;
+  }
+
+  // With the lock.
+  engine::Outcome handle(const http::Request& request, const Result<engine::Caller>& caller, TimePoint now) {
+    engine::Outcome outcome = engine_.handle(request, caller, now);
+    counters_.request();
+    if (const auto* response = std::get_if<http::Response>(&outcome)) counters_.response(response->status, response->denial);
+    else if (const auto* streamed = std::get_if<engine::Streamed>(&outcome)) counters_.response(streamed->response.status, http::Denial::none);
+    else if (std::holds_alternative<engine::Upgraded>(outcome)) counters_.response(101, http::Denial::none);
+    audit_subscriptions(now);
+    audit([&](Audit& audit) { audit.handled(request, caller, outcome, now); });
+    return outcome;
+  }
+  std::optional<engine::Reply> take_reply(TimePoint now) {
+    std::optional<engine::Reply> reply = engine_.next_reply(now);
+    if (reply) counters_.response(reply->response.status, reply->response.denial);
+    audit_subscriptions(now);
+    if (reply) audit([&](Audit& audit) { audit.replied(*reply); });
+    return reply;
+  }
+  void audit_subscriptions(TimePoint now) noexcept {
+    audit([&](Audit& audit) { audit.changed(engine_.take_subscription_events(), now); });
+  }
+  template <class F>
+  void audit(F f) noexcept {
+    if (!audit_) return;
+    try {
+      f(*audit_);
+    } catch (...) {  // no memory for the line
+      audit_->writer().drop();
+    }
   }
 
   /// Starts a transport on Listen::address; of a host name, on its first address that the machine has.
@@ -426,6 +523,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     options.renew = [this](const security::Principal* owner) { return callers_ ? callers_->renew(owner) : engine::Caller(); };
     options.challenge = options_.security.challenge;
     options.sessions = sessions_;
+    options.clients = options_.security.clients;
+    options.reports_subscriptions = static_cast<bool>(options_.security.audit.sink);
     options.dispatch = options_.threads.dispatch;
     options.body_jobs = options_.threads.body_threads > 0;
     options.subscriptions = options_.subscriptions;
@@ -501,6 +600,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     std::vector<engine::Job> jobs = engine_.take_jobs();
     std::vector<engine::BodyJob> bodies = engine_.take_body_jobs();
     const std::vector<subscription::ReadyCallback> callbacks = engine_.take_callbacks();
+    if (audit_) audit_subscriptions(clock_.now());
     if (saved_)
       if (std::optional<engine::SavedText> saved = engine_.take_saved()) saved_->save(std::move(saved->text), saved->revision);
     lock.unlock();
@@ -519,7 +619,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       const auto now = clock_.now();
       const auto due = engine_.next_deadline();
       if (due && *due <= now.steady) {
-        while (auto reply = engine_.next_reply(now))
+        while (auto reply = take_reply(now))
           if (!guests_.take(*reply)) replies_.push_back(*std::move(reply));
         if (auto reply = guests_.reply(ticket)) return *std::move(reply);
         pass_on(lock);
@@ -586,7 +686,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     if (deliverer_) deliverer_->stop();
     bodies_.stop();
     const std::lock_guard lock(mutex_);
-    while (auto reply = engine_.next_reply(clock_.now())) (void)guests_.take(*reply);
+    while (auto reply = take_reply(clock_.now())) (void)guests_.take(*reply);
     guests_.notify();
     finished_ = true;
   }
@@ -652,6 +752,9 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   mutable std::mutex mutex_;                              // guards engine_, guests_ and replies_; never held while user code runs
   const std::shared_ptr<security::Sessions> sessions_;    // nullptr: nobody can log in
   std::shared_ptr<Callers> callers_;  ///< nullptr: everybody may do everything
+  Counters counters_;
+  std::optional<ClientLimiter> limiter_;  ///< set before the transport starts
+  std::optional<Audit> audit_;  ///< the same; nullopt: there is no sink. Guarded by mutex_, but for its writer
   engine::Engine engine_;
   BodyPool bodies_;
   GuestRequests guests_;
@@ -669,8 +772,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   EventWaker rest_;                            // where run() waits when there is nothing to do
   std::atomic<bool> stopping_{false}, finished_{false}, descriptor_is_used_{false};
   std::atomic<std::thread::id> serving_{};                // the thread inside the transport
-  std::mutex threads_mutex_;                              // guards io_ and runner_, not the joining
-  Thread io_, runner_;
+  std::mutex threads_mutex_;                              // guards the threads, not the joining
+  Thread io_, runner_, audit_thread_;
 };
 
 void Server::End::operator()(Impl* impl) const noexcept {
@@ -723,6 +826,11 @@ EventSource::Event EventSource::next(std::chrono::milliseconds max_wait) {
   const std::optional<engine::Push> push = server_->next_event(channel_, max_wait);
   if (!push) return {};
   return {push->message, push->close != 0};
+}
+
+ServerCounters Server::counters() const { return impl_->counters(); }
+std::function<ServerCounters()> Server::counter_source() const {
+  return [impl = impl_.get()] { return impl->counters(); };
 }
 
 std::uint16_t Server::port() const noexcept { return impl_->port(); }

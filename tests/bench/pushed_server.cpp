@@ -28,6 +28,7 @@ int main(int argc, char** argv) {
   std::size_t keep = 0;
   long period = 1000;
   lrt::Options options;
+  options.security.clients.requests_per_second = 0;  // a client with a token sends more than its share
   for (int i = 1; i < argc; ++i) {
     const std::string arg = argv[i];
     if (arg == "--things" && i + 1 < argc) things = static_cast<std::size_t>(std::atol(argv[++i]));

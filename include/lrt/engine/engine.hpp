@@ -37,6 +37,7 @@ enum class Access : std::uint8_t {
   granted,
   unauthenticated,  ///< 401, with Security::challenge
   forbidden,        ///< 403
+  too_many_requests,  ///< 429, with Retry-After
 };
 /// Judges a request by its header section: its body has not been received, and `body` is empty. A GET with `Upgrade: callback` makes the
 /// robot post to a URL, so do not grant it to clients that may only read.
@@ -50,6 +51,8 @@ struct Caller {
   std::shared_ptr<const security::View> view{};            ///< what it may do to each resource; nullptr: everything
   std::string challenge{};                                 ///< WWW-Authenticate of a 401; empty: EngineOptions::challenge
   bool by_cookie = false;  ///< known by the cookie of a session, which browsers send on their own: only pages of this server may use it
+  std::string client{};                                    ///< for whom invocations and subscriptions are counted (ClientLimits); empty: they are not
+  std::chrono::seconds retry_after{1};                     ///< of a 429
 };
 /// Finds out who sends a request by its header section.
 using Authentication = std::function<Caller(const http::Request&)>;
@@ -104,6 +107,8 @@ struct EngineOptions : Limits {
   std::vector<std::string> read_origins;               ///< Security::read_origins
   std::vector<std::string> notification_senders;       ///< Security::notification_senders
   bool body_jobs = false;                              ///< bodies above small_body_bytes become BodyJobs; else every body is judged at once
+  bool reports_subscriptions = false;                  ///< take_subscription_events() has something
+  security::ClientLimits clients;                      ///< Security::clients, of which the engine has max_invocations and max_subscriptions
   /// A request that makes or cancels a web callback waits so long for saved(); then 503, and nothing has changed. nullopt: it does not wait.
   std::optional<std::chrono::milliseconds> save_timeout;
 };
@@ -112,6 +117,25 @@ struct EngineOptions : Limits {
 struct Upgrades {
   bool websocket = false;
   bool callback = true;
+};
+
+/// A subscription was made, or has ended.
+struct SubscriptionEvent {
+  enum class Kind : std::uint8_t { made, ended };
+  Kind kind;
+  std::string path;
+  std::string resource;           ///< path of what it observes
+  std::string_view protocol;      ///< "websocket", "event_stream" or "callback"
+  bool requested = true;          ///< made by a request, whose response has its IRI as Location; false: restored
+};
+
+/// What an engine has at present, and what subscribers got since it was created.
+struct EngineCounts {
+  std::size_t websockets = 0, event_streams = 0, callbacks = 0;  ///< subscriptions
+  std::uint64_t messages_sent = 0, messages_dropped = 0;
+  std::size_t queued_bytes = 0;      ///< of messages for subscribers
+  std::size_t waiting_requests = 0;  ///< deferred
+  std::size_t waiting_calls = 0;     ///< of lambdas, which the host has not run
 };
 
 /// All web callbacks as text.
@@ -213,6 +237,9 @@ class Engine final : public Handler {
   /// Things that were removed or refused, with the user's lambdas: to be destroyed without a lock. What is not taken is destroyed by the
   /// next add() or remove().
   std::vector<std::shared_ptr<const void>> take_discarded();
+  /// What became of subscriptions since the last call, in order, with EngineOptions::reports_subscriptions.
+  std::vector<SubscriptionEvent> take_subscription_events();
+  EngineCounts counts() const;
   /// The server stops: every waiting and every new request gets 503.
   void stop();
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -82,12 +83,30 @@ class Fields {
   std::uint8_t known_ = 0;                     ///< bits of Known
 };
 
+/// Why a server has refused a request: for its counters and its audit. It is not sent.
+enum class Denial : std::uint8_t {
+  none,
+  credentials,    ///< 401: there are none, or they are not valid
+  right,          ///< 403, or 404: they do not permit it
+  origin,         ///< 403: a page of another origin
+  notification,   ///< 403: the notification of another server
+  receiver,       ///< 403: the server may not post to this receiver
+  host,           ///< 421
+  rate,           ///< 429: the client sends too much
+  invocations,    ///< 429: the client has too many invocations
+  subscriptions,  ///< 429: the client has too many subscriptions
+};
+inline constexpr std::size_t denial_count = 10;
+/// The enumerator's name; empty for `none`.
+std::string_view to_string(Denial denial) noexcept;
+
 /// A response. The transport adds Date, Content-Length and Connection; a body given for HEAD is counted, not sent.
 struct Response {
   int status = 200;
   Fields fields;
   std::shared_ptr<const std::string> body;  ///< shared: a cached representation is sent to many without a copy
   bool close = false;                       ///< the connection ends with this response
+  Denial denial = Denial::none;
 
   std::string_view content() const noexcept { return body ? std::string_view(*body) : std::string_view(); }
   void set_body(std::string text) { body = std::make_shared<const std::string>(std::move(text)); }

@@ -114,6 +114,9 @@ class Transport {
   /// @par Errors   invalid_option: no TLS; io_error: a file, with the reason
   /// @par Threads  Any.
   virtual Result<void> reload_tls() { return unexpected(Errc::invalid_option, "this transport has no TLS"); }
+  /// Open connections, WebSockets included; nullopt: it does not count them.
+  /// @par Threads  Any.
+  virtual std::optional<std::size_t> connections() const noexcept { return std::nullopt; }
   /// The port that is listened on; 0 before start() and for a transport without one.
   virtual std::uint16_t port() const noexcept = 0;
 };

@@ -13,6 +13,7 @@
 #include <lrt/base/result.hpp>
 #include <lrt/model/detail/spec.hpp>
 
+#include "src/engine/client_counts.hpp"
 #include "src/engine/deadline_queue.hpp"
 #include "src/engine/invocation_control.hpp"
 #include "src/engine/resource.hpp"
@@ -68,6 +69,7 @@ class InvocationResource final : public Resource {
   std::shared_ptr<CancelToken> token;      ///< of the call that starts it, once there is one
   DeadlineQueue<ResourceId>::Place start_deadline;
   std::vector<WaitingRequest> waiting;
+  ClientCounts::Share share;               ///< of its client, until it has ended
 };
 
 /// A command: what it consumes and produces, its binding, its invocations (R1.10, paper 5.4).

@@ -9,6 +9,7 @@
 #include <lrt/engine/engine.hpp>
 #include <lrt/subscription/channel.hpp>
 
+#include "src/engine/client_counts.hpp"
 #include "src/engine/deadline_queue.hpp"
 #include "src/engine/resource.hpp"
 #include "src/subscription/backlog.hpp"
@@ -29,7 +30,9 @@ struct SubscriptionRequest {
   subscription::Policy policy;
   bool provisional = false;          ///< SubscriptionResource::provisional
   bool has_confirmed = false;        ///< SubscriptionResource::has_confirmed
+  bool restored = false;             ///< from a file, without a request
   bool begins_with_refresh = false;  ///< the first notification waits until the value has been read
+  std::string client;       ///< Caller::client
   std::string known_tag;    ///< of the representation that the client of an event stream has
   Audience audience{};      ///< whose subscription it is
 };
@@ -75,6 +78,7 @@ class SubscriptionResource final : public Resource, public Observer {
   const std::string url, receiver, secret;   ///< of a callback; receiver: as in subscription::ReadyCallback
   const Utc created;
   Audience audience;                         ///< whose it is; its notifications show what these may see
+  ClientCounts::Share share;                 ///< of its client
 
   subscription::Backlog backlog;
   std::string last_tag;                      ///< of the representation that was sent last

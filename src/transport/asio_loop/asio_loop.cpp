@@ -115,6 +115,7 @@ class HostLoopTransport final : public Transport {
   }
   Result<void> reload_tls() override { return http_->reload_tls(); }
   std::uint16_t port() const noexcept override { return http_->port(); }
+  std::optional<std::size_t> connections() const noexcept override { return http_->connections(); }
 
  private:
   void end_watch() {

@@ -1,6 +1,7 @@
 #include <lrt/transport/http.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cstdint>
@@ -73,6 +74,7 @@ class HttpTransport final : public Transport {
   Capabilities capabilities() const noexcept override { return {true, true, true}; }
   Result<void> reload_tls() override;
   std::uint16_t port() const noexcept override { return listener_.port(); }
+  std::optional<std::size_t> connections() const noexcept override { return connections_.load(std::memory_order_relaxed); }
 
  private:
   bool started() const noexcept { return loop_.context.handler != nullptr; }
@@ -94,6 +96,7 @@ class HttpTransport final : public Transport {
   Listener listener_;
   bool left_ = false;  ///< the budget ended before what the handler has
   bool descriptor_used_ = false;  ///< the host may sleep on descriptor()
+  std::atomic<std::size_t> connections_{0};  ///< at the end of the last turn
 };
 
 Result<void> HttpTransport::start(engine::Handler& handler) {
@@ -151,6 +154,7 @@ milliseconds HttpTransport::poll(std::chrono::microseconds budget, milliseconds 
   deliver(now);
   expire(now);
 
+  connections_.store(loop_.clients.size(), std::memory_order_relaxed);
   const bool left = left_ || readiness.has_left();
   const auto due = next_due();
   if (descriptor_used_) set_alarm(left, due);

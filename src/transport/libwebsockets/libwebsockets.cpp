@@ -65,6 +65,7 @@ class VhostTransport : public Transport {
 
   std::shared_ptr<Waker> waker() const noexcept override { return waker_; }
   std::uint16_t port() const noexcept override { return vhost_->port(); }
+  std::optional<std::size_t> connections() const noexcept override { return connections_.load(std::memory_order_relaxed); }
   Result<void> reload_tls() override {
     if (!options_.tls) return unexpected(Errc::invalid_option, "the port speaks plain HTTP: there is no TLS to reload");
     if (auto checked = check_tls(options_.tls); !checked) return checked;
@@ -79,6 +80,7 @@ class VhostTransport : public Transport {
   std::optional<SteadyClock::time_point> next_deadline() const { return vhost_->handler().next_deadline(); }
   /// For the next start(): libwebsockets may still have the one that was.
   void renew() { vhost_ = std::make_shared<Vhost>(options_, waker_); }
+  void count_connections() noexcept { connections_.store(vhost_->connection_count(), std::memory_order_relaxed); }
   /// At the beginning of a turn, so that the next client gets the new certificate.
   void reload_if_requested() {
     if (reload_.exchange(false)) vhost_->reload_tls();
@@ -90,6 +92,7 @@ class VhostTransport : public Transport {
 
  private:
   std::atomic<bool> reload_{false};
+  std::atomic<std::size_t> connections_{0};  ///< at the end of the last turn
 };
 
 /// On a context of its own, which is there from start() to stop().
@@ -176,6 +179,7 @@ milliseconds OwnContext::poll(std::chrono::microseconds budget, milliseconds wai
     if ((!vhost_->deliver() && vhost_->events() == events) || SteadyClock::now() >= end)
       break;  // what was given is written in the next round
   }
+  count_connections();
   auto rest = vhost_->has_connections() ? timer_period : max_wait;
   rest = milliseconds(lws_service_adjust_timeout(context_, static_cast<int>(rest.count()), 0));
   if (const auto due = next_deadline()) rest = std::min(rest, until(*due, now().steady));
@@ -253,6 +257,7 @@ milliseconds HostContext::poll(std::chrono::microseconds, milliseconds) {
   if (!is_open()) return milliseconds::max();
   reload_if_requested();
   vhost_->deliver();
+  count_connections();
   if (vhost_->has_more()) {
     request_turn();
     return milliseconds(0);

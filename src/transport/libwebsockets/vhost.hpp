@@ -79,6 +79,7 @@ class Vhost {
   bool is_open() const noexcept { return handler_ != nullptr; }
   std::uint16_t port() const noexcept;
   bool has_connections() const noexcept { return !connections_.empty(); }
+  std::size_t connection_count() const noexcept { return connections_.size(); }
   /// Events so far.
   std::size_t events() const noexcept { return events_; }
 

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <unordered_map>
+#include <utility>
+
+namespace lrt::engine {
+
+/// How many objects of one kind each client has at a time.
+class ClientCounts {
+  using Counts = std::unordered_map<std::string, std::size_t>;
+
+ public:
+  /// One object of a client: it counts until it is released or destroyed. It must not outlive the counts.
+  class Share {
+   public:
+    Share() noexcept = default;
+    Share(Share&& other) noexcept : counts_(std::exchange(other.counts_, nullptr)), place_(other.place_) {}
+    Share& operator=(Share&& other) noexcept {
+      release();
+      counts_ = std::exchange(other.counts_, nullptr);
+      place_ = other.place_;
+      return *this;
+    }
+    ~Share() { release(); }
+
+    void release() noexcept {
+      if (Counts* const counts = std::exchange(counts_, nullptr); counts && --place_->second == 0) counts->erase(counts->find(place_->first));
+    }
+
+   private:
+    friend class ClientCounts;
+    Share(Counts& counts, Counts::value_type& place) noexcept : counts_(&counts), place_(&place) { ++place.second; }
+    Counts* counts_ = nullptr;
+    Counts::value_type* place_ = nullptr;  // an element stays where it is
+  };
+
+  /// @param client  empty: the share counts for nobody
+  Share take(const std::string& client) { return client.empty() ? Share() : Share(counts_, *counts_.try_emplace(client, 0).first); }
+  std::size_t of(const std::string& client) const {
+    const auto found = counts_.find(client);
+    return found == counts_.end() ? 0 : found->second;
+  }
+
+ private:
+  Counts counts_;
+};
+
+}  // namespace lrt::engine

@@ -1,0 +1,219 @@
+#include "src/server/audit.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <lrt/base/utf8.hpp>
+#include <lrt/http/target.hpp>
+
+namespace lrt {
+namespace {
+
+constexpr std::size_t max_text_bytes = 1024;
+constexpr std::size_t max_lines = 1'000'000;
+
+void append_unit(std::string& out, unsigned unit) {
+  static constexpr char digits[] = "0123456789abcdef";
+  out += "\\u";
+  for (int shift = 12; shift >= 0; shift -= 4) out += digits[(unit >> shift) & 15U];
+}
+
+/// A JSON string in ASCII, so that no byte of a client ends a line or controls a terminal. A byte that is not UTF-8 is written as the character of
+/// its number.
+void append_json(std::string& out, std::string_view text) {
+  const bool is_cut = text.size() > max_text_bytes;
+  text = text.substr(0, max_text_bytes);
+  const std::size_t valid = utf8::find_invalid(text).value_or(text.size());
+  out += '"';
+  for (std::size_t at = 0; at < text.size();) {
+    const char c = text[at];
+    if (c >= 0x20 && c < 0x7F) {
+      if (c == '"' || c == '\\') out += '\\';
+      out += c;
+      ++at;
+    } else if (at >= valid) {
+      append_unit(out, static_cast<unsigned char>(text[at++]));
+    } else if (const char32_t point = utf8::decode(text, at); point < 0x10000) {
+      append_unit(out, static_cast<unsigned>(point));
+    } else {
+      append_unit(out, 0xD800U + static_cast<unsigned>((point - 0x10000) >> 10));
+      append_unit(out, 0xDC00U + static_cast<unsigned>((point - 0x10000) & 0x3FFU));
+    }
+  }
+  out += is_cut ? "...\"" : "\"";
+}
+
+void append_member(std::string& out, std::string_view name, std::string_view text) {
+  out.append(",\"").append(name).append("\":");
+  append_json(out, text);
+}
+
+/// RFC 9110 9.2.1
+bool is_safe(std::string_view method) noexcept { return method == "GET" || method == "HEAD" || method == "OPTIONS"; }
+
+bool ends_with(std::string_view text, std::string_view end) noexcept {
+  return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
+}
+
+/// @param principal  nullptr: nobody in particular
+std::string begin_line(std::chrono::system_clock::time_point time, std::string_view event, const security::Principal* principal, std::string_view address) {
+  std::string line = "{\"time\":\"" + to_xsd_date_time(time) + "\",\"event\":\"";
+  line.append(event).append("\"");
+  if (principal) append_member(line, "principal", principal->name);
+  else line += ",\"principal\":null";
+  append_member(line, "address", address);
+  return line;
+}
+
+}  // namespace
+
+// ----------------------------------------------------------------------------------------------------------- AuditWriter
+
+void AuditWriter::stop() noexcept {
+  stopping_ = true;
+  waker_.wake();
+}
+
+void AuditWriter::write(std::string line) noexcept {
+  try {
+    if (waiting_.fetch_add(1, std::memory_order_relaxed) < max_lines_) {
+      lines_.put(std::move(line));
+      return waker_.wake();
+    }
+  } catch (...) {  // no memory for the line
+  }
+  waiting_.fetch_sub(1, std::memory_order_relaxed);
+  drop();
+}
+
+void AuditWriter::drop() noexcept {
+  dropped_.fetch_add(1, std::memory_order_relaxed);
+  all_dropped_.fetch_add(1, std::memory_order_relaxed);
+}
+
+void AuditWriter::run() noexcept {
+  while (true) {
+    const bool last = stopping_;
+    lines_.take_all([this](std::string line) {
+      waiting_.fetch_sub(1, std::memory_order_relaxed);
+      give(std::move(line));
+    });
+    if (last) break;
+    waker_.wait(std::chrono::hours(1));
+  }
+  if (dropped_.load(std::memory_order_relaxed) != 0) give(R"({"event":"end"})");
+}
+
+void AuditWriter::give(std::string line) noexcept {
+  std::uint64_t dropped = 0;
+  try {
+    dropped = dropped_.exchange(0, std::memory_order_relaxed);
+    if (dropped != 0) line.insert(1, "\"dropped\":" + std::to_string(dropped) + ",");
+    sink_(line);
+    sink_fails_ = false;
+    return;
+  } catch (const std::exception& e) {
+    if (!std::exchange(sink_fails_, true) && log_) log_(LogLevel::error, std::string("the sink of the audit throws, and lines are lost: ") + e.what());
+  } catch (...) {
+    if (!std::exchange(sink_fails_, true) && log_) log_(LogLevel::error, "the sink of the audit throws, and lines are lost");
+  }
+  dropped_.fetch_add(dropped, std::memory_order_relaxed);
+  drop();
+}
+
+// ----------------------------------------------------------------------------------------------------------------- Audit
+
+Result<void> Audit::check(const security::Audit& options) {
+  if (options.max_waiting_lines == 0 || options.max_waiting_lines > max_lines)
+    return unexpected(Errc::invalid_option, "security.audit.max_waiting_lines: expected 1 to 1000000, found " + std::to_string(options.max_waiting_lines));
+  return {};
+}
+
+Audit::Record Audit::record_of(const http::Request& request, const Result<engine::Caller>& caller, TimePoint now) {
+  const auto target = http::split_target(request.target);
+  const std::string_view path = target ? target->path : request.target.substr(0, request.target.find_first_of("?#"));
+  return {now.utc, {caller ? caller->principal : nullptr, std::string(request.peer)}, std::string(request.method), std::string(path)};
+}
+
+bool Audit::is_wanted(const Record& record, int status, http::Denial denial, bool subscribes) const {
+  if (reads_ || subscribes || !is_safe(record.method)) return true;
+  return denial != http::Denial::none || status == 401 || status == 403 || status == 421 || status == 429;
+}
+
+void Audit::handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now) {
+  Record record = record_of(request, caller, now);
+  if (const auto* deferred = std::get_if<engine::Deferred>(&outcome)) deferred_.insert_or_assign(static_cast<std::uint64_t>(deferred->ticket), std::move(record));
+  else if (const auto* upgraded = std::get_if<engine::Upgraded>(&outcome)) finished(record, upgraded->response);
+  else if (const auto* streamed = std::get_if<engine::Streamed>(&outcome)) finished(record, streamed->response);
+  else finished(record, std::get<http::Response>(outcome));
+}
+
+void Audit::refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& response, TimePoint now) {
+  finished(record_of(request, caller, now), response);
+}
+
+void Audit::replied(const engine::Reply& reply) {
+  const auto found = deferred_.find(static_cast<std::uint64_t>(reply.ticket));
+  if (found == deferred_.end()) return;
+  const Record record = std::move(found->second);
+  deferred_.erase(found);
+  finished(record, reply.response);
+}
+
+void Audit::abandoned(engine::Ticket ticket) {
+  const auto found = deferred_.find(static_cast<std::uint64_t>(ticket));
+  if (found == deferred_.end()) return;
+  const Record record = std::move(found->second);
+  deferred_.erase(found);
+  http::Response none;
+  none.status = 0;
+  finished(record, none);
+}
+
+void Audit::finished(const Record& record, const http::Response& response) {
+  const auto location = response.fields.find("Location");
+  const auto made = !location ? made_.end() : std::find_if(made_.begin(), made_.end(), [&](const std::string& path) { return ends_with(*location, path); });
+  const bool subscribes = made != made_.end();
+  if (!is_wanted(record, response.status, response.denial, subscribes)) return;
+  std::string line = begin_line(record.time, subscribes ? "subscription_made" : "request", record.sender.principal.get(), record.sender.address);
+  append_member(line, "method", record.method);
+  append_member(line, "resource", record.path);
+  if (subscribes) {
+    Subscription& subscription = subscriptions_[*made];
+    subscription.sender = record.sender;
+    append_member(line, "subscription", *made);
+    append_member(line, "observed", subscription.resource);
+    append_member(line, "protocol", subscription.protocol);
+    made_.erase(made);
+  }
+  if (response.status != 0) line += ",\"status\":" + std::to_string(response.status);
+  else append_member(line, "reason", "abandoned");
+  if (response.denial != http::Denial::none) append_member(line, "reason", http::to_string(response.denial));
+  writer_.write(line += '}');
+}
+
+void Audit::changed(const std::vector<engine::SubscriptionEvent>& events, TimePoint now) {
+  for (const engine::SubscriptionEvent& event : events) {
+    if (event.kind == engine::SubscriptionEvent::Kind::made) {
+      subscriptions_[event.path] = {event.resource, event.protocol, {}};
+      if (event.requested) made_.push_back(event.path);
+      continue;
+    }
+    const auto found = subscriptions_.find(event.path);
+    if (found == subscriptions_.end()) continue;
+    const Subscription ended = std::move(found->second);
+    subscriptions_.erase(found);
+    const auto unanswered = std::find(made_.begin(), made_.end(), event.path);
+    if (unanswered != made_.end()) {  // its request gets another response
+      made_.erase(unanswered);
+      continue;
+    }
+    std::string line = begin_line(now.utc, "subscription_ended", ended.sender.principal.get(), ended.sender.address);
+    append_member(line, "subscription", event.path);
+    append_member(line, "observed", ended.resource);
+    append_member(line, "protocol", ended.protocol);
+    writer_.write(line += '}');
+  }
+}
+
+}  // namespace lrt

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/clock.hpp>
+#include <lrt/base/log.hpp>
+#include <lrt/base/result.hpp>
+#include <lrt/engine/engine.hpp>
+#include <lrt/security.hpp>
+
+#include "src/base/event_waker.hpp"
+#include "src/base/mailbox.hpp"
+
+namespace lrt {
+
+/// Gives lines to the sink of an audit, on a thread of its own. Writers neither lock nor wait.
+///
+/// @par Threads  any; run(): its own
+class AuditWriter {
+ public:
+  AuditWriter(const security::Audit& options, LogCallback log) : sink_(options.sink), max_lines_(options.max_waiting_lines), log_(std::move(log)) {}
+
+  /// Calls the sink until stop() has been called and all lines are written.
+  void run() noexcept;
+  void stop() noexcept;
+
+  void write(std::string line) noexcept;
+  /// Counts a line that could not be made.
+  void drop() noexcept;
+  /// All lines that were dropped.
+  std::uint64_t dropped() const noexcept { return all_dropped_.load(std::memory_order_relaxed); }
+  std::size_t waiting() const noexcept { return waiting_.load(std::memory_order_relaxed); }
+
+ private:
+  void give(std::string line) noexcept;
+
+  const std::function<void(std::string_view)> sink_;
+  const std::size_t max_lines_;
+  const LogCallback log_;
+  EventWaker waker_;
+  Mailbox<std::string> lines_;
+  std::atomic<std::size_t> waiting_{0};
+  std::atomic<std::uint64_t> dropped_{0};  ///< since the last line
+  std::atomic<std::uint64_t> all_dropped_{0};
+  std::atomic<bool> stopping_{false};
+  bool sink_fails_ = false;  ///< the last call has thrown; its thread's
+};
+
+/// Says who did what to which resource with which outcome, as lines of JSON: requests that change or command something, refusals, subscriptions. No
+/// line has a query, a header field or a body.
+///
+/// @par Threads  One at a time: with the engine's lock. writer(): any.
+class Audit {
+ public:
+  /// @par Errors  invalid_option
+  static Result<void> check(const security::Audit& options);
+  Audit(const security::Audit& options, LogCallback log) : reads_(options.reads), writer_(options, std::move(log)) {}
+  AuditWriter& writer() noexcept { return writer_; }
+  const AuditWriter& writer() const noexcept { return writer_; }
+
+  /// A request and its response, or that this comes later. Before it: changed().
+  void handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now);
+  /// A request that was refused by its header section.
+  void refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& response, TimePoint now);
+  /// A deferred response. Before it: changed().
+  void replied(const engine::Reply& reply);
+  /// The client did not wait for the response.
+  void abandoned(engine::Ticket ticket);
+  /// Subscriptions that were made or have ended since the last call.
+  void changed(const std::vector<engine::SubscriptionEvent>& events, TimePoint now);
+
+ private:
+  struct Sender {
+    std::shared_ptr<const security::Principal> principal;
+    std::string address;
+  };
+  struct Record {
+    std::chrono::system_clock::time_point time;
+    Sender sender;
+    std::string method, path;
+  };
+  struct Subscription {
+    std::string resource;
+    std::string_view protocol;
+    Sender sender;
+  };
+  static Record record_of(const http::Request& request, const Result<engine::Caller>& caller, TimePoint now);
+  void finished(const Record& record, const http::Response& response);
+  bool is_wanted(const Record& record, int status, http::Denial denial, bool subscribes) const;
+
+  const bool reads_;
+  std::unordered_map<std::uint64_t, Record> deferred_;          ///< by ticket
+  std::unordered_map<std::string, Subscription> subscriptions_;  ///< by path; those that exist
+  std::vector<std::string> made_;                                ///< whose request has not got its response yet
+  AuditWriter writer_;
+};
+
+}  // namespace lrt

@@ -1,0 +1,128 @@
+#include <lrt/server_thing.hpp>
+
+#include <charconv>
+#include <functional>
+#include <utility>
+
+#include <lrt/rdf/unit.hpp>
+#include <lrt/rdf/vocab.hpp>
+
+namespace lrt {
+namespace {
+
+constexpr std::string_view metrics_type = "text/plain;version=0.0.4;charset=utf-8";
+constexpr std::array<std::string_view, 5> classes = {"1xx", "2xx", "3xx", "4xx", "5xx"};
+
+/// The shortest digits that give the number back.
+std::string text_of(double number) {
+  char digits[32];
+  return std::string(digits, std::to_chars(digits, digits + sizeof digits, number).ptr);
+}
+
+/// Writes the exposition format. Names and labels are lrt's own and need no escapes.
+class Exposition {
+ public:
+  void family(std::string_view name, std::string_view type, std::string_view help) {
+    name_ = name;
+    out_.append("# HELP ").append(name).append(" ").append(help).append("\n# TYPE ").append(name).append(" ").append(type).append("\n");
+  }
+  void sample(std::string_view suffix, std::string_view label, std::string_view label_value, const std::string& value) {
+    out_.append(name_).append(suffix);
+    if (!label.empty()) out_.append("{").append(label).append("=\"").append(label_value).append("\"}");
+    out_.append(" ").append(value).append("\n");
+  }
+  void single(std::string_view name, std::string_view type, std::string_view help, const std::string& value) {
+    family(name, type, help);
+    sample("", "", "", value);
+  }
+  void single(std::string_view name, std::string_view type, std::string_view help, std::uint64_t value) { single(name, type, help, std::to_string(value)); }
+  void histogram(std::string_view name, std::string_view help, const TimeCounts& times) {
+    family(name, "histogram", help);
+    std::uint64_t sum = 0;
+    for (std::size_t i = 0; i < times.counts.size(); ++i) {
+      sum += times.counts[i];
+      sample("_bucket", "le", i < TimeCounts::bounds.size() ? text_of(TimeCounts::bounds[i]) : "+Inf", std::to_string(sum));
+    }
+    sample("_sum", "", "", text_of(times.sum));
+    sample("_count", "", "", std::to_string(sum));
+  }
+  std::string take() { return std::move(out_); }
+
+ private:
+  std::string out_;
+  std::string name_;
+};
+
+}  // namespace
+
+std::string prometheus_text(const ServerCounters& counters) {
+  Exposition e;
+  e.single("lrt_requests_total", "counter", "Requests.", counters.requests);
+  e.family("lrt_responses_total", "counter", "Responses by class of their status.");
+  for (std::size_t i = 0; i < classes.size(); ++i) e.sample("", "class", classes[i], std::to_string(counters.responses[i]));
+  e.family("lrt_refusals_total", "counter", "Refused requests by reason.");
+  for (std::size_t i = 1; i < http::denial_count; ++i)
+    e.sample("", "reason", http::to_string(static_cast<http::Denial>(i)), std::to_string(counters.refusals[i]));
+  if (counters.connections) e.single("lrt_connections", "gauge", "Open connections.", *counters.connections);
+  e.family("lrt_subscribers", "gauge", "Subscriptions by protocol.");
+  e.sample("", "protocol", "websocket", std::to_string(counters.websockets));
+  e.sample("", "protocol", "event_stream", std::to_string(counters.event_streams));
+  e.sample("", "protocol", "callback", std::to_string(counters.callbacks));
+  e.single("lrt_messages_sent_total", "counter", "Messages that subscribers got.", counters.messages_sent);
+  e.single("lrt_messages_dropped_total", "counter", "Changes that subscribers did not get one by one.", counters.messages_dropped);
+  e.single("lrt_queued_bytes", "gauge", "Bytes of messages that wait for subscribers.", counters.queued_bytes);
+  e.single("lrt_waiting_requests", "gauge", "Deferred requests.", counters.waiting_requests);
+  e.single("lrt_waiting_calls", "gauge", "Calls of lambdas that the host has not run.", counters.waiting_calls);
+  e.histogram("lrt_poll_seconds", "How long calls of poll took.", counters.poll);
+  e.single("lrt_poll_maximum_seconds", "gauge", "The longest call of poll.", text_of(counters.poll.maximum));
+  e.histogram("lrt_poll_interval_seconds", "From the beginning of one call of poll to that of the next.", counters.poll_interval);
+  e.single("lrt_poll_interval_maximum_seconds", "gauge", "The longest of these times.", text_of(counters.poll_interval.maximum));
+  e.single("lrt_audit_dropped_lines_total", "counter", "Lines of the audit that were dropped.", counters.audit_dropped);
+  e.single("lrt_audit_waiting_lines", "gauge", "Lines that wait for the sink of the audit.", counters.audit_waiting);
+  return e.take();
+}
+
+Thing server_thing(const Server& server, std::string_view path) {
+  const std::function<ServerCounters()> read = server.counter_source();
+  Thing thing(path);
+  thing.title("Server").dispatch(Dispatch::io_thread);
+  const auto add = [&](const std::string& name, const char* title, const char* description, const Unit& unit, auto value) {
+    thing.property(name, [read, value] { return value(read()); }, unit).title(title).add(vocab::dcterms::description, Object(std::string(description)));
+  };
+  const auto count = [&](const std::string& name, const char* title, const char* description, auto value) {
+    add(name, title, description, unit::one, [value](const ServerCounters& c) { return static_cast<std::uint64_t>(value(c)); });
+  };
+  const auto time = [&](const std::string& name, const char* title, const char* description, auto value) {
+    add(name, title, description, unit::second, value);
+  };
+  using C = const ServerCounters&;
+  count("requests", "Requests", "Requests since the server was created.", [](C c) { return c.requests; });
+  for (std::size_t i = 0; i < classes.size(); ++i)
+    count("responses/" + std::string(classes[i]), "Responses", "Responses of this class since the server was created.", [i](C c) { return c.responses[i]; });
+  for (std::size_t i = 1; i < http::denial_count; ++i)
+    count("refusals/" + std::string(http::to_string(static_cast<http::Denial>(i))), "Refusals", "Requests refused for this reason since the server was created.",
+          [i](C c) { return c.refusals[i]; });
+  count("connections", "Connections", "Open connections, WebSockets included; 0 where the transport does not count them.", [](C c) { return c.connections.value_or(0); });
+  count("subscribers/websocket", "WebSockets", "Open WebSockets.", [](C c) { return c.websockets; });
+  count("subscribers/event_stream", "Event streams", "Open event streams.", [](C c) { return c.event_streams; });
+  count("subscribers/callback", "Web callbacks", "Subscriptions of web callbacks.", [](C c) { return c.callbacks; });
+  count("messages/sent", "Messages sent", "Messages that subscribers got since the server was created.", [](C c) { return c.messages_sent; });
+  count("messages/dropped", "Changes dropped", "Changes that subscribers did not get one by one.", [](C c) { return c.messages_dropped; });
+  count("queues/bytes", "Bytes in queues", "Bytes of messages that wait for subscribers.", [](C c) { return c.queued_bytes; });
+  count("queues/requests", "Deferred requests", "Requests that wait for their response.", [](C c) { return c.waiting_requests; });
+  count("queues/calls", "Waiting calls", "Calls of lambdas that the host has not run.", [](C c) { return c.waiting_calls; });
+  time("poll/newest", "Newest call of poll", "How long the newest call of poll took.", [](C c) { return c.poll.newest; });
+  time("poll/maximum", "Longest call of poll", "How long the longest call of poll took.", [](C c) { return c.poll.maximum; });
+  time("poll/interval/newest", "Time between polls", "From the beginning of the last but one call of poll to that of the last.", [](C c) { return c.poll_interval.newest; });
+  time("poll/interval/maximum", "Longest time between polls", "The longest time from one call of poll to the next.", [](C c) { return c.poll_interval.maximum; });
+  count("audit/dropped", "Audit lines dropped", "Lines of the audit that were dropped.", [](C c) { return c.audit_dropped; });
+  count("audit/waiting", "Audit lines waiting", "Lines that wait for the sink of the audit.", [](C c) { return c.audit_waiting; });
+  thing.property("metrics", [read] { return prometheus_text(read()); })
+      .title("Metrics")
+      .add(vocab::dcterms::description, Object(std::string("The counters in the text format of Prometheus.")))
+      .representation(metrics_type, [](const std::string& text) { return text; })
+      .as_file();
+  return thing;
+}
+
+}  // namespace lrt
