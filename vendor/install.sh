@@ -15,7 +15,7 @@ set -eu
 
 build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost-dev libcpp-httplib-dev libwebsockets-dev libssl-dev nlohmann-json3-dev libeigen3-dev catch2"
 urdf="liburdfdom-dev libtinyxml2-dev"
-tests="$urdf python3 python3-websockets python3-rdflib curl openssl"
+tests="$urdf python3 python3-websockets python3-rdflib curl openssl libjwt-dev"
 proxies="nginx-light haproxy caddy"
 browser="python3 chromium chromium-driver"
 ros="libroscpp-dev libsensor-msgs-dev python3-rosmaster python3-rospy python3-sensor-msgs"

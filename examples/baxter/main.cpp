@@ -1,6 +1,6 @@
 // Baxter's right arm as Linked Robotic Things: a 1 kHz control loop that also polls the server. right_arm.urdf describes the arm.
 //
-//   baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]... [--cors ORIGIN]... [--demo]
+//   baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]... [--cors ORIGIN]... [--allowed-origin ORIGIN]... [--demo]
 //          [--allow-callback HOST]... [--subscriptions FILE] [--transport NAME] [--tls DIR] [--tokens FILE]
 //          [--policy FILE] [--audit FILE] [--metrics]
 //
@@ -8,6 +8,7 @@
 // --public-base URL       by which clients know the robot behind a reverse proxy (examples/reverse_proxy)
 // --allowed-host HOST     a further name of the robot that requests may have, with or without a port
 // --cors ORIGIN           pages of this origin may read the robot in a browser; "*": all pages
+// --allowed-origin ORIGIN pages of this origin may send commands and watch; with tokens, if they have one
 // --demo                  the arm moves by itself
 // --allow-callback HOST   a further receiver of web callbacks: a name, an address or a network, with or without a port
 // --subscriptions FILE    stores web callbacks across restarts
@@ -73,6 +74,8 @@ int main(int argc, char** argv) {
       options.security.allowed_hosts.emplace_back(argv[++i]);
     } else if (arg == "--cors" && i + 1 < argc) {
       options.security.read_origins.emplace_back(argv[++i]);
+    } else if (arg == "--allowed-origin" && i + 1 < argc) {
+      options.security.allowed_origins.emplace_back(argv[++i]);
     } else if (arg == "--allow-callback" && i + 1 < argc) {
       callbacks.emplace_back(argv[++i]);
     } else if (arg == "--subscriptions" && i + 1 < argc) {
@@ -98,9 +101,9 @@ int main(int argc, char** argv) {
       if (error != std::errc() || read_to != end) return std::fprintf(stderr, "baxter: --port wants 0 to 65535\n"), 2;
     } else {
       std::fprintf(stderr, "usage: baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]...\n"
-                           "              [--cors ORIGIN]... [--demo] [--allow-callback HOST]... [--subscriptions FILE]\n"
-                           "              [--transport http|libwebsockets] [--tls DIR] [--tokens FILE]\n"
-                           "              [--policy FILE] [--audit FILE] [--metrics]\n");
+                           "              [--cors ORIGIN]... [--allowed-origin ORIGIN]... [--demo] [--allow-callback HOST]... [--subscriptions FILE]\n"
+                           "              [--transport http|libwebsockets] [--tls DIR] [--tokens FILE] [--policy FILE]\n"
+                           "              [--audit FILE] [--metrics]\n");
       return arg == "--help" ? 0 : 2;
     }
   }

@@ -48,7 +48,7 @@ struct Security {
   std::optional<transport::TlsOptions> tls;
   /// A file with the tokens of principals and their roles, as security::Tokens reads them. Looked at once a second: a token that is no longer in it
   /// is refused from then on, and if the file cannot be read, the tokens of before stay and the log says so. A client sends its token as
-  /// `Authorization: Bearer TOKEN`, or as the password of HTTP Basic, which is accepted over TLS only; a browser does so on its own.
+  /// `Authorization: Bearer TOKEN`, or as the password of HTTP Basic, which is accepted over TLS only. The user of a browser logs in with it.
   std::string token_file;
   /// Principals by the subject of their client certificate (RFC 2253), as http::Request::client_certificate has it. Needs `tls` with a
   /// client_ca_file.
@@ -65,6 +65,11 @@ struct Security {
   std::string policy_file;
   /// What clients may do without credentials if `token_file`, `certificates` or `authenticate` is set. By default nothing: they get 401.
   security::Rights anyone{};
+  /// Sessions and tickets of clients that have a bearer token of `token_file` or `authenticate`. A browser that opens a page without credentials gets a
+  /// form for the token. POST /ns/session with `Authorization: Bearer TOKEN`, of a page of this server, sets a cookie that stands for the token until
+  /// DELETE /ns/session; only requests of this server's own pages may have it. POST /ns/ticket gives a ticket, with which a script elsewhere opens one
+  /// WebSocket or event stream (`?ticket=`).
+  security::SessionOptions sessions;
   /// Judges each request, after the above. Empty: all clients that are let in by it may do what their roles say, and everything if none of it is
   /// set. Called once for each request, when its header section is complete and before
   /// its body is received (`body` is empty), on the thread that serves it, without a lock of lrt. The verdict holds until the response.

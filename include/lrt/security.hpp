@@ -105,6 +105,19 @@ Result<std::vector<Rule>> load_rules(const std::string& file);
 /// without a lock of lrt. The body has not been received.
 using Authenticate = std::function<std::optional<Principal>(const http::Request&)>;
 
+/// Bounds of what stands for a token: sessions of browsers, whose users have logged in, and tickets.
+struct SessionOptions {
+  /// Of a session, from the login on; at most a year. It ends before when its token does, at logout, and in the browser when that is closed. 0: nobody
+  /// can log in, and there are no tickets.
+  std::chrono::seconds life{12 * 60 * 60};
+  std::size_t max_sessions = 1'000;             ///< at once; more: 503
+  std::size_t max_sessions_per_principal = 16;  ///< one more ends the oldest of that principal
+  std::size_t max_failed_logins = 10;           ///< from one address within a minute; then every login from there is 429 for the rest of it
+  std::chrono::seconds ticket_life{30};         ///< of a ticket; 1 s to 1 h
+  std::size_t max_tickets = 1'000;              ///< that are not used yet; more: 503
+  std::size_t max_tickets_per_principal = 100;  ///< one more ends the oldest of that principal
+};
+
 /// Bearer tokens (RFC 6750) of principals. Kept as SHA-256 digests: neither memory nor a core file shows a token.
 ///
 /// @par Threads  find(): any, concurrently.
@@ -119,7 +132,7 @@ class Tokens {
   /// @par Errors  io_error, invalid_option
   static Result<Tokens> load(const std::string& file);
 
-  /// The principal of a token; nullptr: the token is unknown or has expired. Takes the same time whatever token it is.
+  /// The principal of a token; nullptr: the token is unknown or has expired. The time that it takes says nothing of the tokens that there are.
   std::shared_ptr<const Principal> find(std::string_view token, std::chrono::system_clock::time_point now) const;
   /// A principal by name, with the roles of its first token that has not expired; nullptr: there is none.
   std::shared_ptr<const Principal> find_name(std::string_view name, std::chrono::system_clock::time_point now) const;
@@ -134,7 +147,12 @@ class Tokens {
     std::shared_ptr<const Principal> principal;
     std::optional<std::chrono::system_clock::time_point> expires;
   };
+  std::size_t place_of(const Digest& digest) const noexcept;
+  const Entry* find_entry(const Digest& digest) const noexcept;
+  void enter(std::size_t index);
+
   std::vector<Entry> entries_;
+  std::vector<std::uint32_t> places_;  ///< where an entry stands: its index and 1; 0: none. Where a digest belongs is a secret of this process
 };
 
 /// What one client may use. A client is a principal, by its name; of requests without one, an IPv4 address or the /64 network of an IPv6 address, because

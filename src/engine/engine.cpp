@@ -62,6 +62,7 @@ class Engine::Impl {
   bool is_allowed(const Context& context) const;
   std::size_t max_body_bytes(const Context& context) const;
   http::Response method_not_allowed(const Context& context) const;
+  std::optional<http::Response> refused_login(const Context& context, const Result<Caller>& caller, const http::Target& target) const;
   std::optional<http::Response> denied(const Context& context, const Result<Caller>& caller) const;
   http::Response too_many_requests(const Context& context, const Caller& caller) const;
   http::Response unauthenticated(const Context& context, const Caller& caller) const;
@@ -71,7 +72,10 @@ class Engine::Impl {
   static std::shared_ptr<const Caller> kept(const Result<Caller>& caller);
   security::Right needed_right(const Context& context) const;
   bool is_from_foreign_page(const Context& context) const;
+  bool is_of_own_origin(const Context& context) const;
+  bool may_use_cookie(const Context& context) const;
   std::string_view local_path(std::string_view path) const;
+  Result<Resource*> resource_at(std::string_view path) const;
   std::optional<http::Response> find_resource(Context& context, const http::Target& target) const;
   std::optional<http::Response> read_page(Context& context, std::string_view query) const;
 };
@@ -155,6 +159,8 @@ Outcome Engine::Impl::route(Context& context, const Result<Caller>& caller) {
     auto refused = request.judged ? too_large(context, request.body.size()) : refused_body(context, request.body.size());
     if (refused) return *std::move(refused);
   }
+  if (context.resource->is_about_caller() && context.request().method != "OPTIONS")
+    return is_allowed(context) ? context.resource->respond(context, *caller, parts.responses) : method_not_allowed(context);
   return dispatch(context);
 }
 
@@ -167,6 +173,7 @@ std::optional<http::Response> Engine::Impl::find(Context& context, const Result<
   if (!base) return parts.responses.denied(context, http::Denial::host, 421, base.error().message);
   context.base = *base;
   if (auto response = parts.cors.preflight(request)) return response;
+  if (auto response = refused_login(context, caller, *target)) return response;
   if (auto response = denied(context, caller)) return response;
   context.client = caller->client;
   context.audience = {caller->view, caller->principal};
@@ -202,6 +209,7 @@ std::optional<http::Response> Engine::Impl::too_large(const Context& context, st
 std::optional<http::Response> Engine::Impl::refused_body(Context& context, std::optional<std::uint64_t> body_bytes) {
   const std::string_view method = context.request().method;
   if (!is_allowed(context)) return method_not_allowed(context);
+  if (context.resource->is_about_caller()) return too_large(context, body_bytes.value_or(0));
   if (method == "GET" || method == "HEAD") {
     if (!parts.subscriptions.requested_protocol(context))
       if (auto response = parts.representations.unacceptable(context)) return response;
@@ -262,6 +270,21 @@ void Engine::Impl::continue_request(Ticket ticket, Context& kept) {
   if (auto* response = std::get_if<http::Response>(&outcome)) parts.pending.respond(ticket, std::move(*response));
 }
 
+/// What else than missing credentials stops a login: a page elsewhere, and too many that failed.
+std::optional<http::Response> Engine::Impl::refused_login(const Context& context, const Result<Caller>& caller, const http::Target& target) const {
+  const http::Request& request = context.request();
+  if (!parts.session || request.method != "POST" || !caller || resource_at(target.path).value_or(nullptr) != &*parts.session) return std::nullopt;
+  if (!is_of_own_origin(context)) return parts.responses.denied(context, http::Denial::origin, 403, "only pages of this server may log in: the field Origin names another one, or none");
+  security::FailedLogins& failed = parts.options.sessions->failed_logins();
+  if (const auto pause = failed.pause(request.peer, context.now.steady)) {
+    http::Response response = parts.responses.denied(context, http::Denial::rate, 429, "too many logins from this address have failed; try again in " + std::to_string(pause->count()) + " s");
+    response.fields.set("Retry-After", std::to_string(pause->count()));
+    return response;
+  }
+  if (!caller->principal) failed.add(request.peer, context.now.steady);
+  return std::nullopt;
+}
+
 std::optional<http::Response> Engine::Impl::denied(const Context& context, const Result<Caller>& caller) const {
   const http::Request& request = context.request();
   if (caller && caller->access == Access::too_many_requests) return too_many_requests(context, *caller);
@@ -273,6 +296,8 @@ std::optional<http::Response> Engine::Impl::denied(const Context& context, const
     parts.responses.log(LogLevel::error, "the authorizer: " + caller.error().message);
     return parts.responses.problem(context, 500, "the authorizer failed");
   }
+  if (caller->by_cookie && !may_use_cookie(context))
+    return parts.responses.denied(context, http::Denial::origin, 403, "the cookie of a session counts only for requests of this server's own pages; other clients send Authorization");
   if (caller->access == Access::unauthenticated) return unauthenticated(context, *caller);
   if (caller->access == Access::forbidden) return forbidden(context);
   return std::nullopt;
@@ -297,6 +322,7 @@ http::Response Engine::Impl::forbidden(const Context& context) const {
 
 /// What a caller may not see is as if it did not exist. Who may see nothing at all gets the same response everywhere.
 std::optional<http::Response> Engine::Impl::refused_right(Context& context, const Caller& caller) const {
+  if (context.resource && context.resource->is_about_caller()) return caller.principal ? std::nullopt : std::optional(unauthenticated(context, caller));
   const Audience& audience = context.audience;
   if (!audience.is_restricted()) return std::nullopt;
   const security::Rights rights = context.resource ? audience.rights(*context.resource) : security::Rights();
@@ -328,8 +354,26 @@ bool Engine::Impl::is_from_foreign_page(const Context& context) const {
     const bool subscribes = (request.can_upgrade && http::requests_upgrade(request, "websocket")) || names_event_stream(request);
     if (!subscribes) return false;
   }
-  if (request.count("Origin") == 1 && parts.bases.is_own_origin(*origin, context.base, request)) return false;
+  if (is_of_own_origin(context)) return false;
   return !parts.cors.may_command(*origin);
+}
+
+/// A page of this server has sent this.
+bool Engine::Impl::is_of_own_origin(const Context& context) const {
+  const http::Request& request = context.request();
+  return request.count("Origin") == 1 && parts.bases.is_own_origin(*request.find("Origin"), context.base, request);
+}
+
+/// A browser sends the cookie of a session with whatever a page asks of this host, be it one of another port. What changes something or goes on must come
+/// from a page of this server; what a browser says to be from elsewhere must be a user who opens a page.
+bool Engine::Impl::may_use_cookie(const Context& context) const {
+  const http::Request& request = context.request();
+  const auto site = request.find("Sec-Fetch-Site");  // Fetch Metadata; of trustworthy URLs only
+  const bool is_same = site == "same-origin" && request.count("Sec-Fetch-Site") == 1;
+  if (request.find("Origin") && !is_of_own_origin(context)) return false;
+  if (!is_safe(request.method) || request.find("Upgrade") || names_event_stream(request)) return request.find("Origin") ? !site || is_same : is_same;
+  if (!site || is_same || site == "none") return true;
+  return request.find("Sec-Fetch-Mode") == "navigate" && request.find("Sec-Fetch-Dest") == "document";
 }
 
 /// The path of a target without that of the public base, which a proxy may remove or keep. If Things have paths below it, only a proxy that
@@ -347,14 +391,20 @@ http::Response Engine::Impl::no_resource(const Context& context) const {
   return parts.responses.problem(context, 404, "there is no resource at \"" + std::string(target ? target->path : std::string_view()) + "\"; GET / lists the Things");
 }
 
+/// The resource at the path of a target; nullptr: there is none.
+/// @par Errors  those of canonical_path
+Result<Resource*> Engine::Impl::resource_at(std::string_view path) const {
+  const std::string_view found_at = local_path(path);
+  if (Resource* const found = parts.registry.find(found_at)) return found;
+  const Result<std::string> canonical = canonical_path(found_at);
+  if (!canonical) return Unexpected{canonical.error()};
+  return parts.registry.find(*canonical);
+}
+
 std::optional<http::Response> Engine::Impl::find_resource(Context& context, const http::Target& target) const {
-  const std::string_view found_at = local_path(target.path);
-  context.resource = parts.registry.find(found_at);
-  if (!context.resource) {
-    const Result<std::string> path = canonical_path(found_at);
-    if (!path) return parts.responses.problem(context, 400, "target: " + path.error().message);
-    context.resource = parts.registry.find(*path);
-  }
+  const Result<Resource*> found = resource_at(target.path);
+  if (!found) return parts.responses.problem(context, 400, "target: " + found.error().message);
+  context.resource = *found;
   if (!context.resource) return no_resource(context);
   context.resource_id = context.resource->id;
   if (target.query.empty()) return std::nullopt;

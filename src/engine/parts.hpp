@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,6 +24,7 @@
 #include "src/engine/representations.hpp"
 #include "src/engine/resources/documents.hpp"
 #include "src/engine/resources/kind.hpp"
+#include "src/engine/resources/session.hpp"
 #include "src/engine/resources/tree.hpp"
 #include "src/engine/responses.hpp"
 #include "src/engine/saved_subscriptions.hpp"
@@ -75,6 +77,8 @@ struct Parts {
   TermsResource terms;
   ContextResource context;
   VocabularyResource own_terms;
+  std::optional<SessionResource> session;              ///< nullopt: nobody can log in
+  std::optional<TicketResource> tickets;
   const std::shared_ptr<model::HandleLog> handle_log;  ///< of messages about the use of handles
   std::vector<std::shared_ptr<const void>> discarded;  ///< Engine::take_discarded()
 };

@@ -42,6 +42,7 @@ Input input_of(const model::ResourceSpec& spec, const rdf::Type& type, const rdf
 Outcome Resource::put(Context&, Parts&) { announced_only(*this, "PUT"); }
 Outcome Resource::post(Context&, Parts&) { announced_only(*this, "POST"); }
 Outcome Resource::remove(Context&, Parts&) { announced_only(*this, "DELETE"); }
+http::Response Resource::respond(const Context&, const Caller&, const Responses&) { announced_only(*this, "what respond() does"); }
 
 void Resource::describe_controls(About& about, const Description& d) const {
   if (!observable() || !d.audience.may(security::Right::subscribe, *this)) return;

@@ -38,11 +38,13 @@ struct EngineView;
 class About;
 class ChangeScanner;
 class Context;
+struct Caller;
 struct EngineOptions;
 class Overview;
 class PropertyResource;
 class Registry;
 class Resource;
+class Responses;
 
 using Utc = std::chrono::system_clock::time_point;
 
@@ -155,6 +157,10 @@ class Resource {
   virtual Outcome post(Context& context, Parts& parts);
   virtual Outcome remove(Context& context, Parts& parts);
   virtual Input input(const EngineOptions& options) const;
+  /// It is about who sends a request: respond() makes its responses, but those of OPTIONS.
+  virtual bool is_about_caller() const noexcept { return false; }
+  /// @pre is_about_caller(), `caller` has a principal, and the method is allowed
+  virtual http::Response respond(const Context& context, const Caller& caller, const Responses& responses);
   /// Its representations are known without user code, and nothing that would change them is under way.
   virtual bool is_up_to_date() const noexcept { return reads() == Reads::nothing; }
   /// Bodies may be plain values, not only RDF.

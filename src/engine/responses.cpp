@@ -10,6 +10,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include <lrt/engine/page_source.hpp>
+#include "src/engine/resources/session.hpp"
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
@@ -57,8 +58,11 @@ http::Response Responses::problem(const Context& context, int status, std::strin
     }
   }
   if (choice == 3 && options_.page) {
-    options_.page->add_fields(response.fields);
-    response.set_body(options_.page->error(status, detail, bases_[context.base] + "/"));
+    const bool can_log_in = status == 401 && options_.sessions && options_.page->add_login(response, bases_[context.base] + SessionResource::location);
+    if (!can_log_in) {
+      options_.page->add_fields(response.fields);
+      response.set_body(options_.page->error(status, detail, bases_[context.base] + "/"));
+    }
   }
   if (!response.body) {
     response.fields.add("Content-Type", choice == 2 ? "application/json" : "application/problem+json");
@@ -159,7 +163,7 @@ void Responses::add_retry_after(http::Response& response) const {
 void Responses::add_allow(http::Fields& fields, const Resource& resource, const Audience& audience) const {
   const Methods methods = audience.methods(resource);
   fields.add("Allow", methods.text());
-  if (methods.post) fields.add("Accept-Post", readable_types(resource.takes_plain_values()));
+  if (methods.post && !resource.is_about_caller()) fields.add("Accept-Post", readable_types(resource.takes_plain_values()));
 }
 
 void Responses::add_types(http::Fields& fields, const Resource* resource) const {

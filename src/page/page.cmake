@@ -1,9 +1,9 @@
-# Makes page.html, page.css, page.js and skeleton.js into one C++ file of the library.
+# Makes page.html, error.html, login.html, page.css, page.js, skeleton.js and login.js into one C++ file of the library.
 
 set(page_folder ${CMAKE_CURRENT_LIST_DIR})
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS
-             ${page_folder}/page.html ${page_folder}/error.html ${page_folder}/page.css ${page_folder}/page.js
-             ${page_folder}/skeleton.js ${page_folder}/parts.cpp.in)
+             ${page_folder}/page.html ${page_folder}/error.html ${page_folder}/login.html ${page_folder}/page.css
+             ${page_folder}/page.js ${page_folder}/skeleton.js ${page_folder}/login.js ${page_folder}/parts.cpp.in)
 
 # SHA-256 in base64, as a Content-Security-Policy wants it; CMake gives hexadecimal digits, three of which are two of base64.
 function(page_hash text result)
@@ -49,7 +49,8 @@ set(page_own iri element field subject kind watch model shown socket here addres
              content controls cross dcterms depth fields found humanised hybrit inSight inner isList items known leaves listed local
              isNumber JSON_TYPE mayOpen moved N_TRIPLES named names notice objects observer places points poseOf posedIn predicate product
              project redraw report response resting rotated rows said socketAfter steps subjects update things vector view watches words
-             written UNTURNED AXIS_COLORS pointers buttons enableMotion motionLine motionEnds scrolled sliders about numbers member properties interval)
+             written UNTURNED AXIS_COLORS pointers buttons enableMotion motionLine motionEnds scrolled sliders about numbers member properties interval
+             space meaning unescape kept asked power quoted moving chips)
 
 # What only the reader of the source needs stays there: comments, indentation, spaces beside signs that no text of the page has spaces beside,
 # and long names: of `page_own`, and of what stands at the outermost level of the script, if it is no member's name too.
@@ -88,6 +89,12 @@ function(page_read result)
     string(REGEX REPLACE "}\n([^f])" "}\\1" text "${text}")
     string(REGEX REPLACE "([^A-Za-z])(if|for|while|return|catch) ([[({\"`])" "\\1\\2\\3" text "${text}")
     string(REGEX REPLACE "([^A-Za-z])const " "\\1let " text "${text}")
+    string(REGEX REPLACE "([^A-Za-z])(try|let|class [A-Z][a-z]+|extends [A-Z][a-z]+) ([{[])" "\\1\\2\\3" text "${text}")
+    string(REGEX REPLACE "} (catch|else|of)" "}\\1" text "${text}")
+    string(REGEX REPLACE "] of " "]of " text "${text}")
+    string(REGEX REPLACE "\n([:?]+) " "\\1" text "${text}")
+    string(REGEX REPLACE "/[*][^*]*[*]/" "" text "${text}")
+    string(REGEX REPLACE "([^A-Za-z])undefined([^A-Za-z])" "\\1void 0\\2" text "${text}")
     set(number 0)
     foreach(name IN LISTS names)
       string(REGEX REPLACE ".* " "" name "${name}")
@@ -106,15 +113,19 @@ function(page_read result)
 endfunction()
 page_read(page_style page.css)
 page_read(page_script page.js skeleton.js)
+page_read(login_script login.js)
+page_hash("${login_script}" LRT_PAGE_LOGIN_HASH)
 page_hash("${page_style}" LRT_PAGE_STYLE_HASH)
 page_hash("${page_script}" LRT_PAGE_SCRIPT_HASH)
-foreach(name IN ITEMS page error)
+foreach(name IN ITEMS page error login)
   file(READ ${page_folder}/${name}.html page_text)
   string(REPLACE "{{style}}" "${page_style}" page_text "${page_text}")
   string(REPLACE "{{script}}" "${page_script}" page_text "${page_text}")
+  string(REPLACE "{{login}}" "${login_script}" page_text "${page_text}")
   page_literal("${page_text}" page_${name})
 endforeach()
 set(LRT_PAGE "${page_page}")
 set(LRT_ERROR_PAGE "${page_error}")
+set(LRT_LOGIN_PAGE "${page_login}")
 configure_file(${page_folder}/parts.cpp.in ${CMAKE_CURRENT_BINARY_DIR}/page_parts.cpp @ONLY)
 target_sources(lrt PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/page_parts.cpp)

@@ -166,6 +166,7 @@ function copyable(text) {
 const N_TRIPLES = "application/n-triples", JSON_TYPE = "application/json", PROBLEM = "application/problem+json;q=0.9";
 const meaning = (type, text) => type === N_TRIPLES ? parse(text) : type === JSON_TYPE ? JSON.parse(text) : null;
 let robotOrigin = location.origin;  // of the IRIs in representations, where a public base makes it another than ours
+let user;                           // who is logged in
 let skew = 0;                       // of the robot's clock, where it is more than what a Date field can tell
 
 const isOurs = (iri) => { try { return [location.origin, robotOrigin].includes(new URL(iri).origin); } catch { return false; } };
@@ -191,6 +192,7 @@ async function ask(method, iri, { accept = `${N_TRIPLES}, ${PROBLEM}`, body, eta
   } catch { throw new Lost("the robot does not answer"); }
   const off = Date.parse(response.headers.get("Date")) - Date.now();
   if (Number.isFinite(off)) skew = Math.abs(off) < 3000 ? 0 : off;
+  if (response.status === 401 && user) location.reload();  // the session has ended
   const type = (response.headers.get("Content-Type") ?? "").split(";")[0];
   const g = meaning(type, text) ?? new Graph();
   if (response.status >= 400) {
@@ -1277,7 +1279,10 @@ async function invokeStops(iris) {
 async function findStops() {
   const at = withoutHash(location.href);
   try {
-    const above = await known((await wayTo(at))[0] ?? at), { g } = above.g.subjects(rdf("type"), ldp("Container"))[0] ? above : await known("/"), make = (words, iris) => h("button", { type: "button", onclick: () => invokeStops(iris) }, words);
+    let top = await known((await wayTo(at))[0] ?? at);
+    if (!top.g.subjects(rdf("type"), ldp("Container"))[0]) top = await known("/");
+    const { g } = top, [iri] = links(top, lrt("session")), make = (words, iris) => h("button", { type: "button", onclick: () => invokeStops(iris) }, words);
+    if (iri && !user) findUser(iri);
     const named = (iri) => humanised(localName(iri));
     stops = [...g.about.keys()].flatMap((s) => isBlank(s) ? [] : g.ids(s, lrt("stop")));
     if (stops[0]) $("stops").append(make(`${stops[1] ? "stop all" : named(stops[0])} (Esc)`, stops), ...(stops[1] ? stops.map((iri) => make(`${named(iri)} ${pathText(iri).split("/actions/")[0]}`, [iri])) : []), h("span", { id: "stopped", role: "alert" }));
@@ -1289,6 +1294,20 @@ addEventListener("keydown", (event) => {
   event.preventDefault();
   invokeStops(stops);
 });
+
+// ---- who is logged in
+
+async function findUser(iri) {
+  let way;
+  try {
+    user = (await ask("GET", iri, { accept: JSON_TYPE })).g;
+    way = user.session && button("Log out", async () => {
+      await ask("DELETE", iri);
+      location.reload();
+    });
+  } catch { way = button("Log in", () => { location = local(iri) + "#" + location.pathname; }); }
+  $("link").after(h("span", user?.name, " ", way));
+}
 
 // ---- navigation, on the resources' own addresses
 

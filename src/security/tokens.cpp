@@ -8,6 +8,7 @@
 
 #include "src/base/ascii.hpp"
 #include "src/base/read_file.hpp"
+#include "src/rdf/hash.hpp"
 #include "src/security/digest.hpp"
 
 namespace lrt::security {
@@ -92,9 +93,9 @@ Result<Tokens> Tokens::parse(std::string_view text) {
       if (!moment || !moment->zoned) return wrong("expected a time such as 2027-01-01T00:00:00Z, found \"" + std::string(expires) + "\"");
       entry.expires = std::chrono::system_clock::time_point(std::chrono::seconds(moment->seconds));
     }
-    const bool known = std::any_of(tokens.entries_.begin(), tokens.entries_.end(), [&](const Entry& e) { return are_equal(e.digest, entry.digest); });
-    if (known) return wrong("the token is that of a line before");
+    if (tokens.find_entry(entry.digest)) return wrong("the token is that of a line before");
     tokens.entries_.push_back(std::move(entry));
+    tokens.enter(tokens.entries_.size() - 1);
   }
   return tokens;
 }
@@ -108,11 +109,32 @@ Result<Tokens> Tokens::load(const std::string& file) {
   return tokens;
 }
 
+std::size_t Tokens::place_of(const Digest& digest) const noexcept {
+  const std::string_view bytes(reinterpret_cast<const char*>(digest.data()), digest.size());
+  return static_cast<std::size_t>(rdf::hash_bytes(bytes, rdf::hash_seeds().first)) & (places_.size() - 1);
+}
+
+const Tokens::Entry* Tokens::find_entry(const Digest& digest) const noexcept {
+  if (places_.empty()) return nullptr;
+  for (std::size_t place = place_of(digest); places_[place] != 0; place = (place + 1) & (places_.size() - 1))
+    if (const Entry& entry = entries_[places_[place] - 1]; are_equal(entry.digest, digest)) return &entry;
+  return nullptr;
+}
+
+void Tokens::enter(std::size_t index) {
+  if (places_.size() < 2 * entries_.size()) {
+    std::size_t size = 16;
+    while (size < 2 * entries_.size()) size *= 2;
+    places_.assign(2 * size, 0);
+    for (std::size_t i = 0; i < index; ++i) enter(i);
+  }
+  std::size_t place = place_of(entries_[index].digest);
+  while (places_[place] != 0) place = (place + 1) & (places_.size() - 1);
+  places_[place] = static_cast<std::uint32_t>(index + 1);
+}
+
 std::shared_ptr<const Principal> Tokens::find(std::string_view token, std::chrono::system_clock::time_point now) const {
-  const Digest digest = digest_of(token);
-  const Entry* found = nullptr;
-  for (const Entry& entry : entries_)
-    if (are_equal(entry.digest, digest)) found = &entry;
+  const Entry* const found = find_entry(digest_of(token));
   if (found == nullptr || (found->expires && *found->expires <= now)) return nullptr;
   return found->principal;
 }

@@ -1,7 +1,13 @@
 #include "src/server/callers.hpp"
 
+#include <chrono>
 #include <optional>
 #include <utility>
+
+#include <lrt/http/websocket.hpp>
+
+#include "src/engine/context.hpp"
+#include "src/engine/subscriptions.hpp"
 
 namespace lrt {
 namespace {
@@ -14,7 +20,7 @@ std::map<std::string, std::shared_ptr<const security::Principal>> shared(const s
 
 }  // namespace
 
-Callers::Callers(const Security& security, const Clock& clock)
+Callers::Callers(const Security& security, std::shared_ptr<security::Sessions> sessions, const Clock& clock)
     : clock_(clock),
       authenticates_(!security.token_file.empty() || !security.certificates.empty() || security.authenticate || !security.rules.empty() ||
                      !security.policy_file.empty()),
@@ -22,13 +28,20 @@ Callers::Callers(const Security& security, const Clock& clock)
       authenticate_(security.authenticate),
       roles_(security.roles),
       anyone_(security.anyone),
-      authorize_(security.authorize) {}
+      authorize_(security.authorize),
+      sessions_(std::move(sessions)) {}
 
-Result<std::shared_ptr<Callers>> Callers::create(const Security& security, LogCallback log, const Clock& clock) {
-  std::shared_ptr<Callers> callers(new Callers(security, clock));
+Result<std::shared_ptr<Callers>> Callers::create(const Security& security, std::shared_ptr<security::Sessions> sessions, LogCallback log,
+                                                 const Clock& clock) {
+  std::shared_ptr<Callers> callers(new Callers(security, std::move(sessions), clock));
   if (!callers->authenticates_ && !callers->authorize_) return std::shared_ptr<Callers>();
   if (!security.certificates.empty() && (!security.tls || security.tls->client_ca_file.empty()))
     return unexpected(Errc::invalid_option, "security.certificates: no client can show a certificate without security.tls and its client_ca_file");
+  const auto is_between = [](std::chrono::seconds value, std::chrono::seconds least, std::chrono::seconds most) { return value >= least && value <= most; };
+  if (const auto life = security.sessions.life; !is_between(life, std::chrono::seconds(0), std::chrono::hours(24 * 365)))
+    return unexpected(Errc::invalid_option, "security.sessions.life: expected 0 s to 365 days, found " + std::to_string(life.count()) + " s");
+  if (const auto life = security.sessions.ticket_life; !is_between(life, std::chrono::seconds(1), std::chrono::hours(1)))
+    return unexpected(Errc::invalid_option, "security.sessions.ticket_life: expected 1 s to 1 h, found " + std::to_string(life.count()) + " s");
   if (!security.token_file.empty()) {
     auto tokens = security::open_tokens(security.token_file, log);
     if (!tokens) return Unexpected{std::move(tokens).error()};
@@ -49,36 +62,64 @@ Result<std::shared_ptr<Callers>> Callers::create(const Security& security, LogCa
 engine::Caller Callers::of(const http::Request& request) {
   engine::Caller caller;
   if (authenticates_) {
-    bool refused = false;
-    caller.principal = principal_of(request, refused);
+    const Found found = find(request);
+    caller.principal = found.principal;
+    caller.by_cookie = found.by_cookie;
     caller.view = view_of(caller.principal);
-    if (!caller.principal) caller.challenge = challenge_for(request, refused);
-    if (refused) caller.access = engine::Access::unauthenticated;
-    else if (caller.view->anywhere().empty()) caller.access = caller.principal ? engine::Access::forbidden : engine::Access::unauthenticated;
+    if (!caller.principal) caller.challenge = challenge_for(request, found.refused);
+    // A user who has lost all rights may log in as somebody else.
+    if (found.refused) caller.access = engine::Access::unauthenticated;
+    else if (caller.view->anywhere().empty()) caller.access = caller.principal && !found.by_cookie ? engine::Access::forbidden : engine::Access::unauthenticated;
   }
   if (authorize_ && caller.access == engine::Access::granted) caller.access = authorize_(request);
   return caller;
 }
 
 /// Credentials that nobody has are refused, also where clients without credentials may do something.
-/// @param refused  set where that is so
-std::shared_ptr<const security::Principal> Callers::principal_of(const http::Request& request, bool& refused) {
+Callers::Found Callers::find(const http::Request& request) {
   using Scheme = security::Credentials::Scheme;
   const security::Credentials credentials = security::credentials_of(request);
   const bool may_be_token = credentials.scheme == Scheme::bearer || (credentials.scheme == Scheme::basic && request.secure);
   if (may_be_token && tokens_) {
     const TimePoint now = clock_.now();
     auto principal = tokens_->content(now)->find(credentials.secret, now.utc);
-    if (principal && (credentials.scheme == Scheme::bearer || principal->name == credentials.user)) return principal;
+    if (principal && (credentials.scheme == Scheme::bearer || principal->name == credentials.user)) return {std::move(principal)};
   }
-  if (credentials.scheme == Scheme::none && !request.client_certificate.empty()) {
-    const auto found = certificates_.find(std::string(request.client_certificate));
-    if (found != certificates_.end()) return found->second;
+  if (credentials.scheme == Scheme::none) {
+    if (auto found = find_by_session(request)) return *std::move(found);
+    if (!request.client_certificate.empty()) {
+      const auto found = certificates_.find(std::string(request.client_certificate));
+      if (found != certificates_.end()) return {found->second};
+    }
   }
   if (authenticate_)
-    if (std::optional<security::Principal> principal = authenticate_(request)) return std::make_shared<const security::Principal>(*std::move(principal));
-  refused = credentials.scheme != Scheme::none;
-  return nullptr;
+    if (std::optional<security::Principal> principal = authenticate_(request)) return {std::make_shared<const security::Principal>(*std::move(principal))};
+  return {nullptr, credentials.scheme != Scheme::none};
+}
+
+/// By a ticket or a cookie; nullopt: the request has neither, or a cookie that counts no more.
+std::optional<Callers::Found> Callers::find_by_session(const http::Request& request) {
+  if (!sessions_) return std::nullopt;
+  if (const auto ticket = engine::query_parameter(request.target, security::Sessions::ticket_parameter)) {
+    const bool watches = request.method == "GET" && ((request.can_upgrade && http::requests_upgrade(request, "websocket")) || engine::names_event_stream(request));
+    const auto token = watches ? sessions_->take_ticket(*ticket, clock_.now()) : std::nullopt;
+    return token ? find_by_token(request, *token) : Found{nullptr, true};
+  }
+  const auto token = sessions_->token_of(request, clock_.now());
+  if (!token) return std::nullopt;
+  Found found = find_by_token(request, *token);
+  found.by_cookie = true;
+  if (found.principal) return found;
+  (void)sessions_->end(request);
+  return std::nullopt;
+}
+
+/// As if the request had that token itself.
+Callers::Found Callers::find_by_token(const http::Request& request, const std::string& token) {
+  const std::string value = "Bearer " + token;
+  http::Request with_token = request;
+  with_token.fields.push_back({"Authorization", value});
+  return find(with_token);
 }
 
 /// Those who may do the same share a view, and so representations.
@@ -144,10 +185,11 @@ std::optional<std::chrono::steady_clock::time_point> Callers::next_look() const 
   return next_look_;
 }
 
-/// RFC 6750 3, RFC 7617 2
-std::string Callers::challenge_for(const http::Request& request, bool refused) {
+/// RFC 6750 3, RFC 7617 2. A browser that is offered Basic shows a dialog of its own in place of the page where a user logs in.
+std::string Callers::challenge_for(const http::Request& request, bool refused) const {
   std::string challenge = refused ? "Bearer realm=\"lrt\", error=\"invalid_token\"" : "Bearer realm=\"lrt\"";
-  if (request.secure) challenge += ", Basic realm=\"lrt\", charset=\"UTF-8\"";
+  const bool logs_in = sessions_ && request.find("Sec-Fetch-Mode");
+  if (request.secure && !logs_in) challenge += ", Basic realm=\"lrt\", charset=\"UTF-8\"";
   return challenge;
 }
 

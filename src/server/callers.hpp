@@ -16,6 +16,7 @@
 
 #include "src/security/authentication.hpp"
 #include "src/security/policy.hpp"
+#include "src/security/sessions.hpp"
 
 namespace lrt {
 
@@ -26,7 +27,8 @@ class Callers {
  public:
   /// nullptr: the options restrict nobody.
   /// @par Errors  those of Tokens::load and security::load_rules; invalid_option
-  static Result<std::shared_ptr<Callers>> create(const Security& security, LogCallback log, const Clock& clock);
+  static Result<std::shared_ptr<Callers>> create(const Security& security, std::shared_ptr<security::Sessions> sessions, LogCallback log,
+                                                 const Clock& clock);
 
   /// Calls user code.
   engine::Caller of(const http::Request& request);
@@ -40,12 +42,20 @@ class Callers {
  private:
   using PrincipalPtr = std::shared_ptr<const security::Principal>;
   using ViewPtr = std::shared_ptr<const security::View>;
+  /// What the credentials of a request have shown.
+  struct Found {
+    PrincipalPtr principal{};  ///< nullptr: nobody
+    bool refused = false;    ///< there are credentials, which nobody has
+    bool by_cookie = false;  ///< engine::Caller::by_cookie
+  };
 
-  Callers(const Security& security, const Clock& clock);
-  PrincipalPtr principal_of(const http::Request& request, bool& refused);
+  Callers(const Security& security, std::shared_ptr<security::Sessions> sessions, const Clock& clock);
+  Found find(const http::Request& request);
+  std::optional<Found> find_by_session(const http::Request& request);
+  Found find_by_token(const http::Request& request, const std::string& token);
   ViewPtr view_of(const PrincipalPtr& principal);
   ViewPtr make_view(const security::Principal* principal);
-  static std::string challenge_for(const http::Request& request, bool refused);
+  std::string challenge_for(const http::Request& request, bool refused) const;
 
   const Clock& clock_;
   const bool authenticates_;  ///< false: the authorizer alone decides
@@ -54,6 +64,7 @@ class Callers {
   const security::Roles roles_;
   const security::Rights anyone_;
   const engine::Authorizer authorize_;
+  const std::shared_ptr<security::Sessions> sessions_;  ///< nullptr: there are none
   std::unique_ptr<security::TokenFile> tokens_;
   std::unique_ptr<security::PolicyFile> policy_file_;
   std::shared_ptr<security::Policy> policy_;  ///< of rules without a file; nullptr: none

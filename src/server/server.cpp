@@ -47,6 +47,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       : options_(std::move(options)),
         clock_(options_.clock ? *options_.clock : system_clock()),
         log_(options_.log),
+        sessions_(make_sessions(options_)),
         engine_(engine_options()),
         bodies_(std::max(1U, options_.threads.body_threads), options_.threads.own) {}
 
@@ -73,7 +74,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       if (!started) return Unexpected{std::move(started).error()};
       audit_thread_ = *std::move(started);
     }
-    auto callers = Callers::create(options_.security, waking_log(), clock_);
+    auto callers = Callers::create(options_.security, sessions_, waking_log(), clock_);
     if (!callers) return Unexpected{std::move(callers).error()};
     callers_ = *std::move(callers);
     Result<std::optional<SavedFile::Content>> saved = load();
@@ -502,6 +503,14 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     bool mine_ = false;
   };
 
+  /// nullptr: there are no tokens that a session could stand for.
+  static std::shared_ptr<security::Sessions> make_sessions(const Options& options) {
+    const Security& security = options.security;
+    const bool has_tokens = !security.token_file.empty() || security.authenticate;
+    if (!has_tokens || security.sessions.life.count() <= 0) return nullptr;
+    return std::make_shared<security::Sessions>(security.sessions, options.listen.public_base);
+  }
+
   engine::EngineOptions engine_options() {
     engine::EngineOptions options;
     static_cast<engine::Limits&>(options) = options_.limits;
@@ -513,6 +522,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     options.authorize = [this](const http::Request& request) { return callers_ ? callers_->of(request) : engine::Caller(); };
     options.renew = [this](const security::Principal* owner) { return callers_ ? callers_->renew(owner) : engine::Caller(); };
     options.challenge = options_.security.challenge;
+    options.sessions = sessions_;
     options.clients = options_.security.clients;
     options.reports_subscriptions = static_cast<bool>(options_.security.audit.sink);
     options.dispatch = options_.threads.dispatch;
@@ -740,6 +750,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   const Clock& clock_;
   LogQueue log_;
   mutable std::mutex mutex_;                              // guards engine_, guests_ and replies_; never held while user code runs
+  const std::shared_ptr<security::Sessions> sessions_;    // nullptr: nobody can log in
   std::shared_ptr<Callers> callers_;  ///< nullptr: everybody may do everything
   Counters counters_;
   std::optional<ClientLimiter> limiter_;  ///< set before the transport starts

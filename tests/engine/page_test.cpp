@@ -19,6 +19,7 @@ void check_harmless(const Answer& a) {
   for (const char* part : {"; style-src 'sha256-", "; connect-src 'self'", "; base-uri 'none'", "; form-action 'none'", "; frame-ancestors 'none'"})
     CHECK(policy.find(part) != std::string::npos);
   CHECK(policy.find("unsafe") == std::string::npos);
+  CHECK(a.field("X-Frame-Options") == "DENY");
   CHECK(a.field("X-Content-Type-Options") == "nosniff");
   CHECK(a.field("Referrer-Policy") == "no-referrer");
   CHECK(a.members("Vary").count("Accept") == 1);

@@ -1,8 +1,8 @@
-# Each claim of SECURITY.md names a test that exists.
+# Each claim of SECURITY.md names a test that exists: a TEST_CASE, or a case of a test in Python, whose name has underscores for spaces.
 #
 #   cmake -D ROOT=... -P security_claims.cmake
 file(STRINGS ${ROOT}/SECURITY.md lines ENCODING UTF-8)
-file(GLOB_RECURSE sources ${ROOT}/tests/*.cpp)
+file(GLOB_RECURSE sources ${ROOT}/tests/*.cpp ${ROOT}/tests/*.py)
 set(names "")
 foreach(source IN LISTS sources)
   file(READ ${source} text)
@@ -15,7 +15,9 @@ foreach(line IN LISTS lines)
     math(EXPR claims "${claims} + 1")
     set(test "${CMAKE_MATCH_2}")
     string(FIND "${names}" "TEST_CASE(\"${test}\"" found)
-    if(found EQUAL -1)
+    string(REPLACE " " "_" python_name "${test}")
+    string(FIND "${names}" "\ndef ${python_name}(" found_in_python)
+    if(found EQUAL -1 AND found_in_python EQUAL -1)
       message(SEND_ERROR "SECURITY.md: there is no test \"${test}\"")
       math(EXPR faults "${faults} + 1")
     endif()

@@ -455,6 +455,33 @@ TEST_CASE("two servers live in one host", "[httplib]") {
   CHECK(robot.ask("GET /other/arm").status == 404);
 }
 
+TEST_CASE("a user logs in at a mounted server, and at each of two", "[httplib][security]") {
+  Options options;
+  options.security.authenticate = [](const http::Request& request) -> std::optional<security::Principal> {
+    if (request.find("Authorization") == "Bearer a-token") return security::Principal{"anna", {"operator"}};
+    return std::nullopt;
+  };
+  Options others = options;
+  others.listen.transport = transport::no_network;
+  Server other = Server::create(std::move(others)).value();
+  Robot robot("/robot", {}, [&](httplib::Server& http_server) { mount(http_server, other, "/other"); }, std::move(options));
+  const std::string own = "\nOrigin: http://" + robot.authority();
+  const auto log_in = [&](const std::string& prefix) {
+    const Answer login = robot.ask("POST " + prefix + "/ns/session\nContent-Length: 0\nAuthorization: Bearer a-token" + own);
+    CHECK(login.status == 204);
+    return login.field("Set-Cookie").substr(0, login.field("Set-Cookie").find(';'));
+  };
+  const std::string both = "\nCookie: " + log_in("/robot") + "; " + log_in("/other");
+  CHECK(robot.ask("GET /robot/arm").status == 401);
+  CHECK(robot.ask("GET /robot/arm" + both).status == 200);
+  CHECK(robot.ask("GET /other/" + both).status == 200);
+  CHECK(robot.ask("POST /robot/arm/actions/count\nContent-Length: 0" + both).status == 403);
+  CHECK(robot.ask("POST /robot/arm/actions/count\nContent-Length: 0" + both + own).status == 204);
+  CHECK(robot.ask("DELETE /robot/ns/session" + both + own).status == 204);
+  CHECK(robot.ask("GET /robot/arm" + both).status == 401);
+  CHECK(robot.ask("GET /other/" + both).status == 200);
+}
+
 TEST_CASE("a server has its own port as well", "[httplib]") {
   Options options;
   options.listen.port = 0;

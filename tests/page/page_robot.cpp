@@ -2,6 +2,7 @@
 // fails; and a gantry, four joints and the links between them, that is seen as a skeleton.
 //
 //   page_robot --port N [PUBLIC BASE]
+//   page_robot --port N --tokens FILE    everybody may read, and those who have a token may do more
 
 #include <array>
 #include <atomic>
@@ -165,6 +166,10 @@ int main(int argc, char** argv) {
   lrt::Options options;
   options.listen.port = static_cast<std::uint16_t>(argc >= 3 && std::string(argv[1]) == "--port" ? std::atoi(argv[2]) : 0);
   if (argc == 4) options.listen.public_base = argv[3];
+  if (argc == 5) {
+    options.security.token_file = argv[4];
+    options.security.anyone = lrt::security::Right::read | lrt::security::Right::subscribe;
+  }
   lrt::Server server = lrt::Server::create(options).value();
   lrt::test::SampleRobot robot;
   bool armed = false;

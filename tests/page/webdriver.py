@@ -26,7 +26,7 @@ class Refused(Exception):
 
 
 class Browser:
-    def __init__(self, width=1280, height=900):
+    def __init__(self, width=1280, height=900, extra=()):
         chromium, driver = programs()
         self.folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         self.log = open(os.path.join(self.folder.name, "log"), "w+")
@@ -35,10 +35,10 @@ class Browser:
         while not (port := re.search(r"started successfully on port (\d+)", said)):
             assert time.monotonic() < end and self.process.poll() is None, f"chromedriver did not start: {said!r}"
             if select.select([self.process.stdout], [], [], 0.2)[0]:
-                said += self.process.stdout.readline()
+                said += os.read(self.process.stdout.fileno(), 4096).decode()  # readline() would keep further lines where select() does not see them
         self.base = f"http://127.0.0.1:{port.group(1)}/session"
         arguments = ["--headless=new", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run", "--disable-background-networking",
-                     "--disable-component-update", "--force-color-profile=srgb", f"--user-data-dir={self.folder.name}/profile", f"--window-size={width},{height}"]
+                     "--disable-component-update", "--force-color-profile=srgb", f"--user-data-dir={self.folder.name}/profile", f"--window-size={width},{height}", *extra]
         if os.geteuid() == 0:
             arguments.append("--no-sandbox")  # root has none
         made = self._send("POST", self.base, {"capabilities": {"alwaysMatch": {

@@ -26,6 +26,10 @@
 #include <lrt/subscription/options.hpp>
 #include <lrt/thing.hpp>
 
+namespace lrt::security {
+class Sessions;
+}
+
 namespace lrt::engine {
 
 /// The verdict of an authorizer.
@@ -46,6 +50,7 @@ struct Caller {
   std::shared_ptr<const security::Principal> principal{};  ///< nullptr: nobody in particular
   std::shared_ptr<const security::View> view{};            ///< what it may do to each resource; nullptr: everything
   std::string challenge{};                                 ///< WWW-Authenticate of a 401; empty: EngineOptions::challenge
+  bool by_cookie = false;  ///< known by the cookie of a session, which browsers send on their own: only pages of this server may use it
   std::string client{};                                    ///< for whom invocations and subscriptions are counted (ClientLimits); empty: they are not
   std::chrono::seconds retry_after{1};                     ///< of a 429
 };
@@ -89,6 +94,7 @@ struct EngineOptions : Limits {
   /// What the owner of a subscription may do now; nullopt: there is no such principal any more. nullptr: nobody in particular. Calls no user code.
   std::function<std::optional<Caller>(const security::Principal* owner)> renew;
   std::string challenge = "Bearer";                    ///< Security::challenge
+  std::shared_ptr<security::Sessions> sessions;        ///< made by Server; nullptr: nobody can log in
   Dispatch dispatch = Dispatch::in_poll;               ///< Threads::dispatch
   subscription::SubscriptionOptions subscriptions;
   subscription::CallbackOptions callbacks;

@@ -21,7 +21,14 @@ class PageSource {
   /// An error page.
   /// @param home  IRI of the list of Things
   virtual std::string error(int status, std::string_view detail, std::string_view home) const = 0;
-  /// Content-Type and security policy of both.
+  /// Makes the page where a user logs in the body of a 401, with its fields. A script in it sends the token by POST, as `Authorization: Bearer TOKEN`.
+  /// @param session  IRI of the session
+  /// @return  false: there is no such page, and error() is shown
+  virtual bool add_login(http::Response& response, std::string_view session) const {
+    (void)response, (void)session;
+    return false;
+  }
+  /// Content-Type and security policy of page and errors.
   virtual void add_fields(http::Fields& fields) const = 0;
 };
 

@@ -57,6 +57,7 @@ void RootResource::overview(Overview& o) const {
 }
 
 void RootResource::link_related(http::LinkWriter& links, const std::string& base) const {
+  if (!session_.empty()) links.add(base + session_, vocab::lrt_::session.text);
   if (registry_.roots().empty()) return;
   links.add(base + all_.path, "related");
   links.add(base + all_.path, vocab::lrt_::all.text);

@@ -13,8 +13,9 @@ class ActionResource;
 /// "/": the list of Things (R0.4).
 class RootResource final : public Resource {
  public:
-  RootResource(const Registry& registry, std::string terms, const Resource& all)
-      : Resource("/", nullptr), registry_(registry), terms_(std::move(terms)), all_(all) {}
+  /// @param session  path of the session; empty: nobody can log in
+  RootResource(const Registry& registry, std::string terms, const Resource& all, std::string session)
+      : Resource("/", nullptr), registry_(registry), terms_(std::move(terms)), all_(all), session_(std::move(session)) {}
   void describe(const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
   std::string_view kind() const noexcept override { return "root"; }
@@ -30,6 +31,7 @@ class RootResource final : public Resource {
   const Registry& registry_;
   const std::string terms_;
   const Resource& all_;  ///< all Things as one document
+  const std::string session_;
 };
 
 /// "/ns/lrt": the terms of lrt, and those of hybrit that it uses.
