@@ -59,6 +59,7 @@ class Context {
   std::size_t page = 1;           ///< of a container
   std::size_t first_link = 0;     ///< where the links continue that did not fit in a response before
   Audience audience{};            ///< who sends it
+  security::Rights rights = security::Rights::all();  ///< of these at `resource`
   std::optional<Ticket> ticket{};  ///< of a request that is deferred
   std::shared_ptr<JudgedBody> judged{};  ///< its body, by a BodyJob; nullptr: not judged, or taken
   std::string client{};  ///< Caller::client

@@ -70,7 +70,7 @@ class Engine::Impl {
   std::optional<http::Response> refused_right(Context& context, const Caller& caller) const;
   http::Response no_resource(const Context& context) const;
   static std::shared_ptr<const Caller> kept(const Result<Caller>& caller);
-  security::Right needed_right(const Context& context) const;
+  bool may(const Context& context) const;
   bool is_from_foreign_page(const Context& context) const;
   bool is_of_own_origin(const Context& context) const;
   bool may_use_cookie(const Context& context) const;
@@ -325,9 +325,9 @@ std::optional<http::Response> Engine::Impl::refused_right(Context& context, cons
   if (context.resource && context.resource->is_about_caller()) return caller.principal ? std::nullopt : std::optional(unauthenticated(context, caller));
   const Audience& audience = context.audience;
   if (!audience.is_restricted()) return std::nullopt;
-  const security::Rights rights = context.resource ? audience.rights(*context.resource) : security::Rights();
-  if (context.resource && rights.has(needed_right(context))) return std::nullopt;
-  if (!rights.has(security::Right::read)) {
+  context.rights = context.resource ? audience.rights(*context.resource) : security::Rights();
+  if (context.resource && may(context)) return std::nullopt;
+  if (!context.rights.has(security::Right::read)) {
     const bool hides = std::exchange(context.resource, nullptr) != nullptr;
     if (audience.sees_something()) {
       http::Response response = no_resource(context);
@@ -338,11 +338,13 @@ std::optional<http::Response> Engine::Impl::refused_right(Context& context, cons
   return caller.principal ? forbidden(context) : unauthenticated(context, caller);
 }
 
-security::Right Engine::Impl::needed_right(const Context& context) const {
+/// The rights at its resource are enough for the request.
+bool Engine::Impl::may(const Context& context) const {
   const std::string_view method = context.request().method;
-  if (!is_safe(method)) return context.resource->right_to_change();
-  const bool watches = method == "GET" && parts.subscriptions.requested_protocol(context);
-  return watches ? security::Right::subscribe : security::Right::read;
+  if (!is_safe(method)) return context.rights.has(context.resource->right_to_change());
+  const bool reads = context.rights.has(security::Right::read), watches = context.rights.has(security::Right::subscribe);
+  if (reads == watches) return reads;
+  return method == "GET" && parts.subscriptions.requested_protocol(context) ? watches : reads;
 }
 
 /// A page elsewhere has made a browser send this (RFC 6454 7), and may not.

@@ -486,7 +486,7 @@ void Representations::add_upgrade(http::Fields& fields, const Context& context) 
 
 /// RFC 9110 7.8: how the resource can be watched on this connection.
 std::string_view Representations::upgrade_of(const Context& context) const {
-  if (!context.resource->observable() || !context.audience.may(security::Right::subscribe, *context.resource)) return {};
+  if (!context.resource->observable() || !context.rights.has(security::Right::subscribe)) return {};
   const Upgrades can = view_.bases.upgrades(view_.bases[context.base]);
   const bool websocket = can.websocket && context.request().local_port == 0, callback = can.callback && view_.makes_callbacks;
   if (websocket) return callback ? "websocket, callback" : "websocket";

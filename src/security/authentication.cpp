@@ -38,10 +38,14 @@ std::optional<std::string> decode_base64(std::string_view text) {
 
 Credentials credentials_of(const http::Request& request) {
   Credentials credentials;
-  const auto field = request.find("Authorization");
+  const std::string_view* field = nullptr;
+  for (const http::Field& one : request.fields) {
+    if (!http::iequals(one.name, "Authorization")) continue;
+    credentials.scheme = Credentials::Scheme::other;
+    if (field) return credentials;  // two of them say nothing
+    field = &one.value;
+  }
   if (!field) return credentials;
-  credentials.scheme = Credentials::Scheme::other;
-  if (request.count("Authorization") != 1) return credentials;
   const std::size_t space = field->find(' ');
   const std::string_view scheme = field->substr(0, space);
   std::string_view rest = space == std::string_view::npos ? std::string_view() : field->substr(space);

@@ -62,10 +62,11 @@ Result<std::shared_ptr<Callers>> Callers::create(const Security& security, std::
 engine::Caller Callers::of(const http::Request& request) {
   engine::Caller caller;
   if (authenticates_) {
-    const Found found = find(request);
-    caller.principal = found.principal;
+    const TimePoint now = clock_.now();
+    Found found = find(request, now);
+    caller.principal = std::move(found.principal);
     caller.by_cookie = found.by_cookie;
-    caller.view = view_of(caller.principal);
+    caller.view = view_of(caller.principal, now);
     if (!caller.principal) caller.challenge = challenge_for(request, found.refused);
     // A user who has lost all rights may log in as somebody else.
     if (found.refused) caller.access = engine::Access::unauthenticated;
@@ -76,17 +77,16 @@ engine::Caller Callers::of(const http::Request& request) {
 }
 
 /// Credentials that nobody has are refused, also where clients without credentials may do something.
-Callers::Found Callers::find(const http::Request& request) {
+Callers::Found Callers::find(const http::Request& request, TimePoint now) {
   using Scheme = security::Credentials::Scheme;
   const security::Credentials credentials = security::credentials_of(request);
   const bool may_be_token = credentials.scheme == Scheme::bearer || (credentials.scheme == Scheme::basic && request.secure);
   if (may_be_token && tokens_) {
-    const TimePoint now = clock_.now();
     auto principal = tokens_->content(now)->find(credentials.secret, now.utc);
     if (principal && (credentials.scheme == Scheme::bearer || principal->name == credentials.user)) return {std::move(principal)};
   }
   if (credentials.scheme == Scheme::none) {
-    if (auto found = find_by_session(request)) return *std::move(found);
+    if (auto found = find_by_session(request, now)) return *std::move(found);
     if (!request.client_certificate.empty()) {
       const auto found = certificates_.find(std::string(request.client_certificate));
       if (found != certificates_.end()) return {found->second};
@@ -98,16 +98,16 @@ Callers::Found Callers::find(const http::Request& request) {
 }
 
 /// By a ticket or a cookie; nullopt: the request has neither, or a cookie that counts no more.
-std::optional<Callers::Found> Callers::find_by_session(const http::Request& request) {
+std::optional<Callers::Found> Callers::find_by_session(const http::Request& request, TimePoint now) {
   if (!sessions_) return std::nullopt;
   if (const auto ticket = engine::query_parameter(request.target, security::Sessions::ticket_parameter)) {
     const bool watches = request.method == "GET" && ((request.can_upgrade && http::requests_upgrade(request, "websocket")) || engine::names_event_stream(request));
-    const auto token = watches ? sessions_->take_ticket(*ticket, clock_.now()) : std::nullopt;
-    return token ? find_by_token(request, *token) : Found{nullptr, true};
+    const auto token = watches ? sessions_->take_ticket(*ticket, now) : std::nullopt;
+    return token ? find_by_token(request, *token, now) : Found{nullptr, true};
   }
-  const auto token = sessions_->token_of(request, clock_.now());
+  const auto token = sessions_->token_of(request, now);
   if (!token) return std::nullopt;
-  Found found = find_by_token(request, *token);
+  Found found = find_by_token(request, *token, now);
   found.by_cookie = true;
   if (found.principal) return found;
   (void)sessions_->end(request);
@@ -115,17 +115,17 @@ std::optional<Callers::Found> Callers::find_by_session(const http::Request& requ
 }
 
 /// As if the request had that token itself.
-Callers::Found Callers::find_by_token(const http::Request& request, const std::string& token) {
+Callers::Found Callers::find_by_token(const http::Request& request, const std::string& token, TimePoint now) {
   const std::string value = "Bearer " + token;
   http::Request with_token = request;
   with_token.fields.push_back({"Authorization", value});
-  return find(with_token);
+  return find(with_token, now);
 }
 
 /// Those who may do the same share a view, and so representations.
-Callers::ViewPtr Callers::view_of(const PrincipalPtr& principal) {
+Callers::ViewPtr Callers::view_of(const PrincipalPtr& principal, TimePoint now) {
   constexpr std::size_t max_views = 10'000;  // a function of the user's may make a principal for each request
-  const std::shared_ptr<security::Policy> policy = policy_file_ ? policy_file_->content(clock_.now()) : policy_;
+  const std::shared_ptr<security::Policy> policy = policy_file_ ? policy_file_->content(now) : policy_;
   const std::lock_guard lock(mutex_);
   if (policy != views_are_of_ || views_.size() > max_views) {
     views_.clear();
@@ -154,15 +154,15 @@ Callers::ViewPtr Callers::make_view(const security::Principal* principal) {
 std::optional<engine::Caller> Callers::renew(const security::Principal* owner) {
   engine::Caller caller;
   if (!authenticates_) return caller;
+  const TimePoint now = clock_.now();
   if (owner) {
-    const TimePoint now = clock_.now();
     if (tokens_) caller.principal = tokens_->content(now)->find_name(owner->name, now.utc);
     for (const auto& [subject, principal] : certificates_)
       if (!caller.principal && principal->name == owner->name) caller.principal = principal;
     if (!caller.principal && authenticate_) caller.principal = std::make_shared<const security::Principal>(*owner);
     if (!caller.principal) return std::nullopt;
   }
-  caller.view = view_of(caller.principal);
+  caller.view = view_of(caller.principal, now);
   return caller;
 }
 

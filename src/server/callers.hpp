@@ -50,10 +50,10 @@ class Callers {
   };
 
   Callers(const Security& security, std::shared_ptr<security::Sessions> sessions, const Clock& clock);
-  Found find(const http::Request& request);
-  std::optional<Found> find_by_session(const http::Request& request);
-  Found find_by_token(const http::Request& request, const std::string& token);
-  ViewPtr view_of(const PrincipalPtr& principal);
+  Found find(const http::Request& request, TimePoint now);
+  std::optional<Found> find_by_session(const http::Request& request, TimePoint now);
+  Found find_by_token(const http::Request& request, const std::string& token, TimePoint now);
+  ViewPtr view_of(const PrincipalPtr& principal, TimePoint now);
   ViewPtr make_view(const security::Principal* principal);
   std::string challenge_for(const http::Request& request, bool refused) const;
 
