@@ -25,7 +25,8 @@ INLINE = 'application/ld+json;profile="https://w3id.org/lrt/ns#inlineContext"'
 SYNTAXES = {".nt": "application/n-triples", ".ttl": "text/turtle", ".jsonld": INLINE, ".ref.jsonld": "application/ld+json",
             ".rdf": "application/rdf+xml"}
 
-WITHOUT_PORT = {"t10_testing_without_a_port": "asks in process", "t12_validator": "validates, and serves nothing", "lrt-shacl": "serves nothing"}
+LEFT_OUT = {"t10_testing_without_a_port": "asks in process", "t12_validator": "validates, and serves nothing", "lrt-shacl": "serves nothing",
+                "t22_rights": "shows nothing to a reader without credentials", "ex_jwt": "shows nothing to a reader without credentials"}
 
 PREFIXES = """@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> . @prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> .
 @prefix qudt: <http://qudt.org/schema/qudt/> . @prefix unit: <http://qudt.org/vocab/unit/> .
@@ -121,8 +122,8 @@ def main():
     all_resources = all_triples = 0
     for path in sys.argv[2:]:
         name = os.path.basename(path)
-        if name in WITHOUT_PORT:
-            print(f"{name} is left out: it {WITHOUT_PORT[name]}")
+        if name in LEFT_OUT:
+            print(f"{name} is left out: it {LEFT_OUT[name]}")
             continue
         with Receiver() as receiver, start(path, folder) as program:
             fill(program, name, receiver)

@@ -12,7 +12,7 @@ import sys
 import tempfile
 
 sys.dont_write_bytecode = True  # nothing is left in the source tree
-from examples_graphs_test import MOST, WITHOUT_PORT, fill, linked, start  # noqa: E402
+from examples_graphs_test import MOST, LEFT_OUT, fill, linked, start  # noqa: E402
 from robot_process import Receiver, triples  # noqa: E402
 
 # Vocabularies whose owners publish them.
@@ -57,7 +57,7 @@ def main():
     undefined = 0
     for path in sys.argv[1:]:
         name = os.path.basename(path)
-        if name in WITHOUT_PORT:
+        if name in LEFT_OUT:
             continue
         with tempfile.TemporaryDirectory() as folder, Receiver() as receiver, start(path, pathlib.Path(folder)) as program:
             fill(program, name, receiver)

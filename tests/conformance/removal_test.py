@@ -19,7 +19,7 @@ sys.dont_write_bytecode = True  # nothing is left in the source tree
 import rdflib
 from rdflib.namespace import RDF
 
-from examples_graphs_test import WITHOUT_PORT, fill, start
+from examples_graphs_test import LEFT_OUT, fill, start
 from robot_process import HYBRIT, LRT, Receiver
 
 SH = rdflib.Namespace("http://www.w3.org/ns/shacl#")
@@ -183,8 +183,8 @@ def main():
     good, counts = True, collections.Counter()
     for path in programs:
         name = os.path.basename(path)
-        if name in WITHOUT_PORT:
-            print(f"{name} is left out: it {WITHOUT_PORT[name]}")
+        if name in LEFT_OUT:
+            print(f"{name} is left out: it {LEFT_OUT[name]}")
             continue
         with tempfile.TemporaryDirectory() as folder, Receiver() as receiver, start(path, pathlib.Path(folder)) as program:
             fill(program, name, receiver)
