@@ -160,9 +160,9 @@ class Tokens {
 /// these limits. Requests from this machine without a principal are not limited: a proxy has one address for all its clients, and the programs of a
 /// robot are its integrator's.
 struct ClientLimits {
-  /// Requests per second, on average; 0 to 1,000,000; 0: not limited. The default is twice what a client needs that commands at 1 kHz, and about 2 %
-  /// of what one core serves. A request is counted once, when its header section is complete; one that gets 429 is not counted.
-  std::uint32_t requests_per_second = 2'000;
+  /// Requests per second, on average; 0 to 1,000,000; 0: not limited. The default lets a client at 1 kHz send ten requests in each step, and is
+  /// about a tenth of what one core serves. A request is counted once, when its header section is complete; one that gets 429 is not counted.
+  std::uint32_t requests_per_second = 10'000;
   /// Bytes of request bodies per second, on average; 0, or 1 KiB to 1 TiB; 0: not limited. The default is eight of the largest bodies
   /// (transport::Limits::max_body_bytes). A body is counted by Content-Length before it is received; a chunked one as the largest that its resource
   /// takes. A client that has some of its share left may send a body of any size, and waits then until the average holds again.
