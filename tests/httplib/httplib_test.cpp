@@ -12,6 +12,7 @@
 
 #include "tests/support/catch.hpp"
 #include "tests/support/httplib_host.hpp"
+#include "tests/support/rights_matrix.hpp"
 #include "tests/support/socket.hpp"
 #include "tests/support/tls_socket.hpp"
 
@@ -545,3 +546,23 @@ TEST_CASE("over the host's TLS representations have https", "[httplib][tls][R0.2
   CHECK(contains(answer.body, "<https://" + authority_text + "/robot/arm>"));
 }
 #endif
+
+TEST_CASE("rights are those of the rules behind a host's server, too", "[httplib][security][R0.2]") {
+  const Rulebook book;
+  Options options;
+  book.apply(options);
+  options.listen.transport = transport::no_network;
+  Server server = Server::create(std::move(options)).value();
+  std::atomic<double> taken{0};
+  server.add(ruled_arm([&](double v) { taken = v; })).value();
+  HttplibHost host([&](httplib::Server& http_server) { mount(http_server, server, "/robot"); });
+  const std::string name = "\nHost: 127.0.0.1:" + std::to_string(host.port());
+  check_rights([&](const std::string& request, const std::string& token) {
+    const std::size_t path = request.find('/'), body = std::min(request.find("\n\n"), request.size());
+    return Socket(host.port())
+        .ask(request.substr(0, path) + "/robot" + request.substr(path, body - path) + name + (token.empty() ? "" : "\nAuthorization: Bearer " + token) +
+             request.substr(body))
+        .status;
+  });
+  CHECK(taken == 5);
+}

@@ -2,7 +2,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <fstream>
 #include <map>
 #include <mutex>
 #include <set>
@@ -12,11 +11,13 @@
 #include <vector>
 
 #include <lrt/transport/loopback.hpp>
+#include <lrt/transport/named.hpp>
 
 #include "tests/support/catch.hpp"
 #include "tests/support/fakes.hpp"
-#include "tests/support/folder.hpp"
 #include "tests/support/message.hpp"
+#include "tests/support/rights_matrix.hpp"
+#include "tests/support/socket.hpp"
 
 using namespace lrt;
 using namespace lrt::test;
@@ -37,48 +38,24 @@ struct lrt::rdf::traits<VeiledPose> : lrt::rdf::Record<VeiledPose> {
 
 namespace {
 
-const std::string tokens =
-    "anna reader anna-0123456789abcdef\nbert operator bert-0123456789abcdef\ncarl administrator carl-0123456789abcdef\ndora reader dora-0123456789abcdef\n";
-
-/// Everybody with a token reads; operators write and invoke; what has "veiled" in its name is for administrators.
-const std::string policy = R"(
-@prefix acl: <http://www.w3.org/ns/auth/acl#> .
-@prefix lrt: <https://w3id.org/lrt/ns#> .
-<#readers> a acl:Authorization ; acl:accessTo </> ; acl:default </> ; acl:agentClass acl:AuthenticatedAgent ; acl:mode acl:Read, lrt:Subscribe .
-<#operators> a acl:Authorization ; acl:default </> ; acl:agentGroup <#operator> ; acl:mode acl:Write, lrt:Invoke .
-<#all> a acl:Authorization ; acl:accessTo </>, </arm/veiled_angle>, </arm/veiled_pose>, </arm/actions/veiled_turn>, </arm/veiled_list>, </veiled_arm>, </arm/veiled_tool> ;
-  acl:default </>, </arm/veiled_list>, </arm/actions/veiled_turn>, </veiled_arm>, </arm/veiled_tool> ; acl:agentGroup <#administrator> ;
-  acl:mode acl:Read, acl:Write, acl:Control, lrt:Invoke, lrt:Subscribe .
-)";
-
-void put(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
-
 struct Ruled {
-  Ruled() {
-    put(folder / "tokens", tokens);
-    put(folder / "policy.ttl", policy);
+  /// @param transport  empty: none
+  explicit Ruled(const std::string& transport = "") {
     Options options;
-    options.listen.port = 0;
-    options.listen.transport = transport::no_network;
-    options.security.token_file = folder / "tokens";
-    options.security.policy_file = folder / "policy.ttl";
-    options.threads.dispatch = Dispatch::io_thread;
-    options.clock = &clock;
-    options.callbacks.allow = {"127.0.0.1"};
+    book.apply(options);
+    if (transport.empty()) {
+      options.listen.transport = transport::no_network;
+      options.clock = &clock;
+    } else {
+      options.listen.transport = [transport](transport::TransportOptions t) { return transport::make_named(transport, std::move(t)); };
+    }
     options.log = [this](LogLevel, std::string_view text) {
       const std::lock_guard lock(mutex);
       log += std::string(text) + "\n";
     };
     server.emplace(Server::create(std::move(options)).value());
-    Thing arm{"arm"};
-    arm.title("An arm").add(vocab::rdfs::seeAlso, Object::resource("veiled_arm"));
-    arm.property<double>("angle").on_write([this](double v) { angle = v; }).publish(1);
-    arm.property<double>("veiled_angle").on_write([this](double v) { angle = v; }).publish(2);
+    Thing arm = ruled_arm([this](double v) { angle = v; });
     arm.property("veiled_pose", [] { return VeiledPose(); });
-    arm.action("turn", [this](double v) { angle = v; });
-    arm.action("veiled_turn", [this](double v) { angle = v; });
-    arm.collection<double>("list").on_create([](const double&) { return Result<void>(); }).on_remove([](const std::string&) { return Result<void>(); });
-    arm.collection<double>("veiled_list").on_create([](const double&) { return Result<void>(); });
     Thing tool{"arm/veiled_tool"}, other{"veiled_arm"}, hand{"arm/hand"};
     tool.title("veiled tool").property<double>("weight").publish(3);
     other.title("veiled arm").property<double>("weight").publish(4);
@@ -110,7 +87,7 @@ struct Ruled {
     return false;
   }
 
-  Folder folder;
+  Rulebook book;
   FakeClock clock;
   std::atomic<double> angle{0};
   std::mutex mutex;
@@ -194,38 +171,7 @@ TEST_CASE("what a caller may not see cannot be told from what does not exist", "
 
 TEST_CASE("each principal may do what the rules say to each kind of resource", "[server][security][R0.2]") {
   Ruled robot;
-  const std::string number = "\nContent-Type: application/json\n\n5", callback = "\nUpgrade: callback\nConnection: Upgrade\nCallback: http://127.0.0.1:9/";
-  struct Row {
-    std::string request;
-    int nobody, reader, other, administrator;
-  };
-  const std::vector<Row> rows = {
-      {"GET /", 401, 200, 200, 200},
-      {"GET /all", 401, 200, 200, 200},
-      {"GET /ns/lrt", 401, 200, 200, 200},
-      {"GET /arm/angle", 401, 200, 200, 200},
-      {"GET /arm/angle\nAccept: text/event-stream", 401, 200, 200, 200},
-      {"GET /arm/angle" + callback, 401, 201, 201, 201},
-      {"PUT /arm/angle" + number, 401, 403, 204, 204},
-      {"POST /arm/actions/turn" + number, 401, 403, 204, 204},
-      {"POST /arm/list" + number, 401, 403, 201, 201},
-      {"DELETE /arm/list", 401, 403, 405, 405},
-      {"GET /arm/veiled_angle", 401, 404, 404, 200},
-      {"GET /arm/veiled_angle\nAccept: text/event-stream", 401, 404, 404, 200},
-      {"GET /arm/veiled_angle" + callback, 401, 404, 404, 201},
-      {"PUT /arm/veiled_angle" + number, 401, 404, 404, 204},
-      {"POST /arm/actions/veiled_turn" + number, 401, 404, 404, 204},
-      {"POST /arm/veiled_list" + number, 401, 404, 404, 201},
-      {"GET /veiled_arm", 401, 404, 404, 200},
-      {"GET /nothing", 401, 404, 404, 404},
-  };
-  for (const Row& row : rows) {
-    CAPTURE(row.request);
-    CHECK(robot.status(row.request, "") == row.nobody);
-    CHECK(robot.status(row.request, "anna") == row.reader);
-    CHECK(robot.status(row.request, "bert") == row.other);
-    CHECK(robot.status(row.request, "carl") == row.administrator);
-  }
+  check_rights([&](const std::string& request, const std::string& token) { return robot.status(request, token.substr(0, token.find('-'))); });
   CHECK(robot.ask("OPTIONS /arm/angle", "anna").fields.find("Allow") == "GET, HEAD, OPTIONS");
   CHECK(robot.ask("OPTIONS /arm/angle", "bert").fields.find("Allow") == "GET, HEAD, OPTIONS, PUT");
   CHECK(robot.ask("GET /arm/angle", "anna").fields.find("Vary") == "Accept, Authorization, Cookie");
@@ -233,6 +179,31 @@ TEST_CASE("each principal may do what the rules say to each kind of resource", "
   // What a caller may not do is not offered in the representation either.
   CHECK(std::string(robot.ask("GET /arm/angle\nAccept: text/turtle", "anna").content()).find("binding") == std::string::npos);
   CHECK(std::string(robot.ask("GET /arm/angle\nAccept: text/turtle", "bert").content()).find("binding") != std::string::npos);
+}
+
+TEST_CASE("the rights are the same on each transport", "[server][security][R0.2]") {
+  for (const std::string_view transport : transport::names()) {
+    CAPTURE(transport);
+    const Ruled robot{std::string(transport)};
+    const std::string host = "\nHost: 127.0.0.1:" + std::to_string(robot.server->port());
+    check_rights(
+        [&](const std::string& request, const std::string& token) {
+          const std::size_t body = std::min(request.find("\n\n"), request.size());
+          return Socket(robot.server->port())
+              .ask(request.substr(0, body) + host + (token.empty() ? "" : "\nAuthorization: Bearer " + token) + request.substr(body))
+              .status;
+        },
+        transport != "libwebsockets");  // which takes no Upgrade but websocket
+    const std::string handshake = host + "\nConnection: Upgrade\nUpgrade: websocket\nSec-WebSocket-Version: 13\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==";
+    const auto opens = [&](const std::string& path, const std::string& who) {
+      return Socket(robot.server->port()).ask("GET " + path + handshake + (who.empty() ? "" : "\nAuthorization: Bearer " + who + "-0123456789abcdef")).status;
+    };
+    CHECK(opens("/arm/angle", "") == 401);
+    CHECK(opens("/arm/angle", "emil") == 401);
+    CHECK(opens("/arm/angle", "anna") == 101);
+    CHECK(opens("/arm/veiled_angle", "anna") == 404);
+    CHECK(opens("/arm/veiled_angle", "carl") == 101);
+  }
 }
 
 TEST_CASE("a subscription belongs to who made it", "[server][security][R0.2]") {
@@ -273,21 +244,22 @@ TEST_CASE("a subscription ends when the right does", "[server][security][R0.2]")
   const std::string of_anna = subscribe("anna"), of_bert = subscribe("bert");
   CHECK(robot.status("GET " + of_anna, "carl") == 200);
   SECTION("by the file of tokens") {
-    put(robot.folder / "tokens", tokens.substr(tokens.find('\n') + 1));
+    const std::string all = Rulebook::tokens;
+    robot.book.put_tokens(all.substr(all.find('\n') + 1));
     robot.clock.advance(std::chrono::seconds(2));
     CHECK(robot.becomes(404, "GET " + of_anna, "carl"));
     CHECK(robot.status("GET " + of_bert, "carl") == 200);
   }
   SECTION("by the rules") {
-    std::string fewer = policy;
+    std::string fewer = Rulebook::rules;
     fewer.replace(fewer.find(", lrt:Subscribe"), 15, "");
-    put(robot.folder / "policy.ttl", fewer);
+    robot.book.put_rules(fewer);
     robot.clock.advance(std::chrono::seconds(2));
     CHECK(robot.becomes(404, "GET " + of_anna, "carl"));
     CHECK(robot.becomes(404, "GET " + of_bert, "carl"));
   }
   SECTION("not by a file that is broken") {
-    put(robot.folder / "policy.ttl", policy + "<#broken> a acl:Authorization .");
+    robot.book.put_rules(std::string(Rulebook::rules) + "<#broken> a acl:Authorization .");
     robot.clock.advance(std::chrono::seconds(2));
     CHECK(robot.status("PUT /arm/angle\nContent-Type: application/json\n\n5", "anna") == 403);
     CHECK(robot.status("GET " + of_anna, "carl") == 200);
@@ -299,7 +271,7 @@ TEST_CASE("a subscription ends when the right does", "[server][security][R0.2]")
 
 TEST_CASE("nothing says how much there is that a caller may not see", "[server][security][R0.2]") {
   Ruled robot;
-  put(robot.folder / "policy.ttl", policy + "<#hand> a acl:Authorization ; acl:accessTo </arm/hand> ; acl:default </arm/hand> ; acl:agentGroup <#administrator> ; acl:mode acl:Read .");
+  robot.book.put_rules(std::string(Rulebook::rules) + "<#hand> a acl:Authorization ; acl:accessTo </arm/hand> ; acl:default </arm/hand> ; acl:agentGroup <#administrator> ; acl:mode acl:Read .");
   robot.clock.advance(std::chrono::seconds(2));
   CHECK(robot.status("GET /arm/all", "carl") == 200);
   CHECK(robot.status("GET /arm/all", "anna") == 404);  // there are Things below, none of which is hers to see
