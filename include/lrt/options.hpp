@@ -47,7 +47,8 @@ struct Security {
   /// Certificate and key. If set, the port accepts HTTPS only.
   std::optional<transport::TlsOptions> tls;
   /// A file with the tokens of principals and their roles, as security::Tokens reads them. Looked at once a second: a token that is no longer in it
-  /// is refused from then on, and if the file cannot be read, the tokens of before stay and the log says so. A client sends its token as
+  /// is refused from then on, and if the file cannot be read, the tokens of before stay and the log says so. Change it by renaming another file to it: of one
+  /// that is written in place, the half that is there may be read. A client sends its token as
   /// `Authorization: Bearer TOKEN`, or as the password of HTTP Basic, which is accepted over TLS only. The user of a browser logs in with it.
   std::string token_file;
   /// Principals by the subject of their client certificate (RFC 2253), as http::Request::client_certificate has it. Needs `tls` with a
