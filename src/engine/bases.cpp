@@ -3,16 +3,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "src/base/ascii.hpp"
+
 namespace lrt::engine {
 
 namespace {
 
-std::string lower(std::string_view text) {
-  std::string out(text);
-  for (char& c : out)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return out;
-}
+using lrt::detail::lower;
 
 /// In lower case, without the scheme's own port.
 std::string canonical_host(std::string_view authority, bool secure) {

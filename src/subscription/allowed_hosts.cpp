@@ -1,26 +1,22 @@
 #include <lrt/subscription/allowed_hosts.hpp>
 
-#include <arpa/inet.h>
-
 #include <algorithm>
-#include <cstring>
-
-#include <lrt/http/target.hpp>
 
 #include "src/base/ascii.hpp"
+#include "src/http/host.hpp"
 
 namespace lrt::subscription {
 namespace {
 
 using lrt::detail::hex;
 using lrt::detail::is;
-using lrt::detail::is_alpha;
 using lrt::detail::is_digit;
+using http::is_host_name;
+using http::literal_address;
+using http::parse_address;
+using http::parse_port;
+using Bytes = http::AddressBytes;
 
-/// An IPv6 address, or an IPv4 address as IPv4-mapped.
-using Bytes = std::array<std::uint8_t, 16>;
-
-constexpr std::array<std::uint8_t, 12> mapped{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xFF, 0xFF};
 constexpr std::array<std::uint8_t, 12> nat64{0x00, 0x64, 0xFF, 0x9B};  // RFC 6052 2.1
 constexpr Bytes loopback4{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xFF, 0xFF, 127, 0, 0, 1};
 constexpr Bytes loopback6{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
@@ -29,34 +25,7 @@ template <std::size_t n>
 bool starts_with(const Bytes& address, const std::array<std::uint8_t, n>& prefix) noexcept {
   return std::equal(prefix.begin(), prefix.end(), address.begin());
 }
-bool is_ipv4(const Bytes& address) noexcept { return starts_with(address, mapped); }
-
-/// Parses exactly four decimal numbers without leading zeros: inet_pton() is strict, inet_aton() would accept "127.1" and "0x7f.1".
-std::optional<Bytes> parse_ipv4(std::string_view text) {
-  in_addr found{};
-  if (::inet_pton(AF_INET, std::string(text).c_str(), &found) != 1) return std::nullopt;
-  Bytes result{};
-  std::copy(mapped.begin(), mapped.end(), result.begin());
-  std::memcpy(result.data() + mapped.size(), &found, 4);
-  return result;
-}
-
-std::optional<Bytes> parse_ipv6(std::string_view text) {
-  Bytes result{};
-  if (::inet_pton(AF_INET6, std::string(text).c_str(), result.data()) != 1) return std::nullopt;
-  return result;
-}
-
-std::optional<Bytes> parse_address(std::string_view text) {
-  if (text.find('\0') != std::string_view::npos) return std::nullopt;  // inet_pton() would stop at it
-  return text.find(':') == std::string_view::npos ? parse_ipv4(text) : parse_ipv6(text);
-}
-
-/// The address that the host of a URL denotes; nullopt: it is a name.
-std::optional<Bytes> literal(std::string_view host) {
-  if (host.size() >= 2 && host.front() == '[' && host.back() == ']') return parse_address(host.substr(1, host.size() - 2));
-  return host.find(':') == std::string_view::npos ? parse_address(host) : std::nullopt;
-}
+bool is_ipv4(const Bytes& address) noexcept { return starts_with(address, http::ipv4_mapped); }
 
 bool is_special_ipv4(const std::uint8_t* a) noexcept {
   return a[0] == 0 || a[0] == 127 || (a[0] == 169 && a[1] == 254) || a[0] >= 224;  // from 240: reserved and broadcast
@@ -90,34 +59,11 @@ bool is_within(const Bytes& address, const Bytes& network, unsigned bits) noexce
   return rest == 0 || ((address[whole] ^ network[whole]) >> (8 - rest)) == 0;
 }
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = lrt::detail::lower(c);
-  return result;
-}
-
 /// The normal form for comparing names: lower case, without a dot at the end.
 std::string folded(std::string_view host) {
-  std::string result = lower(host);
+  std::string result = lrt::detail::lower(host);
   if (result.size() > 1 && result.back() == '.') result.pop_back();
   return result;
-}
-
-/// Whether it is a host name (RFC 1123 2.1). Underscores are allowed, because some networks use them. Internationalised names must be in
-/// ASCII form.
-bool is_name(std::string_view text) noexcept {
-  if (!text.empty() && text.back() == '.') text.remove_suffix(1);
-  if (text.empty() || text.size() > 253) return false;
-  while (true) {
-    const std::size_t dot = text.find('.');
-    const std::string_view label = text.substr(0, dot);
-    if (label.empty() || label.size() > 63 || label.front() == '-' || label.back() == '-') return false;
-    for (const char c : label) {
-      if (!is_alpha(c) && !is_digit(c) && c != '-' && c != '_') return false;
-    }
-    if (dot == std::string_view::npos) return true;
-    text.remove_prefix(dot + 1);
-  }
 }
 
 /// "127.1", "0x7f000001": resolvers read these as IPv4 addresses. No host name ends with a number.
@@ -125,18 +71,6 @@ bool ends_in_number(std::string_view folded_name) noexcept {
   const std::string_view last = folded_name.substr(folded_name.rfind('.') + 1);
   if (last.substr(0, 2) == "0x") return std::all_of(last.begin() + 2, last.end(), [](char c) { return is(c, hex); });
   return std::all_of(last.begin(), last.end(), [](char c) { return is_digit(c); });
-}
-
-/// 1 to 65535 without leading zeros.
-std::optional<std::uint16_t> parse_port(std::string_view text) noexcept {
-  if (text.empty() || text.size() > 5 || text.front() == '0') return std::nullopt;
-  unsigned value = 0;
-  for (const char c : text) {
-    if (!is_digit(c)) return std::nullopt;
-    value = value * 10 + static_cast<unsigned>(c - '0');
-  }
-  if (value > 65535) return std::nullopt;
-  return static_cast<std::uint16_t>(value);
 }
 
 Unexpected bad_entry(const std::string& entry, const char* expected) {
@@ -191,7 +125,7 @@ Result<AllowedHosts> AllowedHosts::parse(const std::vector<std::string>& entries
       continue;
     }
     const std::string_view labels = !name.empty() && name.front() == '.' ? std::string_view(name).substr(1) : name;
-    if (!is_name(labels) || ends_in_number(labels)) {
+    if (!is_host_name(labels) || ends_in_number(labels)) {
       return bad_entry(text, "a network, an address, a name, or '.' and the end of a name, optionally with a port");
     }
     entry.name = name;
@@ -207,10 +141,10 @@ bool AllowedHosts::has_network(std::uint16_t port, const std::array<std::uint8_t
 }
 
 bool AllowedHosts::names(std::string_view host, std::uint16_t port) const {
-  if (const std::optional<Bytes> address = literal(host)) return has_network(port, *address);
+  if (const std::optional<Bytes> address = literal_address(host)) return has_network(port, *address);
   const std::string name = folded(host);
   if (name == "localhost") return has_network(port, loopback4) || has_network(port, loopback6);
-  if (!is_name(name)) return false;
+  if (!is_host_name(name)) return false;
   return std::any_of(entries_.begin(), entries_.end(), [&](const Entry& e) {
     if (e.name.empty() || e.port.value_or(port) != port) return false;
     if (e.name.front() != '.') return e.name == name;
@@ -221,48 +155,17 @@ bool AllowedHosts::names(std::string_view host, std::uint16_t port) const {
 bool AllowedHosts::allows(std::string_view host, std::uint16_t port, std::string_view address) const {
   const std::optional<Bytes> to = parse_address(address);
   if (!to || !names(host, port)) return false;
-  if (const std::optional<Bytes> named = literal(host)) return *named == *to;
+  if (const std::optional<Bytes> named = literal_address(host)) return *named == *to;
   if (folded(host) == "localhost") return (*to == loopback4 || *to == loopback6) && has_network(port, *to);
   return !is_special(*to) || has_network(port, *to);
 }
 
 Result<CallbackUrl> parse_callback_url(std::string_view url) {
-  constexpr std::size_t longest = 2'048;
-  const auto refuse = [](std::string what, std::optional<std::size_t> offset = std::nullopt) {
-    return unexpected(Error{Errc::expected_iri, "callback URL: " + std::move(what), offset});
-  };
-  if (url.size() > longest) return refuse("expected at most 2048 bytes, found " + std::to_string(url.size()));
-  for (std::size_t at = 0; at < url.size(); ++at) {
-    if (url[at] == '#') return refuse("expected no fragment", at);
-    const bool escape = url[at] == '%';
-    if (!is(url[at], lrt::detail::uri) || (escape && (url.size() - at < 3 || !is(url[at + 1], hex) || !is(url[at + 2], hex)))) {
-      return refuse("found a byte that is not allowed in a URL, at byte " + std::to_string(at), at);
-    }
-  }
-  const std::optional<http::Target> parts = http::split_target(url);
-  if (!parts || !parts->absolute) return refuse("expected an absolute http or https URL with a host and without userinfo");
-  const std::optional<http::HostPort> authority = http::parse_host(parts->authority);
-  if (!authority) return refuse("expected a host, optionally with a port");  // split_target() has checked it
-
-  CallbackUrl result;
-  result.secure = parts->secure;
-  result.host = lower(authority->host);
-  if (!literal(result.host) && !is_name(result.host)) {
-    return refuse("expected a host name or an address, found \"" + result.host + "\"");
-  }
-  const std::uint16_t usual = result.secure ? 443 : 80;
-  result.port = usual;
-  if (const std::string_view rest = parts->authority.substr(authority->host.size()); !rest.empty()) {
-    const std::optional<std::uint16_t> port = parse_port(rest.substr(1));
-    if (!port) return refuse("expected a port from 1 to 65535, without leading zeros, after the colon");
-    result.port = *port;
-  }
-  result.authority = result.host;
-  if (result.port != usual) result.authority += ":" + std::to_string(result.port);
-  result.target = parts->path;
-  // A URL with an empty query differs from one without a query. split_target() does not distinguish them.
-  if (const std::size_t mark = url.find('?'); mark != std::string_view::npos) result.target += url.substr(mark);
-  return result;
+  Result<CallbackUrl> parsed = http::parse_url(url, 2'048);
+  if (parsed) return parsed;
+  Error error = std::move(parsed).error();
+  error.message = "callback URL: " + error.message;
+  return unexpected(std::move(error));
 }
 
 }  // namespace lrt::subscription

@@ -12,7 +12,7 @@
 #include <map>
 #include <set>
 
-#include "src/delivery/httplib/deliverer.hpp"
+#include "src/delivery/deliverer.hpp"
 #include "tests/delivery/certificates.hpp"
 #include "tests/delivery/receiver.hpp"
 #include "tests/support/catch.hpp"
@@ -194,11 +194,11 @@ bool comes_true(Condition condition) {
 }
 
 /// A resolver that knows the names below "example".
-delivery::Resolve resolves_to(std::vector<std::string> addresses) {
-  return [addresses](const std::string& name) -> Result<std::vector<delivery::Address>> {
-    if (name.find(".example") == std::string::npos) return delivery::resolve(name);
-    std::vector<delivery::Address> result;
-    for (const std::string& a : addresses) result.push_back(delivery::address_of(a));
+exchange::Resolve resolves_to(std::vector<std::string> addresses) {
+  return [addresses](const std::string& name) -> Result<std::vector<exchange::Address>> {
+    if (name.find(".example") == std::string::npos) return exchange::resolve(name);
+    std::vector<exchange::Address> result;
+    for (const std::string& a : addresses) result.push_back(exchange::address_of(a));
     return result;
   };
 }
@@ -616,7 +616,7 @@ TEST_CASE("of a name's addresses only allowed ones are connected to", "[delivery
   }
   SECTION("no address at all") {
     options.allow = {"receiver.example"};
-    details.look_up = [](const std::string&) -> Result<std::vector<delivery::Address>> {
+    details.look_up = [](const std::string&) -> Result<std::vector<exchange::Address>> {
       return unexpected(Errc::io_error, "no address of \"receiver.example\": try again");
     };
     Rig rig(options, details);
@@ -627,8 +627,8 @@ TEST_CASE("of a name's addresses only allowed ones are connected to", "[delivery
   SECTION("a name is looked up for each connection") {
     options.allow = {"receiver.example", "127.0.0.1"};
     auto times = std::make_shared<std::atomic<int>>(0);
-    details.look_up = [times](const std::string&) -> Result<std::vector<delivery::Address>> {
-      return std::vector<delivery::Address>{delivery::address_of((*times)++ == 0 ? "127.0.0.1" : "127.0.0.9")};
+    details.look_up = [times](const std::string&) -> Result<std::vector<exchange::Address>> {
+      return std::vector<exchange::Address>{exchange::address_of((*times)++ == 0 ? "127.0.0.1" : "127.0.0.9")};
     };
     const Receiver closing([](Peer& peer) {
       peer.read_request();
@@ -917,7 +917,7 @@ TEST_CASE("signals are delivered to the host's threads only", "[delivery]") {
     sigset_t set;
     ::pthread_sigmask(SIG_SETMASK, nullptr, &set);
     blocked = sigismember(&set, SIGPIPE) == 1 && sigismember(&set, SIGTERM) == 1 && sigismember(&set, SIGINT) == 1 && sigismember(&set, SIGSEGV) == 0;
-    return delivery::resolve(name);
+    return exchange::resolve(name);
   };
   Recorder recorder;
   const Receiver receiver(std::ref(recorder));
@@ -956,15 +956,15 @@ class HangingResolver {
   void release() {
     if (!std::exchange(released_, true)) gate_.set_value();
   }
-  delivery::Resolve resolve() {
-    return [open = open_, calls = calls_](const std::string& name) -> Result<std::vector<delivery::Address>> {
+  exchange::Resolve resolve() {
+    return [open = open_, calls = calls_](const std::string& name) -> Result<std::vector<exchange::Address>> {
       {
         const std::lock_guard lock(calls->mutex);
         calls->names.push_back(name);
       }
       if (says(name, "hangs")) open.wait();
       if (says(name, "nowhere")) return unexpected(Errc::io_error, "no address of \"" + name + "\"");
-      return std::vector<delivery::Address>{delivery::address_of("127.0.0.1")};
+      return std::vector<exchange::Address>{exchange::address_of("127.0.0.1")};
     };
   }
   /// How often names with this part were resolved.
@@ -1082,9 +1082,9 @@ TEST_CASE("an address in the URL is not resolved", "[delivery]") {
   Rig rig(with_names(), details);
   CHECK(rig.deliver(notification(good.url())).status == 204);
   CHECK(resolver.calls("") == 0);
-  CHECK(delivery::literal_address("[::1]")->text == "::1");
-  CHECK(delivery::literal_address("127.0.0.1")->text == "127.0.0.1");
-  for (const char* name : {"localhost", "127.1", "::1", "[127.0.0.1]", "1.2.3.4.example", "[]", ""}) CHECK_FALSE(delivery::literal_address(name));
+  CHECK(exchange::literal_address("[::1]")->text == "::1");
+  CHECK(exchange::literal_address("127.0.0.1")->text == "127.0.0.1");
+  for (const char* name : {"localhost", "127.1", "::1", "[127.0.0.1]", "1.2.3.4.example", "[]", ""}) CHECK_FALSE(exchange::literal_address(name));
 }
 
 TEST_CASE("stop ends everything that hangs, and the source is not called afterwards", "[delivery]") {
@@ -1115,7 +1115,7 @@ TEST_CASE("stop ends everything that hangs, and the source is not called afterwa
         ++*inside;
         gate.wait();
         ++*back;
-        return Result<std::vector<delivery::Address>>(std::vector<delivery::Address>{delivery::address_of("127.0.0.1")});
+        return Result<std::vector<exchange::Address>>(std::vector<exchange::Address>{exchange::address_of("127.0.0.1")});
       };
       options.allow = {"127.0.0.1", ".example"};
       Rig rig(options, details);

@@ -25,7 +25,7 @@ class Source {
   virtual void delivered(subscription::Channel channel, subscription::DeliveryResult receipt) noexcept = 0;
 };
 
-/// Posts notifications to web callbacks. The only part of lrt that opens connections to other hosts.
+/// Posts notifications to web callbacks. In a server the only part that opens connections to other hosts.
 ///
 /// @par Threads  notify: any. stop: once, not from one of the deliverer's threads.
 class Deliverer {

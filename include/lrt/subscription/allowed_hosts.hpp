@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <lrt/base/result.hpp>
+#include <lrt/http/url.hpp>
 
 namespace lrt::subscription {
 
@@ -59,18 +60,9 @@ class AllowedHosts {
   std::vector<Entry> entries_;
 };
 
-/// The parts of a callback URL.
-struct CallbackUrl {
-  bool secure = false;
-  std::string host;         ///< lower-case; IPv6 in brackets
-  std::uint16_t port = 80;  ///< the scheme's if the URL has none
-  std::string authority;    ///< for the Host field: the host, and the port if it is not the scheme's
-  std::string target;       ///< path and query, at least "/"
-};
-/// Parses a callback URL.
-/// @par Errors  expected_iri: the URL is not absolute, not http(s), or longer than 2,048 bytes; it has userinfo, a fragment, a byte that
-///              RFC 3986 does not allow, a host that is neither an address nor a host name (percent escapes, empty labels), or an invalid
-///              port (0, empty, leading zeros)
+using CallbackUrl = http::Url;
+/// Parses a callback URL of at most 2,048 bytes.
+/// @par Errors  expected_iri, as http::parse_url()
 Result<CallbackUrl> parse_callback_url(std::string_view url);
 
 }  // namespace lrt::subscription

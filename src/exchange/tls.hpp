@@ -9,7 +9,7 @@
 struct ssl_st;
 struct ssl_ctx_st;
 
-namespace lrt::delivery {
+namespace lrt::exchange {
 
 struct TlsSessionEnd {
   void operator()(ssl_st* session) const noexcept;
@@ -42,4 +42,4 @@ std::string tls_reason(const ssl_st* session, const std::string& fallback);
 /// The value of X-Hub-Signature (WebSub 7.1): "sha256=" and the lower-case hex of HMAC-SHA256.
 std::string sign(std::string_view secret, std::string_view body);
 
-}  // namespace lrt::delivery
+}  // namespace lrt::exchange

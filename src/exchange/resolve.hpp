@@ -7,9 +7,9 @@
 
 #include <lrt/base/result.hpp>
 
-#include "src/delivery/httplib/wire.hpp"
+#include "src/exchange/wire.hpp"
 
-namespace lrt::delivery {
+namespace lrt::exchange {
 
 /// The addresses of a name, in the order in which they should be tried. Blocks as long as the system's resolver; cannot be interrupted.
 /// @par Errors  io_error, with the resolver's message
@@ -23,4 +23,4 @@ std::optional<Address> literal_address(std::string_view host);
 /// An address in the form of resolve(). @pre `text` is numeric, IPv6 without brackets
 Address address_of(const std::string& text);
 
-}  // namespace lrt::delivery
+}  // namespace lrt::exchange

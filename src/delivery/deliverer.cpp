@@ -1,4 +1,4 @@
-#include "src/delivery/httplib/deliverer.hpp"
+#include "src/delivery/deliverer.hpp"
 
 #include <sys/eventfd.h>
 #include <unistd.h>
@@ -15,7 +15,7 @@
 #include <lrt/subscription/allowed_hosts.hpp>
 
 #include "src/base/thread.hpp"
-#include "src/delivery/httplib/post.hpp"
+#include "src/delivery/post.hpp"
 
 namespace lrt::delivery {
 namespace {
@@ -25,6 +25,12 @@ using subscription::CallbackUrl;
 using subscription::Channel;
 using subscription::DeliveryResult;
 using subscription::Notification;
+using exchange::Address;
+using exchange::ClientTls;
+using exchange::Instant;
+using exchange::literal_address;
+using exchange::WaitLimit;
+using exchange::Wire;
 
 /// Open connections without an exchange, kept for the next notification of their receiver. Not synchronised.
 class IdleWires {

@@ -1,4 +1,4 @@
-#include "src/delivery/httplib/wire.hpp"
+#include "src/exchange/wire.hpp"
 
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -14,7 +14,7 @@
 
 #include "src/base/third_party_call.hpp"
 
-namespace lrt::delivery {
+namespace lrt::exchange {
 namespace {
 
 std::string system_message(int error) { return std::system_category().message(error); }
@@ -175,4 +175,4 @@ void Wire::end() noexcept {
   ERR_clear_error();
 }
 
-}  // namespace lrt::delivery
+}  // namespace lrt::exchange

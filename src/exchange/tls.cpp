@@ -1,4 +1,4 @@
-#include "src/delivery/httplib/tls.hpp"
+#include "src/exchange/tls.hpp"
 
 #include <openssl/err.h>
 #include <openssl/hmac.h>
@@ -12,7 +12,7 @@
 
 #include "src/base/third_party_call.hpp"
 
-namespace lrt::delivery {
+namespace lrt::exchange {
 namespace {
 
 std::string last_error(const std::string& fallback) {
@@ -101,4 +101,4 @@ std::string sign(std::string_view secret, std::string_view body) {
   return result;
 }
 
-}  // namespace lrt::delivery
+}  // namespace lrt::exchange

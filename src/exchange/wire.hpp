@@ -9,16 +9,17 @@
 
 #include <lrt/base/result.hpp>
 
-#include "src/delivery/httplib/tls.hpp"
+#include "src/exchange/tls.hpp"
 
-namespace lrt::delivery {
+namespace lrt::exchange {
 
 using Instant = std::chrono::steady_clock::time_point;
 
-/// Bounds a wait for the receiver.
+/// Bounds a wait for the peer.
 struct WaitLimit {
   Instant until;
-  int stop_descriptor;  ///< readable once the deliverer stops
+  int stop_descriptor;  ///< readable once the waits are to end
+  std::chrono::milliseconds idle{0};  ///< of the body of a stream, see exchange(); 0: the body is bounded by `until`, too
 };
 
 struct Address {
@@ -27,7 +28,7 @@ struct Address {
   std::string text;  ///< numeric
 };
 
-/// A connection to a receiver, plain or with TLS.
+/// A connection to another host, plain or with TLS.
 ///
 /// The sockets of cpp-httplib are not used: they restart their time limit with each byte, hold a mutex while they connect, so that a
 /// connection attempt cannot be cancelled, and resolve names again without the check of addresses.
@@ -42,8 +43,8 @@ class Wire {
   /// Performs the TLS handshake. The certificate must be valid for `host`.
   Result<void> secure(const ClientTls& tls, const std::string& host, WaitLimit limit);
 
-  /// Reads up to `size` bytes, at least one. 0: the receiver has closed its side.
-  /// @par Errors  closed, timed_out, cancelled (the deliverer stops), io_error
+  /// Reads up to `size` bytes, at least one. 0: the peer has closed its side.
+  /// @par Errors  closed, timed_out, cancelled (the stop descriptor is readable), io_error
   Result<std::size_t> read(char* to, std::size_t size, WaitLimit limit);
   /// @par Errors  as read()
   Result<void> write(std::string_view bytes, WaitLimit limit);
@@ -60,4 +61,4 @@ class Wire {
   TlsSession tls_;
 };
 
-}  // namespace lrt::delivery
+}  // namespace lrt::exchange

@@ -1,4 +1,4 @@
-#include "src/delivery/httplib/resolve.hpp"
+#include "src/exchange/resolve.hpp"
 
 #include <arpa/inet.h>
 #include <netdb.h>
@@ -10,7 +10,7 @@
 #include <memory>
 #include <system_error>
 
-namespace lrt::delivery {
+namespace lrt::exchange {
 namespace {
 
 /// The numeric text without the zone of a link-local address, as AllowedHosts expects it.
@@ -77,4 +77,4 @@ Address address_of(const std::string& text) {
   return result;
 }
 
-}  // namespace lrt::delivery
+}  // namespace lrt::exchange

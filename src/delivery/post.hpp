@@ -6,7 +6,7 @@
 #include <lrt/subscription/allowed_hosts.hpp>
 #include <lrt/subscription/notification.hpp>
 
-#include "src/delivery/httplib/wire.hpp"
+#include "src/exchange/wire.hpp"
 
 namespace lrt::delivery {
 
@@ -19,9 +19,9 @@ struct PostResult {
   bool confirmed = false;  ///< the body of the response is the notification's challenge
 };
 
-/// Sends a notification or a request for confirmation, and reads the response with cpp-httplib. Does not retry, follow redirects, decompress or read the environment.
+/// Sends a notification or a request for confirmation, and reads the response.
 /// @param max_response_bytes  limit of the response's body; a longer one is an error
-PostResult post(Wire& wire, const subscription::CallbackUrl& url, const subscription::Notification& notification,
-                std::size_t max_response_bytes, WaitLimit limit);
+PostResult post(exchange::Wire& wire, const subscription::CallbackUrl& url, const subscription::Notification& notification,
+                std::size_t max_response_bytes, exchange::WaitLimit limit);
 
 }  // namespace lrt::delivery

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <lrt/http/message.hpp>
+
+#include "src/exchange/wire.hpp"
+
+namespace lrt::exchange {
+
+/// A request to another host. Views live for the call.
+struct Request {
+  std::string_view method;
+  std::string_view target;     ///< sent as it is
+  std::string_view authority;  ///< value of Host
+  std::vector<http::Field> fields{};  ///< Host, Connection, Content-Length, Transfer-Encoding and Accept-Encoding among them are left out
+  std::string_view body{};
+};
+
+/// The status and header section of a response.
+struct Header {
+  int status = 0;
+  http::Fields fields{};
+};
+
+struct Limits {
+  std::size_t max_header_bytes = 16 * 1024;
+  std::size_t max_body_bytes = 0;  ///< 0: any number, for a stream that `receive` judges
+};
+
+struct Outcome {
+  Header header{};       ///< status 0: no complete response was received
+  std::string error{};   ///< the reason, if the status is 0
+  Errc code = Errc::io_error;  ///< the kind of the reason
+  bool silent = false;   ///< the peer closed the connection before the first byte of a response
+  bool keep = false;     ///< the connection can be used again
+};
+
+/// What takes a response as it is received. Each returns false to end the exchange.
+struct Receiver {
+  std::function<bool(const Header& header)> header{};  ///< may be empty; called before the first byte of the body
+  std::function<bool(std::string_view bytes)> body{};  ///< may be empty
+};
+
+/// Sends a request and reads the response with cpp-httplib. Does not retry, follow redirects, decompress or read the environment.
+///
+/// A response counts only if it is complete, within the limits and HTTP/1.x, if its length is stated once, and if its status is final. If
+/// `limit.idle` is set, it is the longest wait for the next bytes, and `limit.until` bounds the request and the header section only.
+/// @par Threads  distinct wires: any
+Outcome exchange(Wire& wire, const Request& request, const Limits& limits, WaitLimit limit, const Receiver& receiver = {});
+
+}  // namespace lrt::exchange
