@@ -1,0 +1,52 @@
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+#include <lrt/client/http.hpp>
+#include <lrt/client/options.hpp>
+#include <lrt/http/url.hpp>
+
+#include "src/exchange/exchange.hpp"
+#include "src/exchange/resolve.hpp"
+
+namespace lrt::client {
+
+/// Sends requests, within the limits of the options: connections, TLS, names, identity, redirects.
+/// @par Threads  Any. send() blocks the calling thread, which must not be a control loop.
+class HttpClient {
+ public:
+  /// @par Errors  invalid_option: a file of the options cannot be read
+  static Result<std::shared_ptr<HttpClient>> create(const Options& options);
+  virtual ~HttpClient() = default;
+
+  /// Sends a request and follows redirects (RFC 9110 15.4): 301, 302, 303 of GET and HEAD, 307 and 308 of every method. Sent once more on a new
+  /// connection if an idle one turns out to be closed and the method is idempotent.
+  /// @par Errors  expected_iri: the URL, or that of a redirect; io_error, closed, timed_out, limit_exceeded, expected_http, cancelled (stop())
+  virtual Result<Response> send(const Request& request) = 0;
+  /// The same for a response whose body goes on. Response::body stays empty. Returns when the server ends it.
+  /// @param idle  the longest wait for the next bytes
+  virtual Result<Response> stream(const Request& request, std::chrono::milliseconds idle, const exchange::Receiver& receiver) = 0;
+  /// A new connection for bytes of the caller's own: what a WebSocket or a check of a server sends.
+  virtual Result<std::unique_ptr<exchange::Wire>> connect(const http::Url& url, exchange::WaitLimit limit) = 0;
+
+  /// The fields that the identity adds to a request to this origin; empty if it is not trusted.
+  virtual std::vector<std::pair<std::string, std::string>> identity_fields(const http::Url& url) = 0;
+  /// Adds an origin that gets the identity.
+  virtual void trust(const http::Url& url) = 0;
+  /// Ends all exchanges with Errc::cancelled; later ones, too.
+  virtual void stop() noexcept = 0;
+  /// Readable once stop() has been called, for WaitLimit.
+  virtual int stop_descriptor() const noexcept = 0;
+
+  const Options& options() const noexcept { return options_; }
+
+ protected:
+  explicit HttpClient(const Options& options) : options_(options) {}
+  const Options options_;
+};
+
+}  // namespace lrt::client
