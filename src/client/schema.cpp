@@ -173,8 +173,10 @@ class SchemaReader {
   };
 
   std::nullopt_t warn(const std::string& sentence) {
+    std::string whole = (path_.empty() ? std::string("the value") : path_) + ": " + sentence;
+    if (std::find(data_->warnings.begin(), data_->warnings.end(), whole) != data_->warnings.end()) return std::nullopt;
     if (data_->warnings.size() >= options_.max_warnings) ++suppressed_;
-    else data_->warnings.push_back((path_.empty() ? std::string("the value") : path_) + ": " + sentence);
+    else data_->warnings.push_back(std::move(whole));
     return std::nullopt;
   }
   [[noreturn]] void ill_formed(TermId shape, std::string_view predicate, TermId object, const std::string& expected) const {
@@ -520,7 +522,9 @@ class SchemaReader {
     const auto members = graph_.list(c.one_of.front());
     if (!members) refuse(Errc::expected_value, "expected an RDF list as sh:in at " + (path_.empty() ? "the value" : shortened(path_)));
     if (members->size() > options_.max_names) refuse(Errc::limit_exceeded, "more than " + std::to_string(options_.max_names) + " members of sh:in");
-    if (c.one_of.size() > 1) warn("only the first of several sh:in is part of the type");
+    // Two documents that describe one shape repeat its lists.
+    const auto differs = [&](TermId head) { return graph_.list(head) != members; };
+    if (std::any_of(c.one_of.begin(), c.one_of.end(), differs)) warn("only the first of several sh:in is part of the type");
     std::set<std::string> seen;
     bool texts = !members->empty();
     for (const TermId m : *members) {
