@@ -280,7 +280,7 @@ class Describer {
     }
     const Result<Schema> schema = Schema::read(shapes, shapes.term(shape), options_.schema);
     if (!schema || !schema->usable()) return std::nullopt;
-    warn(shown(of) + ": no shape says what its value is; the type is what the Property says of itself");
+    if (!is_iri(number) && !is_iri(element)) warn(shown(of) + ": no shape says what its value is; the type is that of its present value");
     return *schema;
   }
 

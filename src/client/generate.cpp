@@ -47,8 +47,6 @@ std::string origin_of(std::string_view iri) {
 
 const Type& without_optional(const Type& type) noexcept { return type.kind == Kind::optional ? without_optional(*type.element) : type; }
 
-bool has_bounds(const Facets& f) noexcept { return f.min() || f.max(); }
-
 // ------------------------------------------------------------------------------------------------------- what a value is
 
 /// Writes what a type and its facets are in one line of text, and in one line for each field.
@@ -85,7 +83,8 @@ class Flat {
   std::string short_iri(std::string_view iri) const {
     if (!origin_.empty() && iri.size() > origin_.size() && iri.substr(0, origin_.size()) == origin_ && iri[origin_.size()] == '/')
       return "~" + std::string(iri.substr(origin_.size()));
-    return std::string(iri);
+    const std::string prefixed = rdf::abbreviate(iri);
+    return prefixed.front() == '<' ? std::string(iri) : prefixed;
   }
 
  private:
@@ -103,7 +102,7 @@ class Flat {
         for (const std::string& c : t.classes) classes.push_back(short_iri(c));
         std::sort(classes.begin(), classes.end());
         for (const std::string& c : classes) text += " " + c;
-        if (!t.value_predicate.empty()) text += " by " + t.value_predicate;
+        if (!t.value_predicate.empty()) text += " by " + short_iri(t.value_predicate);
         for (const std::string& c : t.value_classes) text += " " + short_iri(c);
         break;
       }
@@ -111,9 +110,9 @@ class Flat {
         text = "one of";
         for (const std::string& name : t.names) text += " \"" + name + "\"";
         return text;
-      default: text = rdf::abbreviate(t.datatype.text);
+      default: text = short_iri(t.datatype.text);
     }
-    if (!f.unit().empty()) text += " [" + unit_label(f.unit()) + " " + std::string((f.unit().qudt.empty() ? f.unit().vom : f.unit().qudt).text) + "]";
+    if (!f.unit().empty()) text += " [" + unit_label(f.unit()) + " " + short_iri((f.unit().qudt.empty() ? f.unit().vom : f.unit().qudt).text) + "]";
     return text + range_of(t, f);
   }
   std::string range_of(const Type& t, const Facets& f) const {
@@ -181,6 +180,28 @@ class Kinds {
     by_key_[key].push_back(kinds_.size());
     join(kinds_.emplace_back(), thing);
   }
+  /// Kinds that differ only in what has no place in C++, such as links between Things, become one.
+  void unite() {
+    std::vector<ThingKind> united;
+    for (ThingKind& kind : kinds_) {
+      const auto same = std::find_if(united.begin(), united.end(), [&](const ThingKind& other) { return is_same(kind, other); });
+      if (same == united.end()) {
+        united.push_back(std::move(kind));
+        continue;
+      }
+      const std::string name = std::min(std::pair(same->name.size(), same->name), std::pair(kind.name.size(), kind.name)).second;
+      for (const ThingDescription* thing : kind.things) join(*same, *thing);
+      same->name = name;
+    }
+    kinds_ = std::move(united);
+    for (ThingKind& kind : kinds_) std::sort(kind.things.begin(), kind.things.end(), [](const auto* a, const auto* b) { return a->iri < b->iri; });
+  }
+  static bool is_same(const ThingKind& a, const ThingKind& b) {
+    const auto same = [](const auto& x, const auto& y) {
+      return x.size() == y.size() && std::equal(x.begin(), x.end(), y.begin(), [](const auto& p, const auto& q) { return p.first == q.first && p.second.form == q.second.form; });
+    };
+    return a.classes == b.classes && same(a.properties, b.properties) && same(a.actions, b.actions);
+  }
   template <class Members, class Descriptions>
   static bool agree(const Members& members, const Descriptions& descriptions, const std::string& origin) {
     return std::all_of(descriptions.begin(), descriptions.end(), [&](const auto& d) {
@@ -227,6 +248,7 @@ class Kinds {
   /// In the order of the names, so that the numbers of equal ones do not depend on addresses.
   void name_all() {
     for (ThingKind& kind : kinds_) kind.name = wanted_name(kind);
+    unite();
     std::stable_sort(kinds_.begin(), kinds_.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
   }
 
@@ -383,6 +405,8 @@ class Generator {
   // ---- texts
 
   std::string unit_text(const Facets& f) const { return f.unit().empty() ? std::string() : "[" + cpp::comment_text(unit_label(f.unit()), options_.max_comment) + "]"; }
+  /// After a text: ": [deg], at least 0".
+  static std::string with_colon(const std::string& range) { return range.empty() ? range : ": " + range; }
   /// Unit and bounds for people: "[deg], at least 0, below 360".
   std::string range_text(const Type& outer, const Facets& f, bool bounds) const {
     const Type* t = &outer;
@@ -599,7 +623,7 @@ class Generator {
       changes += "      t.value_predicate = " + cpp::string_literal(t.value_predicate) + ";\n";
       changes += "      t.value_classes = " + list_of_literals(value_terms) + ";\n";
     }
-    made.definition = t.classes.empty() ? std::string() : "/// " + cpp::comment_text(rdf::abbreviate(t.classes.front()), options_.max_comment) + "\n";
+    made.definition = t.classes.empty() ? std::string() : "/// " + cpp::comment_text(Flat(origin_, true).short_iri(t.classes.front()), options_.max_comment) + "\n";
     made.definition += "struct " + made.name + " {\n" + members + "};\n";
     const bool uses = !classes.empty() || !fields.empty();
     made.traits = "template <>\nstruct lrt::rdf::traits<" + q + "> : lrt::rdf::Record<" + q + "> {\n  static void describe(" + (uses ? "Record<" + q + ">& r" : "Record<" + q + ">&") + ") {\n" +
@@ -635,9 +659,9 @@ class Generator {
     cpp::Scope scope{"thing", "of", "all"};
     std::string members, initial;
     const auto required = [&](std::size_t n) { return n == k.things.size() ? "true" : "false"; };
-    const auto titled = [&](const auto& d, std::size_t n) {
+    const auto titled = [&](const auto& d, std::size_t n, const std::string& range = {}) {
       const std::string title = d.title.empty() ? d.name : d.title;
-      return sentence(cpp::comment_text(title, options_.max_comment)) + (n == k.things.size() ? "" : " Not at each of these Things.");
+      return sentence(cpp::comment_text(title, options_.max_comment) + with_colon(range)) + (n == k.things.size() ? "" : " Not at each of these Things.");
     };
     for (const auto& [member_name, m] : k.properties) {
       const PropertyDescription& p = *m.first;
@@ -656,7 +680,7 @@ class Generator {
         continue;
       }
       const std::string range = range_text(p.schema->type(), p.schema->facets(), m.equal_bounds);
-      members += "  /// " + titled(p, m.count) + (range.empty() ? "" : " " + range) + (m.equal_bounds ? "" : "; each Thing has its own bounds") + "\n";
+      members += "  /// " + titled(p, m.count, range) + (m.equal_bounds ? "" : " Each Thing has its own bounds.") + "\n";
       members += std::string("  lrt::client::") + (p.writable ? "Writable<" : "Readable<") + type->type + "> " + id + ";\n";
       initial += ",\n        " + id + "(" + found + ", " + value_arguments(*type, *p.schema) + ")";
     }
@@ -754,14 +778,13 @@ std::string where_of(const std::vector<std::string>& key) {
   std::string text = key[0] + (key[1].empty() ? "" : ", " + key[1]);
   if (key[2] == "by") return text;
   if (key[2].empty()) return text;
-  text += ", field ";
   std::string fields;
   for (std::size_t at = 0; at <= key[2].size();) {
     const std::size_t space = std::min(key[2].find(' ', at), key[2].size());
     fields += (fields.empty() ? "" : "/") + last_part(key[2].substr(at, space - at));
     at = space + 1;
   }
-  return text + fields;
+  return text + ", field " + fields;
 }
 
 std::string message_text(const std::string& text) { return cpp::comment_text(text, 400); }

@@ -241,7 +241,9 @@ class SchemaReader {
       else if (is(sh::datatype)) c.datatypes.push_back(text_of(shape, t, "an IRI", true));
       else if (is(sh::nodeKind)) c.node_kind = text_of(shape, t, "an IRI", true);
       else if (is(sh::in_)) c.one_of.push_back(t.object);
-      else if (is(sh::hasValue)) c.exactly.push_back(t.object);
+      else if (is(sh::hasValue)) {
+        if (std::find(c.exactly.begin(), c.exactly.end(), t.object) == c.exactly.end()) c.exactly.push_back(t.object);
+      }
       else if (is(sh::minCount)) c.min_count = std::max(c.min_count, count(shape, t));
       else if (is(sh::maxCount)) c.max_count = std::min(c.max_count, count(shape, t));
       else if (is(sh::minLength)) c.min_length = std::max(c.min_length, count(shape, t));

@@ -9,7 +9,13 @@
 #include <lrt/client/schema.hpp>
 #include <lrt/rdf/graph.hpp>
 
+namespace lrt {
+class Client;
+}
+
 namespace lrt::client {
+
+class Robot;
 
 /// Limits of what describe() reads. Beyond them: Errc::limit_exceeded, with the limit.
 struct DescribeOptions {
@@ -18,6 +24,8 @@ struct DescribeOptions {
   std::size_t max_members = 1'000;   ///< properties and actions of one Thing, and predicates of one member
   std::size_t max_schemas = 5'000;   ///< different shapes
   std::size_t max_warnings = 1'000;  ///< further ones are left out
+  std::size_t max_documents = 20'000;   ///< that are read from a robot
+  std::size_t max_triples = 2'000'000;  ///< of all these documents
 };
 
 /// A Property of a Thing, as its robot describes it.
@@ -69,6 +77,14 @@ struct Description {
 /// @par Errors  limit_exceeded: DescribeOptions
 /// @par Time    Linear in the graph for a robot's own shapes
 Result<Description> describe(const rdf::Graph& graph, const DescribeOptions& options = {});
+
+/// Describes a live robot: reads the documents of its Things, Properties, Actions and Blueprints, and of shapes that these refer to. Only what
+/// has an origin of one of its Things is read. A document that cannot be read is a warning.
+/// @par Errors  limit_exceeded: DescribeOptions
+Result<Description> describe(lrt::Client& client, const Robot& robot, const DescribeOptions& options = {});
+/// The documents that describe() reads, as one graph: written to a file, it describes the robot without a connection.
+/// @param problems  receives a sentence for each document that cannot be read, at most DescribeOptions::max_warnings
+Result<rdf::Graph> read_documents(lrt::Client& client, const Robot& robot, std::vector<std::string>& problems, const DescribeOptions& options = {});
 
 /// Adds the triples of another document. Its blank nodes get labels that `to` does not have.
 void merge_document(rdf::Graph& to, const rdf::Graph& document);
