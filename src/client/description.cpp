@@ -36,7 +36,8 @@ class Describer {
 
   Description run() {
     for (const TermId thing : things()) out_.things.push_back(describe(thing));
-    if (out_.things.empty()) warn("the graph describes no hybrit:RoboticThing");
+    if (out_.things.empty()) shapes();
+    if (out_.things.empty() && out_.shapes.empty()) warn("the graph describes no hybrit:RoboticThing, and no shape that a type can express");
     return std::move(out_);
   }
 
@@ -166,6 +167,24 @@ class Describer {
     constexpr std::string_view actions = "actions/";
     if (is_action && name.size() > actions.size() && name.substr(0, actions.size()) == actions) name.remove_prefix(actions.size());
     return std::string(name);
+  }
+
+  // ---- shapes alone
+
+  void shapes() {
+    const auto type = graph_.find(vocab::rdf_::type), node_shape = graph_.find(sh::NodeShape);
+    if (!type || !node_shape) return;
+    std::set<std::string> iris;
+    for (const rdf::Triple& t : graph_.match(std::nullopt, *type, *node_shape))
+      if (graph_.term(t.subject).is_iri()) iris.insert(iri_of(t.subject));
+    for (const std::string& iri : iris) {
+      const TermId shape = *graph_.find(rdf::iri(iri));
+      std::optional<Schema> schema = schema_of(shape, iri);
+      if (!schema) continue;
+      const auto target = one(shape, sh::targetClass);
+      const std::string name = iri::decode(name_of({}, target && graph_.term(*target).is_iri() ? iri_of(*target) : iri, false)).value_or(iri);
+      out_.shapes.push_back({iri, name, *std::move(schema)});
+    }
   }
 
   // ---- Properties

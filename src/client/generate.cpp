@@ -295,8 +295,12 @@ void add_value(Parts& parts, const std::string& kind, const std::string& part, c
   for (auto& [path, text] : lines) parts[{kind, part, path}] = std::move(text);
 }
 
-Parts parts_of(const std::vector<ThingKind>& kinds, const std::vector<std::string>& names) {
+Parts parts_of(const std::vector<ThingKind>& kinds, const std::vector<std::string>& names, const std::vector<ShapeDescription>& shapes) {
   Parts parts;
+  for (const ShapeDescription& s : shapes) {
+    const std::string origin = origin_of(s.iri);
+    add_value(parts, Flat(origin, true).short_iri(s.iri), "shape", s.schema, origin, true);
+  }
   for (std::size_t i = 0; i < kinds.size(); ++i) {
     const ThingKind& kind = kinds[i];
     const std::string origin = origin_of(kind.things.front()->iri);
@@ -348,13 +352,14 @@ class Generator {
   Generated run() {
     names_ = kind_names(kinds_.all(), scope_, options_);
     for (std::size_t i = 0; i < kinds_.all().size(); ++i) kind(kinds_.all()[i], names_[i]);
-    const std::string list = list_of(parts_of(kinds_.all(), names_));
+    for (const ShapeDescription& s : robot_.shapes) shape(s);
+    const std::string list = list_of(parts_of(kinds_.all(), names_, robot_.shapes));
     std::string out =
         "// Made by `lrt generate` of the Blueprints of a robot. Changes are lost when it is made again; `lrt generate --check` tells whether the\n"
         "// robot still has these Blueprints.\n"
         "#pragma once\n\n"
         "#include <array>\n#include <chrono>\n#include <cstdint>\n#include <map>\n#include <optional>\n#include <string>\n#include <utility>\n#include <vector>\n\n"
-        "#include <lrt/client.hpp>\n#include <lrt/client/typed.hpp>\n#include <lrt/rdf/traits.hpp>\n";
+        "#include <lrt/client.hpp>\n#include <lrt/rdf/traits.hpp>\n";
     if (!notes_.empty()) {
       out += "\n// What C++ cannot express:\n";
       for (const std::string& note : notes_) out += "//   " + cpp::comment_text(note, 2 * options_.max_comment) + "\n";
@@ -365,9 +370,8 @@ class Generator {
       out += "\n}  // namespace " + options_.name_space + "\n";
       for (const Made& t : types_) out += "\n" + t.traits;
     }
-    out += "\nnamespace " + options_.name_space + " {\n";
-    out += classes_;
-    out += "\n}  // namespace " + options_.name_space + "\n\n";
+    if (!classes_.empty()) out += "\nnamespace " + options_.name_space + " {\n" + classes_ + "\n}  // namespace " + options_.name_space + "\n";
+    out += "\n";
     out.append(list_begin) += list;
     out.append(digest_line) += digest_of(list) + "\n";
     if (out.size() > options_.max_bytes) refuse_size();
@@ -639,6 +643,20 @@ class Generator {
     return result;
   }
 
+  /// A type of a shape that belongs to no Thing. What is no struct and no enum gets a name.
+  void shape(const ShapeDescription& s) {
+    origin_ = origin_of(s.iri);
+    const Type& type = s.schema.type();
+    const std::optional<Cpp> made = type_of(type, s.schema.facets(), s.name, true, s.name);
+    if (!made || type.kind == Kind::record || type.kind == Kind::enumeration) return;
+    if (!made->datatype.empty()) note(s.name + ": the C++ type does not have the datatype " + made->datatype);
+    const std::string range = range_text(type, s.schema.facets(), true);
+    const std::string out = "\n/// " + sentence(cpp::comment_text(s.name, options_.max_comment) + with_colon(range)) + "\nusing " +
+                            scope_.add(cpp::type_name(s.name, options_.max_name)) + " = " + made->type + ";\n";
+    count(out);
+    classes_ += out;
+  }
+
   // ---- kinds of Things
 
   std::string value_arguments(const Cpp& type, const Schema& schema) const {
@@ -806,7 +824,7 @@ Result<std::vector<std::string>> check(std::string_view header, const Descriptio
   if (!made_of) return Unexpected{made_of.error()};
   cpp::Scope scope;
   const Kinds kinds(robot);
-  const Parts now = parts_of(kinds.all(), kind_names(kinds.all(), scope, options));
+  const Parts now = parts_of(kinds.all(), kind_names(kinds.all(), scope, options), robot.shapes);
   std::vector<std::string> differences;
   std::set<std::pair<std::string, std::string>> reported;  // kinds and parts that are missing or new as a whole
   const auto missing = [&](const Parts& from, const Parts& in, const char* who, const char* verb) {

@@ -60,8 +60,16 @@ struct ThingDescription {
   std::vector<ActionDescription> actions;       ///< in the order of their IRIs
 };
 
+/// A shape of a file that describes no Thing.
+struct ShapeDescription {
+  std::string iri;
+  std::string name;  ///< the last part of its class, else of its IRI
+  Schema schema;     ///< usable
+};
+
 struct Description {
   std::vector<ThingDescription> things;  ///< in the order of their IRIs
+  std::vector<ShapeDescription> shapes;  ///< in the order of their IRIs; only if there are no Things
   std::vector<std::string> warnings;     ///< sentences: what was not found, and what no type can express
 };
 
@@ -71,6 +79,8 @@ struct Description {
 /// The shape of a Property's value is, in this order: one that targets it, the one that its binding says its body conforms to, and the
 /// one that a Blueprint of its Thing has for its predicate. If there is none, what the Property says itself is taken: qudt:dataType,
 /// lrt:elementType and unit, or the datatype of its rdf:value.
+///
+/// Of a graph without Things, its node shapes with IRIs are described.
 ///
 /// A shape that is ill-formed or beyond the limits of a Schema is a warning.
 ///

@@ -28,6 +28,8 @@ struct Generated {
 /// Writes a C++17 header for a robot: a struct or enum with rdf::traits for each type of its Blueprints, and a class for each kind of
 /// Thing with typed properties and actions. It needs lrt/client.hpp alone.
 ///
+/// A description without Things gives the types of its shapes.
+///
 /// Things of one kind share a Blueprint and have equal types of values. Bounds of numbers may differ; then the class has none.
 ///
 /// The same description gives the same bytes. Things, properties and actions are in the order of their names; fields are in the order of
