@@ -267,7 +267,8 @@ std::string unit_label(const Unit& unit) {
   if (!unit.ucum.empty()) return std::string(unit.ucum);
   if (const Scale* scale = scale_of(unit)) return std::string(scale->code);
   const std::string_view iri = unit.qudt.empty() ? unit.vom.text : unit.qudt.text;
-  return std::string(iri.substr(iri.find_last_of("#/") + 1));
+  const std::string_view last = iri.substr(iri.find_last_of("#/") + 1);
+  return std::string(last.empty() ? iri : last);
 }
 
 }  // namespace lrt::client
