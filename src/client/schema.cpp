@@ -8,7 +8,6 @@
 #include <limits>
 #include <mutex>
 #include <set>
-#include <unordered_set>
 #include <utility>
 
 #include <lrt/base/immortal.hpp>
@@ -17,6 +16,7 @@
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/vocab.hpp>
 
+#include "src/client/constraints.hpp"
 #include "src/shacl/derived_patterns.hpp"
 
 namespace lrt::client {
@@ -44,28 +44,6 @@ struct Schema::Data {
 
 namespace {
 
-constexpr std::string_view sh_namespace = "http://www.w3.org/ns/shacl#";
-
-/// Ends the reading, inside this file only.
-struct Refused {
-  Error error;
-};
-[[noreturn]] void refuse(Errc code, std::string message) { throw Refused{{code, std::move(message)}}; }
-
-/// A text for a message: of one line, and short.
-std::string shortened(std::string_view text) {
-  constexpr std::size_t longest = 80;
-  std::string out;
-  for (const char c : text.substr(0, longest)) out += static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? '?' : c;
-  return text.size() > longest ? out + "..." : out;
-}
-
-std::string shown(const TermView& term) {
-  if (term.is_iri()) return shortened(rdf::abbreviate(term.text));
-  if (term.is_blank()) return "a blank node";
-  return "\"" + shortened(term.text) + "\"";
-}
-
 /// Whether a unit with these IRIs may be kept for the life of the process, as Facets does: strangers may name many.
 bool may_keep_unit(const Unit& unit) {
   if (!unit.ucum.empty()) return true;  // one of lrt's
@@ -81,41 +59,6 @@ bool may_keep_unit(const Unit& unit) {
   kept->iris.insert(std::move(key));
   return true;
 }
-
-/// The property shapes with one predicate as their path.
-struct Field {
-  std::string predicate;
-  std::vector<TermId> shapes;
-};
-
-/// What all shapes that apply to the same nodes say together.
-struct Constraints {
-  std::vector<TermId> shapes;
-  std::vector<Field> fields;
-  std::vector<TermId> members, cells;  ///< property shapes of the members and of the cells of a list
-  std::vector<std::string> classes, target_classes;
-  std::vector<std::string> datatypes;
-  std::vector<std::vector<TermId>> alternatives;  ///< sh:or and sh:xone
-  std::vector<TermId> one_of;                     ///< heads of sh:in
-  std::vector<TermId> exactly;                    ///< sh:hasValue
-  std::string node_kind;
-  std::vector<std::string> patterns;
-  std::vector<std::string> others;  ///< constraints that no type has, "sh:lessThan"
-  std::size_t min_count = 0, max_count = std::numeric_limits<std::size_t>::max();
-  std::size_t min_length = 0, max_length = std::numeric_limits<std::size_t>::max();
-  std::vector<std::pair<bool, TermId>> lower, upper;  ///< exclusive, bound
-  std::vector<std::string> names;                     ///< sh:name without a language
-  double order = 0;
-  bool non_finite = false;  ///< NaN and infinities are allowed beside the bounds
-
-  const Field* field(Iri predicate) const noexcept {
-    for (const Field& f : fields)
-      if (f.predicate == predicate.text) return &f;
-    return nullptr;
-  }
-  bool has_bounds() const noexcept { return !lower.empty() || !upper.empty(); }
-  bool has_lengths() const noexcept { return min_length > 0 || max_length != std::numeric_limits<std::size_t>::max(); }
-};
 
 /// A type with its facets.
 struct Made {
@@ -136,12 +79,13 @@ std::string last_part(std::string_view iri) {
 
 class SchemaReader {
  public:
-  SchemaReader(const Graph& graph, const SchemaOptions& options) : graph_(graph), options_(options), data_(std::make_shared<Schema::Data>()) {}
+  SchemaReader(const Graph& graph, const SchemaOptions& options)
+      : graph_(graph), options_(options), shapes_(graph, options, [this](const std::string& sentence) { warn(sentence); }), data_(std::make_shared<Schema::Data>()) {}
 
   Schema read(TermId shape) {
     data_->shape = graph_.term(shape);
     Constraints c;
-    gather(shape, c, 0);
+    shapes_.gather(shape, c);
     if (!c.names.empty()) data_->name = c.names.front();
     if (const std::optional<Made> made = focus(std::move(c))) {
       data_->type = made->type;
@@ -160,7 +104,7 @@ class SchemaReader {
     Step(SchemaReader& reader, std::string_view predicate) : owner(reader), length(reader.path_.size()) {
       if (!owner.path_.empty()) owner.path_ += '/';
       owner.path_ += shortened(predicate == "[]" ? std::string(predicate) : rdf::abbreviate(predicate));
-      if (++owner.depth_ > owner.options_.max_depth) refuse(Errc::limit_exceeded, "shapes nested more than " + std::to_string(owner.options_.max_depth) + " deep at " + shortened(owner.path_));
+      if (++owner.depth_ > owner.options_.max_depth) refuse_shape(Errc::limit_exceeded, "shapes nested more than " + std::to_string(owner.options_.max_depth) + " deep at " + shortened(owner.path_));
     }
     ~Step() {
       owner.path_.resize(length);
@@ -178,127 +122,6 @@ class SchemaReader {
     if (data_->warnings.size() >= options_.max_warnings) ++suppressed_;
     else data_->warnings.push_back(std::move(whole));
     return std::nullopt;
-  }
-  [[noreturn]] void ill_formed(TermId shape, std::string_view predicate, TermId object, const std::string& expected) const {
-    refuse(Errc::expected_value, "expected " + expected + " as " + shortened(rdf::abbreviate(predicate)) + " of the shape " + shown(graph_.term(shape)) +
-                                     ", found " + shown(graph_.term(object)));
-  }
-
-  // ---- shapes
-
-  std::size_t count(TermId shape, const rdf::Triple& t) const {
-    const TermView term = graph_.term(t.object);
-    const auto n = term.is_literal() ? rdf::lexical::parse_uint64(term.text) : std::nullopt;
-    // A count beyond 64 bits is as good as none.
-    if (!n && term.is_literal() && rdf::lexical::is_integer(term.text) && term.text.front() != '-') return std::numeric_limits<std::size_t>::max();
-    if (!n) ill_formed(shape, graph_.term(t.predicate).text, t.object, "a count");
-    return static_cast<std::size_t>(std::min<std::uint64_t>(*n, std::numeric_limits<std::size_t>::max()));
-  }
-  std::vector<TermId> list(TermId shape, const rdf::Triple& t) const {
-    auto members = graph_.list(t.object);
-    if (!members) ill_formed(shape, graph_.term(t.predicate).text, t.object, "an RDF list");
-    return *std::move(members);
-  }
-  std::string text_of(TermId shape, const rdf::Triple& t, const char* expected, bool is_iri) const {
-    const TermView term = graph_.term(t.object);
-    if (is_iri ? !term.is_iri() : !term.is_literal()) ill_formed(shape, graph_.term(t.predicate).text, t.object, expected);
-    if (term.text.size() > options_.max_text)
-      refuse(Errc::limit_exceeded, "a text of more than " + std::to_string(options_.max_text) + " bytes at the shape " + shown(graph_.term(shape)));
-    return std::string(term.text);
-  }
-  void node_of(TermId shape, const rdf::Triple& t) const {
-    if (graph_.term(t.object).is_literal()) ill_formed(shape, graph_.term(t.predicate).text, t.object, "a shape");
-  }
-
-  bool is_rests(TermId path) const {
-    const auto p = graph_.find(sh::zeroOrMorePath);
-    const auto inner = p ? graph_.object(path, *p) : std::nullopt;
-    return inner && graph_.term(*inner) == TermView(vocab::rdf_::rest);
-  }
-  bool is_members(TermId path) const {
-    const auto parts = graph_.list(path);
-    return parts && parts->size() == 2 && is_rests((*parts)[0]) && graph_.term((*parts)[1]) == TermView(vocab::rdf_::first);
-  }
-
-  /// Adds what a shape says, and the shapes that it has by sh:node and sh:and.
-  void gather(TermId shape, Constraints& c, std::size_t depth) {
-    if (std::find(c.shapes.begin(), c.shapes.end(), shape) != c.shapes.end()) return;
-    if (++visited_ > options_.max_shapes) refuse(Errc::limit_exceeded, "more than " + std::to_string(options_.max_shapes) + " shapes");
-    if (depth > options_.max_depth) refuse(Errc::limit_exceeded, "sh:node and sh:and nested more than " + std::to_string(options_.max_depth) + " deep");
-    if (const auto off = graph_.object(graph_.term(shape), TermView(sh::deactivated)); off && off->text == "true") return;
-    c.shapes.push_back(shape);
-    for (const rdf::Triple& t : graph_.match(shape, std::nullopt, std::nullopt)) {
-      const std::string_view predicate = graph_.term(t.predicate).text;
-      if (predicate.substr(0, sh_namespace.size()) != sh_namespace) continue;
-      const auto is = [&](Iri term) { return predicate == term.text; };
-      if (is(sh::property)) node_of(shape, t), property(t.object, c);
-      else if (is(sh::node)) node_of(shape, t), gather(t.object, c, depth + 1);
-      else if (is(sh::and_)) {
-        for (const TermId part : list(shape, t)) gather(part, c, depth + 1);
-      } else if (is(sh::or_) || is(sh::xone)) c.alternatives.push_back(list(shape, t));
-      else if (is(sh::class_)) add_class(c.classes, shape, t);
-      else if (is(sh::targetClass)) add_class(c.target_classes, shape, t);
-      else if (is(sh::datatype)) c.datatypes.push_back(text_of(shape, t, "an IRI", true));
-      else if (is(sh::nodeKind)) c.node_kind = text_of(shape, t, "an IRI", true);
-      else if (is(sh::in_)) c.one_of.push_back(t.object);
-      else if (is(sh::hasValue)) {
-        if (std::find(c.exactly.begin(), c.exactly.end(), t.object) == c.exactly.end()) c.exactly.push_back(t.object);
-      }
-      else if (is(sh::minCount)) c.min_count = std::max(c.min_count, count(shape, t));
-      else if (is(sh::maxCount)) c.max_count = std::min(c.max_count, count(shape, t));
-      else if (is(sh::minLength)) c.min_length = std::max(c.min_length, count(shape, t));
-      else if (is(sh::maxLength)) c.max_length = std::min(c.max_length, count(shape, t));
-      else if (is(sh::minInclusive) || is(sh::minExclusive)) c.lower.push_back({is(sh::minExclusive), bound(shape, t)});
-      else if (is(sh::maxInclusive) || is(sh::maxExclusive)) c.upper.push_back({is(sh::maxExclusive), bound(shape, t)});
-      else if (is(sh::pattern)) c.patterns.push_back(text_of(shape, t, "a text", false));
-      else if (is(sh::name)) add_name(c, shape, t);
-      else if (predicate == "http://www.w3.org/ns/shacl#order") c.order = rdf::lexical::parse_double(graph_.term(t.object).text).value_or(0);
-      else if (is(sh::not_) || is(sh::equals) || is(sh::disjoint) || is(sh::lessThan) || is(sh::lessThanOrEquals) || is(sh::qualifiedValueShape) ||
-               is(sh::languageIn) || is(sh::sparql) || is(sh::js) || is(sh::expression))
-        c.others.push_back(rdf::abbreviate(predicate));
-      else if ((is(sh::closed) || is(sh::uniqueLang)) && graph_.term(t.object).text == "true") c.others.push_back(rdf::abbreviate(predicate));
-    }
-  }
-  TermId bound(TermId shape, const rdf::Triple& t) const {
-    if (!graph_.term(t.object).is_literal()) ill_formed(shape, graph_.term(t.predicate).text, t.object, "a literal");
-    return t.object;
-  }
-  void add_class(std::vector<std::string>& classes, TermId shape, const rdf::Triple& t) {
-    std::string iri = text_of(shape, t, "an IRI", true);
-    if (std::find(classes.begin(), classes.end(), iri) != classes.end()) return;
-    if (classes.size() >= options_.max_names) refuse(Errc::limit_exceeded, "more than " + std::to_string(options_.max_names) + " classes");
-    if (iri::is_absolute(iri)) classes.push_back(std::move(iri));
-  }
-  void add_name(Constraints& c, TermId shape, const rdf::Triple& t) {
-    if (graph_.term(t.object).is_literal() && graph_.term(t.object).language.empty()) c.names.push_back(text_of(shape, t, "a text", false));
-  }
-  void property(TermId p, Constraints& c) {
-    if (++visited_ > options_.max_shapes) refuse(Errc::limit_exceeded, "more than " + std::to_string(options_.max_shapes) + " shapes");
-    const auto path_term = graph_.find(sh::path);
-    const auto path = path_term ? graph_.object(p, *path_term) : std::nullopt;
-    if (!path) refuse(Errc::expected_value, "expected sh:path at the property shape " + shown(graph_.term(p)));
-    if (graph_.term(*path).is_literal()) ill_formed(p, sh::path.text, *path, "a path");
-    if (is_members(*path)) return c.members.push_back(p);
-    if (is_rests(*path)) return c.cells.push_back(p);
-    const TermView term = graph_.term(*path);
-    if (!term.is_iri()) {
-      warn("a path of more than one predicate is not part of the type");
-      return;
-    }
-    if (term.text.size() > options_.max_text) refuse(Errc::limit_exceeded, "a predicate of more than " + std::to_string(options_.max_text) + " bytes");
-    if (!iri::is_absolute(term.text)) refuse(Errc::expected_value, "expected an absolute IRI as sh:path, found " + shown(term));
-    for (Field& f : c.fields) {
-      if (f.predicate != term.text) continue;
-      if (std::find(f.shapes.begin(), f.shapes.end(), p) == f.shapes.end()) f.shapes.push_back(p);
-      return;
-    }
-    if (c.fields.size() >= options_.max_fields) refuse(Errc::limit_exceeded, "more than " + std::to_string(options_.max_fields) + " properties of one shape");
-    c.fields.push_back({std::string(term.text), {p}});
-  }
-  Constraints constraints_of(const std::vector<TermId>& shapes) {
-    Constraints c;
-    for (const TermId s : shapes) gather(s, c, 0);
-    return c;
   }
 
   // ---- types
@@ -331,7 +154,7 @@ class SchemaReader {
   /// A value at a focus node.
   std::optional<Made> focus(Constraints c) {
     if (const auto present = take_present(c)) {
-      gather(*present, c, 0);
+      shapes_.gather(*present, c);
       std::optional<Made> made = focus_present(c);
       if (made) made->type = optional(made->type);
       return made;
@@ -371,7 +194,7 @@ class SchemaReader {
   }
 
   /// The value nodes of a predicate.
-  std::optional<Made> field(const Field& f) { return field(f, constraints_of(f.shapes)); }
+  std::optional<Made> field(const Field& f) { return field(f, shapes_.constraints_of(f.shapes)); }
   std::optional<Made> field(const Field& f, const Constraints& c) {
     const Step step(*this, f.predicate);
     if (is_recursive(f.shapes)) return warn(std::string("the shape contains itself, which a type cannot") + (c.min_count > 0 ? "; the value is required" : ""));
@@ -429,11 +252,11 @@ class SchemaReader {
   std::optional<Made> list(const Constraints& c) {
     Type t;
     t.kind = Kind::list;
-    const Constraints cells = constraints_of(c.cells);
+    const Constraints cells = shapes_.constraints_of(c.cells);
     // rdf:nil is one of the nodes that rdf:rest* reaches.
     if (cells.min_count > 1) t.shortest = cells.min_count - 1;
     if (cells.max_count != std::numeric_limits<std::size_t>::max()) t.longest = cells.max_count > 0 ? cells.max_count - 1 : 0;
-    Constraints members = constraints_of(c.members);
+    Constraints members = shapes_.constraints_of(c.members);
     if (members.min_count > 1) t.shortest = std::max(t.shortest, members.min_count);
     members.min_count = members.max_count = 1;
     const Step step(*this, "[]");
@@ -451,9 +274,9 @@ class SchemaReader {
     const Field *name = members.field(vocab::schema::name), *value_field = members.field(vocab::schema::value);
     const bool typed = std::any_of(members.classes.begin(), members.classes.end(), [](const std::string& c) { return c != vocab::schema::PropertyValue.text; });
     if (!name || !value_field || members.fields.size() != 2 || typed) return std::nullopt;
-    const Constraints key = constraints_of(name->shapes);
+    const Constraints key = shapes_.constraints_of(name->shapes);
     if (key.min_count != 1 || key.datatypes != std::vector<std::string>{std::string(xsd::string.text)}) return std::nullopt;
-    Constraints of = constraints_of(value_field->shapes);
+    Constraints of = shapes_.constraints_of(value_field->shapes);
     if (of.min_count != 1) return std::nullopt;
     std::optional<Made> element = field(*value_field, of);
     if (!element) return std::nullopt;
@@ -470,7 +293,7 @@ class SchemaReader {
     Made made;
     made.facets.unit(unit_of(c));
     if (c.fields.size() == unit_fields(c) + 1 && c.field(vocab::vom::quantityValue)) {
-      Constraints inner = constraints_of(c.field(vocab::vom::quantityValue)->shapes);
+      Constraints inner = shapes_.constraints_of(c.field(vocab::vom::quantityValue)->shapes);
       if (inner.min_count == 1 && inner.max_count == 1 && !inner.fields.empty() && unit_fields(inner) == 0 && !inner.field(vocab::vom::quantityValue) &&
           !is_recursive(c.field(vocab::vom::quantityValue)->shapes)) {
         const Inside inside(*this, c.field(vocab::vom::quantityValue)->shapes);
@@ -492,7 +315,7 @@ class SchemaReader {
     std::vector<std::pair<double, rdf::FieldType>> fields;
     for (const Field& f : c.fields) {
       if (is_unit(f.predicate)) continue;
-      Constraints of = constraints_of(f.shapes);
+      Constraints of = shapes_.constraints_of(f.shapes);
       if (of.max_count == 0) continue;
       if (f.predicate == vocab::rdf_::type.text) {
         add_types(t, of);
@@ -522,8 +345,8 @@ class SchemaReader {
     t.kind = Kind::enumeration;
     t.datatype = xsd::string;
     const auto members = graph_.list(c.one_of.front());
-    if (!members) refuse(Errc::expected_value, "expected an RDF list as sh:in at " + (path_.empty() ? "the value" : shortened(path_)));
-    if (members->size() > options_.max_names) refuse(Errc::limit_exceeded, "more than " + std::to_string(options_.max_names) + " members of sh:in");
+    if (!members) refuse_shape(Errc::expected_value, "expected an RDF list as sh:in at " + (path_.empty() ? "the value" : shortened(path_)));
+    if (members->size() > options_.max_names) refuse_shape(Errc::limit_exceeded, "more than " + std::to_string(options_.max_names) + " members of sh:in");
     // Two documents that describe one shape repeat its lists.
     const auto differs = [&](TermId head) { return graph_.list(head) != members; };
     if (std::any_of(c.one_of.begin(), c.one_of.end(), differs)) warn("only the first of several sh:in is part of the type");
@@ -533,7 +356,7 @@ class SchemaReader {
       const TermView term = graph_.term(m);
       texts = texts && term.is_literal() && term.datatype == xsd::string.text;
       if (!texts) break;
-      if (term.text.size() > options_.max_text) refuse(Errc::limit_exceeded, "a name of more than " + std::to_string(options_.max_text) + " bytes in sh:in");
+      if (term.text.size() > options_.max_text) refuse_shape(Errc::limit_exceeded, "a name of more than " + std::to_string(options_.max_text) + " bytes in sh:in");
       if (seen.insert(std::string(term.text)).second) t.names.emplace_back(term.text);
     }
     if (texts) return Made{keep(std::move(t)), {}};
@@ -550,7 +373,7 @@ class SchemaReader {
   std::optional<Made> constant(Constraints c) {
     const TermView term = graph_.term(c.exactly.front());
     if (!term.is_literal()) return warn("the value is " + shown(term) + ", which a type does not have");
-    if (term.text.size() > options_.max_text) refuse(Errc::limit_exceeded, "a value of more than " + std::to_string(options_.max_text) + " bytes in sh:hasValue");
+    if (term.text.size() > options_.max_text) refuse_shape(Errc::limit_exceeded, "a value of more than " + std::to_string(options_.max_text) + " bytes in sh:hasValue");
     if (term.datatype == xsd::string.text) {
       Type t;
       t.kind = Kind::enumeration;
@@ -659,7 +482,7 @@ class SchemaReader {
   /// The IRI that a unit's predicate must have; empty: none.
   std::string unit_iri(const Field* f) {
     if (!f) return {};
-    const Constraints c = constraints_of(f->shapes);
+    const Constraints c = shapes_.constraints_of(f->shapes);
     if (c.max_count == 0) return {};
     std::vector<TermId> allowed = c.exactly;
     if (allowed.empty() && !c.one_of.empty()) {
@@ -697,9 +520,9 @@ class SchemaReader {
   /// Whether a shape only says that all of its paths are absent.
   bool is_absent(TermId shape) {
     Constraints c;
-    gather(shape, c, 0);
+    shapes_.gather(shape, c);
     if (c.fields.empty() || !c.datatypes.empty() || !c.alternatives.empty() || !c.classes.empty() || !c.one_of.empty()) return false;
-    return std::all_of(c.fields.begin(), c.fields.end(), [&](const Field& f) { return constraints_of(f.shapes).max_count == 0; });
+    return std::all_of(c.fields.begin(), c.fields.end(), [&](const Field& f) { return shapes_.constraints_of(f.shapes).max_count == 0; });
   }
   /// Removes the alternatives of an absent and a present value. Returns the shape of the present one.
   std::optional<TermId> take_present(Constraints& c) {
@@ -732,8 +555,8 @@ class SchemaReader {
   bool take_non_finite(Constraints& c, const std::vector<TermId>& members) {
     if (members.size() != 2 || c.datatypes.empty()) return false;
     Constraints bounds, special;
-    gather(members[0], bounds, 0);
-    gather(members[1], special, 0);
+    shapes_.gather(members[0], bounds);
+    shapes_.gather(members[1], special);
     if (!bounds.has_bounds() || special.one_of.size() != 1 || special.has_bounds()) return false;
     const auto values = graph_.list(special.one_of.front());
     if (!values || values->empty()) return false;
@@ -750,14 +573,14 @@ class SchemaReader {
       c.alternatives.pop_back();
       if (members.empty()) continue;
       for (const TermId m : members)
-        if (graph_.term(m).is_literal()) refuse(Errc::expected_value, "expected shapes in sh:or, found " + shown(graph_.term(m)));
+        if (graph_.term(m).is_literal()) refuse_shape(Errc::expected_value, "expected shapes in sh:or, found " + shown(graph_.term(m)));
       if (take_non_finite(c, members)) continue;
       std::string best;
       int best_rank = -1;
       bool only_datatypes = true;
       for (const TermId m : members) {
         Constraints alternative;
-        gather(m, alternative, 0);
+        shapes_.gather(m, alternative);
         only_datatypes = only_datatypes && alternative.datatypes.size() == 1 && alternative.fields.empty() && !alternative.has_bounds() && alternative.one_of.empty() &&
                          alternative.patterns.empty() && !alternative.has_lengths() && alternative.alternatives.empty();
         if (!only_datatypes) break;
@@ -768,16 +591,17 @@ class SchemaReader {
         continue;
       }
       if (members.size() > 1) warn("only the first of " + std::to_string(members.size()) + " alternatives of sh:or is part of the type");
-      gather(members.front(), c, 0);
+      shapes_.gather(members.front(), c);
     }
   }
 
   const Graph& graph_;
   const SchemaOptions& options_;
+  ShapeReader shapes_;
   std::shared_ptr<Schema::Data> data_;
   std::vector<TermId> inside_;
   std::string path_;
-  std::size_t visited_ = 0, depth_ = 0, suppressed_ = 0;
+  std::size_t depth_ = 0, suppressed_ = 0;
 };
 
 Result<Schema> Schema::read(const Graph& shapes, const TermView& shape, const SchemaOptions& options) {
@@ -786,7 +610,7 @@ Result<Schema> Schema::read(const Graph& shapes, const TermView& shape, const Sc
     return unexpected(Errc::expected_value, "the shapes graph has no shape " + shown(shape));
   try {
     return SchemaReader(shapes, options).read(*id);
-  } catch (const Refused& refused) {
+  } catch (const RefusedShape& refused) {
     return unexpected(refused.error);
   }
 }

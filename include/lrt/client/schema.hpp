@@ -18,6 +18,8 @@
 namespace lrt::client {
 
 /// Limits of what is read from a stranger's shapes. Beyond them there is no Schema but Errc::limit_exceeded, with the limit.
+/// Facets keep the units that they name for the life of the process: of units that lrt does not know, the first 4,096 are kept, and a further one is a
+/// warning.
 struct SchemaOptions {
   std::size_t max_shapes = 10'000;  ///< shapes that are visited; a shape counts each time that it is referred to
   std::size_t max_fields = 1'000;   ///< of one record
