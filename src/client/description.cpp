@@ -321,8 +321,12 @@ class Describer {
     each(member, vocab::hybrit::produces, [&](TermId s) {
       if (!a.output && !one(s, vocab::ssn::forProperty)) a.output = schema_of(s, a.iri);
     });
-    if (a.has_input && !a.input) warn(shown(a.iri) + ": no shape says what its input is");
-    if (!one(member, vocab::hybrit::binding) && !a.has_input) warn(shown(a.iri) + ": the graph does not have the document of this action; it is taken to have no input");
+    bool only_mentioned = true;
+    for (const rdf::Triple& t : graph_.match(member, std::nullopt, std::nullopt))
+      if (graph_.term(t.predicate) != TermView(vocab::rdf_::type)) only_mentioned = false;
+    a.has_input = a.has_input || only_mentioned;
+    if (only_mentioned) warn(shown(a.iri) + ": the graph does not have the document of this action, so its input is not known");
+    else if (a.has_input && !a.input) warn(shown(a.iri) + ": no shape says what its input is");
     return a;
   }
 

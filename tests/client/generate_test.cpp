@@ -207,7 +207,9 @@ TEST_CASE("a check names each difference with its Thing and its field", "[client
   CHECK(contains(with("ex:x", "ex:z"), "Joint, property angle, field x: the robot does not have it any more: xsd:double"));
   CHECK(contains(with("ex:x", "ex:z"), "Joint, property angle, field z: the header does not have it yet: xsd:double"));
   CHECK(contains(with("ex:Point", "ex:Place"), "Joint, property angle: the header has record http://example.org/ns#Point, the robot has record http://example.org/ns#Place"));
-  CHECK(differences(thing(fields, "; hybrit:action <joint/actions/go>")) == "Joint, action go: the header does not have it yet\n");
+  const std::string go = thing(fields, "; hybrit:action <joint/actions/go>");
+  CHECK(differences(go + "<joint/actions/go> dcterms:title \"go\" .") == "Joint, action go: the header does not have it yet\n");
+  CHECK(contains(differences(go), "Joint, input of action go: the header does not have it yet"));  // its document is missing
   CHECK(contains(differences("<lamp> a hybrit:RoboticThing , ex:Lamp ; dcterms:title \"lamp\" ."), "Joint: the robot does not have it any more"));
   CHECK(contains(differences("<lamp> a hybrit:RoboticThing , ex:Lamp ; dcterms:title \"lamp\" ."), "Lamp: the header does not have it yet"));
   // A Property that has become writable.

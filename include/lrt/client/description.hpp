@@ -46,7 +46,7 @@ struct ActionDescription {
   std::vector<std::string> predicates;
   bool asynchronous = false;
   bool stop = false;                    ///< lrt:StopAction
-  bool has_input = false;               ///< it consumes something
+  bool has_input = false;               ///< it consumes something, or its document is missing
   std::optional<Schema> input, output;  ///< usable
 };
 
