@@ -33,8 +33,8 @@ std::string shown(const TermView& term) {
 }
 
 void ShapeReader::ill_formed(TermId shape, std::string_view predicate, TermId object, const std::string& expected) const {
-  refuse_shape(Errc::expected_value, "expected " + expected + " as " + shortened(rdf::abbreviate(predicate)) + " of the shape " + shown(graph_.term(shape)) +
-                                   ", found " + shown(graph_.term(object)));
+  refuse_shape(Errc::expected_value, "expected " + expected + " as " + shortened(rdf::abbreviate(predicate)) + " of the shape " +
+                                         shown(graph_.term(shape)) + ", found " + shown(graph_.term(object)));
 }
 
 std::size_t ShapeReader::count(TermId shape, const rdf::Triple& t) const {
@@ -56,7 +56,8 @@ std::string ShapeReader::text_of(TermId shape, const rdf::Triple& t, const char*
   const TermView term = graph_.term(t.object);
   if (is_iri ? !term.is_iri() : !term.is_literal()) ill_formed(shape, graph_.term(t.predicate).text, t.object, expected);
   if (term.text.size() > options_.max_text)
-    refuse_shape(Errc::limit_exceeded, "a text of more than " + std::to_string(options_.max_text) + " bytes at the shape " + shown(graph_.term(shape)));
+    refuse_shape(Errc::limit_exceeded,
+                 "a text of more than " + std::to_string(options_.max_text) + " bytes at the shape " + shown(graph_.term(shape)));
   return std::string(term.text);
 }
 
@@ -88,7 +89,8 @@ void ShapeReader::count_shape() {
 void ShapeReader::gather(TermId shape, Constraints& c, std::size_t depth) {
   if (std::find(c.shapes.begin(), c.shapes.end(), shape) != c.shapes.end()) return;
   count_shape();
-  if (depth > options_.max_depth) refuse_shape(Errc::limit_exceeded, "sh:node and sh:and nested more than " + std::to_string(options_.max_depth) + " deep");
+  if (depth > options_.max_depth)
+    refuse_shape(Errc::limit_exceeded, "sh:node and sh:and nested more than " + std::to_string(options_.max_depth) + " deep");
   if (const auto off = graph_.object(graph_.term(shape), TermView(sh::deactivated)); off && off->text == "true") return;
   c.shapes.push_back(shape);
   for (const rdf::Triple& t : graph_.match(shape, std::nullopt, std::nullopt)) {
@@ -107,8 +109,7 @@ void ShapeReader::gather(TermId shape, Constraints& c, std::size_t depth) {
     else if (is(sh::in_)) c.one_of.push_back(t.object);
     else if (is(sh::hasValue)) {
       if (std::find(c.exactly.begin(), c.exactly.end(), t.object) == c.exactly.end()) c.exactly.push_back(t.object);
-    }
-    else if (is(sh::minCount)) c.min_count = std::max(c.min_count, count(shape, t));
+    } else if (is(sh::minCount)) c.min_count = std::max(c.min_count, count(shape, t));
     else if (is(sh::maxCount)) c.max_count = std::min(c.max_count, count(shape, t));
     else if (is(sh::minLength)) c.min_length = std::max(c.min_length, count(shape, t));
     else if (is(sh::maxLength)) c.max_length = std::min(c.max_length, count(shape, t));
@@ -148,14 +149,16 @@ void ShapeReader::property(TermId p, Constraints& c) {
     warn_("a path of more than one predicate is not part of the type");
     return;
   }
-  if (term.text.size() > options_.max_text) refuse_shape(Errc::limit_exceeded, "a predicate of more than " + std::to_string(options_.max_text) + " bytes");
+  if (term.text.size() > options_.max_text)
+    refuse_shape(Errc::limit_exceeded, "a predicate of more than " + std::to_string(options_.max_text) + " bytes");
   if (!iri::is_absolute(term.text)) refuse_shape(Errc::expected_value, "expected an absolute IRI as sh:path, found " + shown(term));
   for (Field& f : c.fields) {
     if (f.predicate != term.text) continue;
     if (std::find(f.shapes.begin(), f.shapes.end(), p) == f.shapes.end()) f.shapes.push_back(p);
     return;
   }
-  if (c.fields.size() >= options_.max_fields) refuse_shape(Errc::limit_exceeded, "more than " + std::to_string(options_.max_fields) + " properties of one shape");
+  if (c.fields.size() >= options_.max_fields)
+    refuse_shape(Errc::limit_exceeded, "more than " + std::to_string(options_.max_fields) + " properties of one shape");
   c.fields.push_back({std::string(term.text), {p}});
 }
 

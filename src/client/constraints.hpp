@@ -47,7 +47,7 @@ struct Constraints {
   std::size_t min_count = 0, max_count = std::numeric_limits<std::size_t>::max();
   std::size_t min_length = 0, max_length = std::numeric_limits<std::size_t>::max();
   std::vector<std::pair<bool, rdf::TermId>> lower, upper;  ///< exclusive, bound
-  std::vector<std::string> names;                     ///< sh:name without a language
+  std::vector<std::string> names;                          ///< sh:name without a language
   double order = 0;
   bool non_finite = false;  ///< NaN and infinities are allowed beside the bounds
 

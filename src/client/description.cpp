@@ -45,7 +45,9 @@ class Describer {
   void warn(std::string sentence) {
     if (out_.warnings.size() < options_.max_warnings) out_.warnings.push_back(std::move(sentence));
   }
-  [[noreturn]] static void limit(std::size_t n, const char* what) { throw Refused{{Errc::limit_exceeded, "more than " + std::to_string(n) + " " + what}}; }
+  [[noreturn]] static void limit(std::size_t n, const char* what) {
+    throw Refused{{Errc::limit_exceeded, "more than " + std::to_string(n) + " " + what}};
+  }
 
   // ---- triples
 
@@ -63,7 +65,8 @@ class Describer {
   std::string iri_of(TermId node) const { return std::string(graph_.term(node).text); }
   std::string title_of(TermId node) const {
     for (const Iri predicate : {vocab::dcterms::title, vocab::rdfs::label})
-      if (const auto title = one(node, predicate); title && graph_.term(*title).is_literal()) return iri_of(*title).substr(0, options_.schema.max_text);
+      if (const auto title = one(node, predicate); title && graph_.term(*title).is_literal())
+        return iri_of(*title).substr(0, options_.schema.max_text);
     return {};
   }
 
@@ -139,8 +142,10 @@ class Describer {
       const bool is_property = predicate == TermView(vocab::hybrit::property), is_action = predicate == TermView(vocab::hybrit::action);
       // By a predicate of a domain, as in Figure 2b; but not that of another Thing.
       const bool elsewhere = one(t.object, vocab::rdfs::seeAlso) && !graph_.contains(t.object, *graph_.find(vocab::rdfs::seeAlso), thing);
-      if (is_property || (!is_action && !elsewhere && has(t.object, vocab::rdf_::type, vocab::hybrit::Property))) members.first.emplace(iri_of(t.object), t.object);
-      else if (is_action || (!elsewhere && has(t.object, vocab::rdf_::type, vocab::hybrit::Action))) members.second.emplace(iri_of(t.object), t.object);
+      if (is_property || (!is_action && !elsewhere && has(t.object, vocab::rdf_::type, vocab::hybrit::Property)))
+        members.first.emplace(iri_of(t.object), t.object);
+      else if (is_action || (!elsewhere && has(t.object, vocab::rdf_::type, vocab::hybrit::Action)))
+        members.second.emplace(iri_of(t.object), t.object);
     }
     return members;
   }
@@ -149,7 +154,8 @@ class Describer {
     std::set<std::string> predicates;
     for (const rdf::Triple& t : graph_.match(thing, std::nullopt, member)) {
       const std::string_view p = graph_.term(t.predicate).text;
-      if (p != vocab::hybrit::property.text && p != vocab::hybrit::action.text && p != vocab::lrt_::stop.text && predicates.size() < options_.max_members)
+      if (p != vocab::hybrit::property.text && p != vocab::hybrit::action.text && p != vocab::lrt_::stop.text &&
+          predicates.size() < options_.max_members)
         predicates.emplace(p);
     }
     return {predicates.begin(), predicates.end()};
@@ -276,13 +282,15 @@ class Describer {
       return p;
     };
     const auto copy_unit = [&](Iri predicate) {
-      if (const auto u = one(member, predicate); u && graph_.term(*u).is_iri()) add(property(shapes.intern(predicate)), sh::hasValue, graph_.term(*u));
+      if (const auto u = one(member, predicate); u && graph_.term(*u).is_iri())
+        add(property(shapes.intern(predicate)), sh::hasValue, graph_.term(*u));
     };
     const auto is_iri = [&](const std::optional<TermId>& id) { return id && graph_.term(*id).is_iri(); };
     const auto number = one(member, vocab::qudt::dataType), element = one(member, vocab::lrt_::elementType), value = one(member, vocab::rdf_::value);
     const auto numerical = one(member, vocab::vom::numericalValue);
     if (is_iri(number) || (numerical && graph_.term(*numerical).is_literal())) {
-      add(property(shapes.intern(vocab::vom::numericalValue)), sh::datatype, is_iri(number) ? graph_.term(*number) : rdf::iri(graph_.term(*numerical).datatype));
+      add(property(shapes.intern(vocab::vom::numericalValue)), sh::datatype,
+          is_iri(number) ? graph_.term(*number) : rdf::iri(graph_.term(*numerical).datatype));
       copy_unit(vocab::vom::unit);
       copy_unit(vocab::qudt::hasUnit);
     } else if (is_iri(element)) {
@@ -342,9 +350,7 @@ class Describer {
 Result<Description> describe(const Graph& graph, const DescribeOptions& options) {
   try {
     return Describer(graph, options).run();
-  } catch (const Refused& refused) {
-    return unexpected(refused.error);
-  }
+  } catch (const Refused& refused) { return unexpected(refused.error); }
 }
 
 void merge_document(Graph& to, const Graph& document) {

@@ -22,7 +22,8 @@ std::string origin_of(std::string_view url) {
 /// Reads each document once.
 class Documents {
  public:
-  Documents(lrt::Client& client, std::vector<std::string>& problems, const DescribeOptions& options) : client_(client), problems_(problems), options_(options) {}
+  Documents(lrt::Client& client, std::vector<std::string>& problems, const DescribeOptions& options)
+      : client_(client), problems_(problems), options_(options) {}
 
   Result<rdf::Graph> run(const Robot& robot) {
     for (const Thing& thing : robot.things()) origins_.insert(origin_of(thing.url()));
@@ -48,11 +49,13 @@ class Documents {
   }
   Result<void> read_wanted() {
     for (; !wanted_.empty(); wanted_.pop_front()) {
-      if (known_.size() > options_.max_documents) return unexpected(Errc::limit_exceeded, "more than " + std::to_string(options_.max_documents) + " documents describe the robot");
+      if (known_.size() > options_.max_documents)
+        return unexpected(Errc::limit_exceeded, "more than " + std::to_string(options_.max_documents) + " documents describe the robot");
       const Result<RepresentationPtr> found = client_.get(wanted_.front());
       if (found) merge_document(graph_, (*found)->graph);
       else if (problems_.size() < options_.max_warnings) problems_.push_back("cannot read <" + wanted_.front() + ">: " + found.error().message);
-      if (graph_.size() > options_.max_triples) return unexpected(Errc::limit_exceeded, "more than " + std::to_string(options_.max_triples) + " triples describe the robot");
+      if (graph_.size() > options_.max_triples)
+        return unexpected(Errc::limit_exceeded, "more than " + std::to_string(options_.max_triples) + " triples describe the robot");
     }
     return {};
   }
@@ -60,8 +63,8 @@ class Documents {
     for (std::size_t i = first_triple; i < graph_.size(); ++i) {
       const rdf::Triple& t = graph_.triples()[i];
       const std::string_view predicate = graph_.term(t.predicate).text;
-      const bool refers = predicate == vocab::sh::node.text || predicate == vocab::hybrit::consumes.text || predicate == vocab::hybrit::produces.text ||
-                          predicate == vocab::dcterms::conformsTo.text;
+      const bool refers = predicate == vocab::sh::node.text || predicate == vocab::hybrit::consumes.text ||
+                          predicate == vocab::hybrit::produces.text || predicate == vocab::dcterms::conformsTo.text;
       if (refers && graph_.term(t.object).is_iri()) want(graph_.term(t.object).text);
     }
   }

@@ -43,7 +43,8 @@ class Generator {
         "// Made by `lrt generate` of the Blueprints of a robot. Changes are lost when it is made again; `lrt generate --check` tells whether the\n"
         "// robot still has these Blueprints.\n"
         "#pragma once\n\n"
-        "#include <array>\n#include <chrono>\n#include <cstdint>\n#include <map>\n#include <optional>\n#include <string>\n#include <utility>\n#include <vector>\n\n"
+        "#include <array>\n#include <chrono>\n#include <cstdint>\n#include <map>\n#include <optional>\n#include <string>\n"
+        "#include <utility>\n#include <vector>\n\n"
         "#include <lrt/client.hpp>\n#include <lrt/rdf/traits.hpp>\n";
     if (!notes_.empty()) {
       out += "\n// What C++ cannot express:\n";
@@ -81,7 +82,9 @@ class Generator {
     warn(sentence);
     return std::nullopt;
   }
-  [[noreturn]] void refuse_size() const { throw Refused{{Errc::limit_exceeded, "the header would have more than " + std::to_string(options_.max_bytes) + " bytes"}}; }
+  [[noreturn]] void refuse_size() const {
+    throw Refused{{Errc::limit_exceeded, "the header would have more than " + std::to_string(options_.max_bytes) + " bytes"}};
+  }
   void count(const std::string& text) {
     bytes_ += text.size();
     if (bytes_ > options_.max_bytes) refuse_size();
@@ -91,7 +94,9 @@ class Generator {
 
   // ---- texts
 
-  std::string unit_text(const Facets& f) const { return f.unit().empty() ? std::string() : "[" + cpp::comment_text(unit_label(f.unit()), options_.max_comment) + "]"; }
+  std::string unit_text(const Facets& f) const {
+    return f.unit().empty() ? std::string() : "[" + cpp::comment_text(unit_label(f.unit()), options_.max_comment) + "]";
+  }
   /// After a text: ": [deg], at least 0".
   static std::string with_colon(const std::string& range) { return range.empty() ? range : ": " + range; }
   /// Unit and bounds for people: "[deg], at least 0, below 360".
@@ -101,14 +106,16 @@ class Generator {
     if (!f.unit().empty()) parts.push_back(unit_text(f));
     for (; t->kind == Kind::optional || t->kind == Kind::list || t->kind == Kind::map; t = t->element) {
       if (t->kind == Kind::optional) parts.emplace_back("may be absent");
-      if (t->kind == Kind::list && t->shortest != t->longest && t->shortest > 0) parts.push_back("at least " + std::to_string(t->shortest) + " members");
+      if (t->kind == Kind::list && t->shortest != t->longest && t->shortest > 0)
+        parts.push_back("at least " + std::to_string(t->shortest) + " members");
       if (t->kind == Kind::list && t->shortest != t->longest && t->longest != std::numeric_limits<std::size_t>::max())
         parts.push_back("at most " + std::to_string(t->longest) + " members");
     }
     if (t->is_number() && bounds && f.min()) parts.push_back((f.min_exclusive() ? "above " : "at least ") + rdf::lexical::format(*f.min()));
     if (t->is_number() && bounds && f.max()) parts.push_back((f.max_exclusive() ? "below " : "at most ") + rdf::lexical::format(*f.max()));
     if (t->kind == Kind::text && f.min_length() > 0) parts.push_back("at least " + std::to_string(f.min_length()) + " characters");
-    if (t->kind == Kind::text && f.max_length() != std::numeric_limits<std::size_t>::max()) parts.push_back("at most " + std::to_string(f.max_length()) + " characters");
+    if (t->kind == Kind::text && f.max_length() != std::numeric_limits<std::size_t>::max())
+      parts.push_back("at most " + std::to_string(f.max_length()) + " characters");
     std::string text;
     for (const std::string& p : parts) text += (text.empty() ? "" : ", ") + p;
     return text;
@@ -123,7 +130,7 @@ class Generator {
       const Unit& unit;
       const char* name;
     };
-    static const Known known[] = {{unit::radian, "radian"},
+    static constexpr Known known[] = {{unit::radian, "radian"},
                                   {unit::degree, "degree"},
                                   {unit::radian_per_second, "radian_per_second"},
                                   {unit::degree_per_second, "degree_per_second"},
@@ -141,22 +148,26 @@ class Generator {
                                   {unit::one, "one"}};
     for (const Known& k : known)
       if (k.unit == u) return std::string("lrt::unit::") + k.name;
-    return "lrt::Unit{lrt::Iri{" + cpp::string_literal(u.qudt.text) + "}, lrt::Iri{" + cpp::string_literal(u.vom.text) + "}, " + cpp::string_literal(u.ucum) + ", {}}";
+    return "lrt::Unit{lrt::Iri{" + cpp::string_literal(u.qudt.text) + "}, lrt::Iri{" + cpp::string_literal(u.vom.text) + "}, " +
+           cpp::string_literal(u.ucum) + ", {}}";
   }
   /// ".unit(lrt::unit::degree).at_least(0).below(360)"
   std::string facets_code(const Type& outer, const Facets& f, bool bounds) const {
     const Type* t = &outer;
     while (t->kind == Kind::optional || t->kind == Kind::list || t->kind == Kind::map) t = t->element;
     std::string text;
-    if (!f.unit().empty() && f.unit().qudt.text.size() <= options_.max_text && f.unit().vom.text.size() <= options_.max_text) text += ".unit(" + unit_code_of(f.unit()) + ")";
+    if (!f.unit().empty() && f.unit().qudt.text.size() <= options_.max_text && f.unit().vom.text.size() <= options_.max_text)
+      text += ".unit(" + unit_code_of(f.unit()) + ")";
     if (t->is_number() && bounds) {
       if (f.min() && std::isfinite(*f.min())) text += (f.min_exclusive() ? ".above(" : ".at_least(") + number_text(*f.min()) + ")";
       if (f.max() && std::isfinite(*f.max())) text += (f.max_exclusive() ? ".below(" : ".at_most(") + number_text(*f.max()) + ")";
     }
     if (t->kind == Kind::real && f.allows_non_finite()) text += ".allow_non_finite()";
     if (t->kind == Kind::text && (f.min_length() > 0 || f.max_length() != std::numeric_limits<std::size_t>::max()))
-      text += ".length(" + std::to_string(f.min_length()) + ", " +
-              (f.max_length() == std::numeric_limits<std::size_t>::max() ? std::string("static_cast<std::size_t>(-1)") : std::to_string(f.max_length())) + ")";
+      text +=
+          ".length(" + std::to_string(f.min_length()) + ", " +
+          (f.max_length() == std::numeric_limits<std::size_t>::max() ? std::string("static_cast<std::size_t>(-1)") : std::to_string(f.max_length())) +
+          ")";
     return text;
   }
 
@@ -241,7 +252,8 @@ class Generator {
     }
     made.definition = "enum class " + made.name + " {\n" + enumerators + "};\n";
     const std::string q = qualified(made.name);
-    made.traits = "template <>\nstruct lrt::rdf::traits<" + q + "> : lrt::rdf::Enumeration<" + q + "> {\n  static void describe(Enumeration<" + q + ">& e) {\n" + names + "  }\n};\n";
+    made.traits = "template <>\nstruct lrt::rdf::traits<" + q + "> : lrt::rdf::Enumeration<" + q + "> {\n  static void describe(Enumeration<" + q +
+                  ">& e) {\n" + names + "  }\n};\n";
     by_form_[key] = Cpp{made.name, first, {}};
     count(made.definition), count(made.traits);
     Cpp result{made.name, " = " + made.name + "::" + first, {}};
@@ -298,7 +310,9 @@ class Generator {
       const std::string placed = term.front() == '#' ? "#" + made.name + "/" + iri::encode_segment(name) : term;
       if (placed != term) changes += at + ".predicate = " + cpp::string_literal(term) + ";\n";
       if (name != f.name) changes += at + ".name = " + cpp::string_literal(f.name) + ";\n";
-      if (!type->datatype.empty()) changes += at + ".type = &lrt::client::with_datatype(*t.fields[" + std::to_string(index) + "].type, lrt::Iri{" + cpp::string_literal(type->datatype) + "});\n";
+      if (!type->datatype.empty())
+        changes += at + ".type = &lrt::client::with_datatype(*t.fields[" + std::to_string(index) + "].type, lrt::Iri{" +
+                   cpp::string_literal(type->datatype) + "});\n";
       ++index;
     }
     std::string classes;
@@ -310,14 +324,16 @@ class Generator {
       changes += "      t.value_predicate = " + cpp::string_literal(t.value_predicate) + ";\n";
       changes += "      t.value_classes = " + list_of_literals(value_terms) + ";\n";
     }
-    made.definition = t.classes.empty() ? std::string() : "/// " + cpp::comment_text(ValueLines(origin_, true).short_iri(t.classes.front()), options_.max_comment) + "\n";
+    made.definition = t.classes.empty()
+                          ? std::string()
+                          : "/// " + cpp::comment_text(ValueLines(origin_, true).short_iri(t.classes.front()), options_.max_comment) + "\n";
     made.definition += "struct " + made.name + " {\n" + members + "};\n";
     const bool uses = !classes.empty() || !fields.empty();
-    made.traits = "template <>\nstruct lrt::rdf::traits<" + q + "> : lrt::rdf::Record<" + q + "> {\n  static void describe(" + (uses ? "Record<" + q + ">& r" : "Record<" + q + ">&") + ") {\n" +
-                  classes + fields + "  }\n";
+    made.traits = "template <>\nstruct lrt::rdf::traits<" + q + "> : lrt::rdf::Record<" + q + "> {\n  static void describe(" +
+                  (uses ? "Record<" + q + ">& r" : "Record<" + q + ">&") + ") {\n" + classes + fields + "  }\n";
     if (!changes.empty())
-      made.traits += "  static const Type& type() {\n    static const lrt::Immortal<Type> changed([] {\n      Type t = Record<" + q + ">::type();\n" + changes +
-                     "      return t;\n    }());\n    return *changed;\n  }\n";
+      made.traits += "  static const Type& type() {\n    static const lrt::Immortal<Type> changed([] {\n      Type t = Record<" + q + ">::type();\n" +
+                     changes + "      return t;\n    }());\n    return *changed;\n  }\n";
     made.traits += "};\n";
     count(made.definition), count(made.traits);
     const Cpp result{made.name, {}, {}};
@@ -344,13 +360,15 @@ class Generator {
 
   std::string value_arguments(const Cpp& type, const Schema& schema) const {
     const std::string plain = "lrt::rdf::traits<" + type.type + ">::type()";
-    const std::string described = type.datatype.empty() ? plain : "lrt::client::with_datatype(" + plain + ", lrt::Iri{" + cpp::string_literal(type.datatype) + "})";
+    const std::string described =
+        type.datatype.empty() ? plain : "lrt::client::with_datatype(" + plain + ", lrt::Iri{" + cpp::string_literal(type.datatype) + "})";
     return described + ", " + (schema.facets().unit().empty() ? "lrt::unit::none" : unit_code_of(schema.facets().unit()));
   }
   /// The name by which a Thing's member is found: a predicate of a vocabulary, else its own name.
   std::string finder(const std::vector<std::string>& predicates, const std::string& name) const {
     for (const std::string& p : predicates)
-      if (p.size() <= options_.max_text && ValueLines(origin_, true).short_iri(p).front() != '~') return cpp::string_literal(p) + ", " + cpp::string_literal(name);
+      if (p.size() <= options_.max_text && ValueLines(origin_, true).short_iri(p).front() != '~')
+        return cpp::string_literal(p) + ", " + cpp::string_literal(name);
     return "\"\", " + cpp::string_literal(name);
   }
   /// The name of a property or action, without percent escapes.
@@ -364,7 +382,8 @@ class Generator {
     const auto required = [&](std::size_t n) { return n == k.things.size() ? "true" : "false"; };
     const auto titled = [&](const auto& d, std::size_t n, const std::string& range = {}) {
       const std::string title = d.title.empty() ? decoded(d.name) : d.title;
-      return sentence(cpp::comment_text(title, options_.max_comment) + with_colon(range)) + (n == k.things.size() ? "" : " Not at each of these Things.");
+      return sentence(cpp::comment_text(title, options_.max_comment) + with_colon(range)) +
+             (n == k.things.size() ? "" : " Not at each of these Things.");
     };
     for (const auto& [member_name, m] : k.properties) {
       const PropertyDescription& p = *m.first;
@@ -394,20 +413,23 @@ class Generator {
         continue;
       }
       const std::string where = name + ", action " + a.name;
-      const std::optional<Cpp> input = a.input ? type_of(a.input->type(), a.input->facets(), decoded(a.name) + "_input", m.equal_bounds, where) : std::nullopt;
-      std::optional<Cpp> output = a.output ? type_of(a.output->type(), a.output->facets(), decoded(a.name) + "_output", m.equal_bounds, where) : std::nullopt;
+      const std::optional<Cpp> input =
+          a.input ? type_of(a.input->type(), a.input->facets(), decoded(a.name) + "_input", m.equal_bounds, where) : std::nullopt;
+      std::optional<Cpp> output =
+          a.output ? type_of(a.output->type(), a.output->facets(), decoded(a.name) + "_output", m.equal_bounds, where) : std::nullopt;
       const std::string id = scope.add(cpp::member_name(decoded(a.name), options_.max_name));
       const std::string found = "members.action(" + finder(a.predicates, a.name) + ", " + required(m.count) + ")";
       if (a.has_input && !input) {
         note(where + ": no C++ type for its input; invoke action() with a graph");
-        members += "  /// " + titled(a, m.count) + " The type of its input is not known: action() takes a graph.\n  lrt::client::UntypedAction " + id + ";\n";
+        members += "  /// " + titled(a, m.count) + " The type of its input is not known: action() takes a graph.\n  lrt::client::UntypedAction " +
+                   id + ";\n";
         initial += ",\n        " + id + "(" + found + ")";
         continue;
       }
       const std::string range = input ? range_text(a.input->type(), a.input->facets(), m.equal_bounds) : std::string();
       const std::string out_range = output ? range_text(a.output->type(), a.output->facets(), m.equal_bounds) : std::string();
-      members += "  /// " + titled(a, m.count) + (a.asynchronous ? " It takes time: wait for the invocation." : "") + (range.empty() ? "" : " Input: " + range + ".") +
-                 (out_range.empty() ? "" : " Output: " + out_range + ".") + "\n";
+      members += "  /// " + titled(a, m.count) + (a.asynchronous ? " It takes time: wait for the invocation." : "") +
+                 (range.empty() ? "" : " Input: " + range + ".") + (out_range.empty() ? "" : " Output: " + out_range + ".") + "\n";
       const std::string in_type = input ? input->type : "void", out_type = output ? output->type : "void";
       members += "  lrt::client::TypedAction<" + in_type + ", " + out_type + "> " + id + ";\n";
       const auto value = [&](const std::optional<Cpp>& type, const std::optional<Schema>& schema) {
@@ -426,10 +448,15 @@ class Generator {
     for (const std::string& c : k.classes)
       if (c.size() <= options_.max_text && ValueLines(origin_, true).short_iri(c).front() != '~') classes.push_back(c);
     std::string out = "\n/// " + sentence(names) + "\nclass " + name + " {\n public:\n";
-    out += "  /// Takes a Thing of this kind, which has the classes, properties and actions.\n  /// @par Errors  expected_value: it is of another kind\n";
-    out += "  static lrt::Result<" + name + "> of(lrt::client::Thing thing) {\n    lrt::client::Members members(std::move(thing), " + cpp::string_literal(name) + ", " +
-           list_of_literals(classes) + ");\n    " + name + " made(members);\n    if (lrt::Result<void> fits = members.fits(); !fits) return lrt::unexpected(std::move(fits).error());\n    return made;\n  }\n";
-    out += "  /// All Things of this kind that a robot has.\n  static std::vector<" + name + "> all(const lrt::client::Robot& robot) { return lrt::client::all_of<" + name + ">(robot); }\n\n";
+    out +=
+        "  /// Takes a Thing of this kind, which has the classes, properties and actions.\n  /// @par Errors  expected_value: it is of another "
+        "kind\n";
+    out += "  static lrt::Result<" + name + "> of(lrt::client::Thing thing) {\n    lrt::client::Members members(std::move(thing), " +
+           cpp::string_literal(name) + ", " + list_of_literals(classes) + ");\n    " + name +
+           " made(members);\n    if (lrt::Result<void> fits = members.fits(); !fits) return lrt::unexpected(std::move(fits).error());\n    return "
+           "made;\n  }\n";
+    out += "  /// All Things of this kind that a robot has.\n  static std::vector<" + name +
+           "> all(const lrt::client::Robot& robot) { return lrt::client::all_of<" + name + ">(robot); }\n\n";
     out += "  lrt::client::Thing thing;\n" + members;
     out += "\n private:\n  explicit " + name + "(" + "lrt::client::Members& members)\n      : thing(members.thing())" + initial + " {}\n};\n";
     count(out);
@@ -452,12 +479,11 @@ class Generator {
 
 Result<Generated> generate(const Description& robot, const GenerateOptions& options) {
   if (!cpp::is_namespace(options.name_space))
-    return unexpected(Errc::invalid_option, "expected a namespace of identifiers, \"acme::robot\", without lrt and std, found \"" + cpp::comment_text(options.name_space, 100) + "\"");
+    return unexpected(Errc::invalid_option, "expected a namespace of identifiers, \"acme::robot\", without lrt and std, found \"" +
+                                                cpp::comment_text(options.name_space, 100) + "\"");
   try {
     return Generator(robot, options).run();
-  } catch (const Refused& refused) {
-    return unexpected(refused.error);
-  }
+  } catch (const Refused& refused) { return unexpected(refused.error); }
 }
 
 }  // namespace lrt::client

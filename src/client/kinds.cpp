@@ -17,7 +17,8 @@ std::string form_of(const PropertyDescription& p, const std::string& origin, boo
   return (p.writable ? "w " : "r ") + form_of(p.schema, origin, bounds);
 }
 std::string form_of(const ActionDescription& a, const std::string& origin, bool bounds) {
-  return std::string(a.asynchronous ? "async " : "") + (a.has_input ? form_of(a.input, origin, bounds) : std::string()) + "->" + form_of(a.output, origin, bounds);
+  return std::string(a.asynchronous ? "async " : "") + (a.has_input ? form_of(a.input, origin, bounds) : std::string()) + "->" +
+         form_of(a.output, origin, bounds);
 }
 
 class Kinds {
@@ -56,7 +57,8 @@ class Kinds {
   }
   static bool is_same(const ThingKind& a, const ThingKind& b) {
     const auto same = [](const auto& x, const auto& y) {
-      return x.size() == y.size() && std::equal(x.begin(), x.end(), y.begin(), [](const auto& p, const auto& q) { return p.first == q.first && p.second.form == q.second.form; });
+      return x.size() == y.size() && std::equal(x.begin(), x.end(), y.begin(),
+                                                [](const auto& p, const auto& q) { return p.first == q.first && p.second.form == q.second.form; });
     };
     return a.classes == b.classes && same(a.properties, b.properties) && same(a.actions, b.actions);
   }

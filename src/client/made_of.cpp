@@ -37,7 +37,8 @@ std::string digest_of(std::string_view text) {
   return out;
 }
 
-void add_value(Parts& parts, const std::string& kind, const std::string& part, const std::optional<Schema>& schema, const std::string& origin, bool bounds) {
+void add_value(Parts& parts, const std::string& kind, const std::string& part, const std::optional<Schema>& schema, const std::string& origin,
+               bool bounds) {
   if (!schema) {
     parts[{kind, part, ""}] = "a value that no shape describes";
     return;
@@ -105,12 +106,15 @@ Parts parts_of(const std::vector<ThingKind>& kinds, const std::vector<std::strin
 
 std::string list_of(const Parts& parts) {
   std::string list;
-  for (const auto& [key, what] : parts) list.append(list_line) += escaped(key[0]) + " | " + escaped(key[1]) + " | " + escaped(key[2]) + " | " + escaped(what) + "\n";
+  for (const auto& [key, what] : parts)
+    list.append(list_line) += escaped(key[0]) + " | " + escaped(key[1]) + " | " + escaped(key[2]) + " | " + escaped(what) + "\n";
   return std::string(list_begin) + list + std::string(digest_line) + digest_of(list) + "\n";
 }
 
 Result<Parts> read_list(std::string_view header) {
-  const auto unreadable = [](const char* why) { return unexpected(Errc::expected_value, std::string("expected a header that was made by lrt generate: ") + why); };
+  const auto unreadable = [](const char* why) {
+    return unexpected(Errc::expected_value, std::string("expected a header that was made by lrt generate: ") + why);
+  };
   const std::size_t begin = header.rfind(list_begin);
   if (begin == std::string_view::npos || (begin > 0 && header[begin - 1] != '\n')) return unreadable("it has no list of what it was made of");
   std::string_view rest = header.substr(begin + list_begin.size());
@@ -154,13 +158,16 @@ Result<std::vector<std::string>> check(std::string_view header, const Descriptio
       const bool has_part = of_part != in.end() && of_part->first[0] == key[0] && of_part->first[1] == key[1];
       const std::string part = has_kind ? key[1] : std::string();
       if ((!has_kind || !has_part) && !reported.insert({key[0], part + verb}).second) continue;
-      const std::vector<std::string> place = !has_kind ? std::vector<std::string>{key[0], "", ""} : !has_part ? std::vector<std::string>{key[0], key[1], ""} : key;
+      const std::vector<std::string> place = !has_kind   ? std::vector<std::string>{key[0], "", ""}
+                                             : !has_part ? std::vector<std::string>{key[0], key[1], ""}
+                                                         : key;
       differences.push_back(message_text(where_of(place)) + ": " + who + (has_part ? ": " + message_text(entry.second) : std::string()));
     }
   };
   for (const auto& [key, what] : *made_of)
     if (const auto other = now.find(key); other != now.end() && other->second != what)
-      differences.push_back(message_text(where_of(key)) + ": the header has " + message_text(what) + ", the robot has " + message_text(other->second));
+      differences.push_back(message_text(where_of(key)) + ": the header has " + message_text(what) + ", the robot has " +
+                            message_text(other->second));
   missing(*made_of, now, "the robot does not have it any more", "-");
   missing(now, *made_of, "the header does not have it yet", "+");
   std::sort(differences.begin(), differences.end());

@@ -80,7 +80,10 @@ std::string last_part(std::string_view iri) {
 class SchemaReader {
  public:
   SchemaReader(const Graph& graph, const SchemaOptions& options)
-      : graph_(graph), options_(options), shapes_(graph, options, [this](const std::string& sentence) { warn(sentence); }), data_(std::make_shared<Schema::Data>()) {}
+      : graph_(graph),
+        options_(options),
+        shapes_(graph, options, [this](const std::string& sentence) { warn(sentence); }),
+        data_(std::make_shared<Schema::Data>()) {}
 
   Schema read(TermId shape) {
     data_->shape = graph_.term(shape);
@@ -104,7 +107,9 @@ class SchemaReader {
     Step(SchemaReader& reader, std::string_view predicate) : owner(reader), length(reader.path_.size()) {
       if (!owner.path_.empty()) owner.path_ += '/';
       owner.path_ += shortened(predicate == "[]" ? std::string(predicate) : rdf::abbreviate(predicate));
-      if (++owner.depth_ > owner.options_.max_depth) refuse_shape(Errc::limit_exceeded, "shapes nested more than " + std::to_string(owner.options_.max_depth) + " deep at " + shortened(owner.path_));
+      if (++owner.depth_ > owner.options_.max_depth)
+        refuse_shape(Errc::limit_exceeded,
+                     "shapes nested more than " + std::to_string(owner.options_.max_depth) + " deep at " + shortened(owner.path_));
     }
     ~Step() {
       owner.path_.resize(length);
@@ -197,7 +202,8 @@ class SchemaReader {
   std::optional<Made> field(const Field& f) { return field(f, shapes_.constraints_of(f.shapes)); }
   std::optional<Made> field(const Field& f, const Constraints& c) {
     const Step step(*this, f.predicate);
-    if (is_recursive(f.shapes)) return warn(std::string("the shape contains itself, which a type cannot") + (c.min_count > 0 ? "; the value is required" : ""));
+    if (is_recursive(f.shapes))
+      return warn(std::string("the shape contains itself, which a type cannot") + (c.min_count > 0 ? "; the value is required" : ""));
     const Inside inside(*this, f.shapes);
     if (c.min_count > 1) return warn("at least " + std::to_string(c.min_count) + " values are required, and a type has one");
     if (c.max_count > 1) warn("more than one value is allowed, and the type has one");
@@ -233,8 +239,10 @@ class SchemaReader {
     if (!c.exactly.empty()) return constant(c);
     if (c.node_kind == sh::IRI.text) return warn("the value is an IRI, which a type does not have");
     if (!c.classes.empty()) {
-      if (c.min_count > 0) warn("the value is a " + shortened(rdf::abbreviate(c.classes.front())) + " of which the shape says nothing; a new node is written");
-      return c.min_count > 0 ? record(c) : warn("the value is a link to a " + shortened(rdf::abbreviate(c.classes.front())) + ", which a type does not have");
+      if (c.min_count > 0)
+        warn("the value is a " + shortened(rdf::abbreviate(c.classes.front())) + " of which the shape says nothing; a new node is written");
+      return c.min_count > 0 ? record(c)
+                             : warn("the value is a link to a " + shortened(rdf::abbreviate(c.classes.front())) + ", which a type does not have");
     }
     if (c.has_bounds()) {
       c.datatypes.emplace_back(xsd::double_.text);
@@ -272,7 +280,8 @@ class SchemaReader {
   /// A list of nodes with schema:name and schema:value.
   std::optional<Made> map_of(const Constraints& members) {
     const Field *name = members.field(vocab::schema::name), *value_field = members.field(vocab::schema::value);
-    const bool typed = std::any_of(members.classes.begin(), members.classes.end(), [](const std::string& c) { return c != vocab::schema::PropertyValue.text; });
+    const bool typed =
+        std::any_of(members.classes.begin(), members.classes.end(), [](const std::string& c) { return c != vocab::schema::PropertyValue.text; });
     if (!name || !value_field || members.fields.size() != 2 || typed) return std::nullopt;
     const Constraints key = shapes_.constraints_of(name->shapes);
     if (key.min_count != 1 || key.datatypes != std::vector<std::string>{std::string(xsd::string.text)}) return std::nullopt;
@@ -294,8 +303,8 @@ class SchemaReader {
     made.facets.unit(unit_of(c));
     if (c.fields.size() == unit_fields(c) + 1 && c.field(vocab::vom::quantityValue)) {
       Constraints inner = shapes_.constraints_of(c.field(vocab::vom::quantityValue)->shapes);
-      if (inner.min_count == 1 && inner.max_count == 1 && !inner.fields.empty() && unit_fields(inner) == 0 && !inner.field(vocab::vom::quantityValue) &&
-          !is_recursive(c.field(vocab::vom::quantityValue)->shapes)) {
+      if (inner.min_count == 1 && inner.max_count == 1 && !inner.fields.empty() && unit_fields(inner) == 0 &&
+          !inner.field(vocab::vom::quantityValue) && !is_recursive(c.field(vocab::vom::quantityValue)->shapes)) {
         const Inside inside(*this, c.field(vocab::vom::quantityValue)->shapes);
         const Step step(*this, vocab::vom::quantityValue.text);
         resolve_alternatives(inner);
@@ -330,7 +339,8 @@ class SchemaReader {
   /// rdf:type with sh:hasValue is a class.
   void add_types(Type& t, const Constraints& types) {
     for (const TermId value : types.exactly)
-      if (const TermView of = graph_.term(value); of.is_iri() && iri::is_absolute(of.text) && std::find(t.classes.begin(), t.classes.end(), of.text) == t.classes.end())
+      if (const TermView of = graph_.term(value);
+          of.is_iri() && iri::is_absolute(of.text) && std::find(t.classes.begin(), t.classes.end(), of.text) == t.classes.end())
         t.classes.emplace_back(of.text);
   }
   static std::string name_of(const std::string& predicate, const Constraints& c) {
@@ -346,7 +356,8 @@ class SchemaReader {
     t.datatype = xsd::string;
     const auto members = graph_.list(c.one_of.front());
     if (!members) refuse_shape(Errc::expected_value, "expected an RDF list as sh:in at " + (path_.empty() ? "the value" : shortened(path_)));
-    if (members->size() > options_.max_names) refuse_shape(Errc::limit_exceeded, "more than " + std::to_string(options_.max_names) + " members of sh:in");
+    if (members->size() > options_.max_names)
+      refuse_shape(Errc::limit_exceeded, "more than " + std::to_string(options_.max_names) + " members of sh:in");
     // Two documents that describe one shape repeat its lists.
     const auto differs = [&](TermId head) { return graph_.list(head) != members; };
     if (std::any_of(c.one_of.begin(), c.one_of.end(), differs)) warn("only the first of several sh:in is part of the type");
@@ -356,7 +367,8 @@ class SchemaReader {
       const TermView term = graph_.term(m);
       texts = texts && term.is_literal() && term.datatype == xsd::string.text;
       if (!texts) break;
-      if (term.text.size() > options_.max_text) refuse_shape(Errc::limit_exceeded, "a name of more than " + std::to_string(options_.max_text) + " bytes in sh:in");
+      if (term.text.size() > options_.max_text)
+        refuse_shape(Errc::limit_exceeded, "a name of more than " + std::to_string(options_.max_text) + " bytes in sh:in");
       if (seen.insert(std::string(term.text)).second) t.names.emplace_back(term.text);
     }
     if (texts) return Made{keep(std::move(t)), {}};
@@ -373,7 +385,8 @@ class SchemaReader {
   std::optional<Made> constant(Constraints c) {
     const TermView term = graph_.term(c.exactly.front());
     if (!term.is_literal()) return warn("the value is " + shown(term) + ", which a type does not have");
-    if (term.text.size() > options_.max_text) refuse_shape(Errc::limit_exceeded, "a value of more than " + std::to_string(options_.max_text) + " bytes in sh:hasValue");
+    if (term.text.size() > options_.max_text)
+      refuse_shape(Errc::limit_exceeded, "a value of more than " + std::to_string(options_.max_text) + " bytes in sh:hasValue");
     if (term.datatype == xsd::string.text) {
       Type t;
       t.kind = Kind::enumeration;
@@ -389,7 +402,8 @@ class SchemaReader {
   std::optional<Made> literal(const Constraints& c) {
     using D = rdf::lexical::Datatype;
     const std::string& iri = c.datatypes.front();
-    if (std::any_of(c.datatypes.begin(), c.datatypes.end(), [&](const std::string& d) { return d != iri; })) warn("only the first of several sh:datatype is part of the type");
+    if (std::any_of(c.datatypes.begin(), c.datatypes.end(), [&](const std::string& d) { return d != iri; }))
+      warn("only the first of several sh:datatype is part of the type");
     if (!iri::is_absolute(iri)) return warn("the datatype " + shortened(iri) + " is no absolute IRI");
     const D datatype = rdf::lexical::datatype_of(iri);
     Type t;
@@ -417,8 +431,8 @@ class SchemaReader {
     if (t.kind == Kind::text) made.facets.length(c.min_length, c.max_length);
     else if (c.has_lengths()) warn("sh:minLength and sh:maxLength are not part of the type");
     for (const std::string& pattern : c.patterns) {
-      const bool own = (t.kind == Kind::duration && pattern == shacl::day_time_pattern) || (t.kind == Kind::real && pattern == shacl::finite_pattern) ||
-                       (t.kind == Kind::instant && pattern == shacl::zone_pattern);
+      const bool own = (t.kind == Kind::duration && pattern == shacl::day_time_pattern) ||
+                       (t.kind == Kind::real && pattern == shacl::finite_pattern) || (t.kind == Kind::instant && pattern == shacl::zone_pattern);
       if (!own) warn("sh:pattern \"" + shortened(pattern) + "\" is not part of the type");
     }
     made.type = keep(std::move(t));
@@ -493,7 +507,8 @@ class SchemaReader {
       return {};
     }
     const TermView first = graph_.term(allowed.front());
-    if (!first.is_iri() || !iri::is_absolute(first.text) || first.text.size() > options_.max_text) return warn("the unit " + shown(first) + " is no IRI"), std::string();
+    if (!first.is_iri() || !iri::is_absolute(first.text) || first.text.size() > options_.max_text)
+      return warn("the unit " + shown(first) + " is no IRI"), std::string();
     if (allowed.size() > 1) warn("of several units, only " + shown(first) + " is part of the type");
     return std::string(first.text);
   }
@@ -581,8 +596,8 @@ class SchemaReader {
       for (const TermId m : members) {
         Constraints alternative;
         shapes_.gather(m, alternative);
-        only_datatypes = only_datatypes && alternative.datatypes.size() == 1 && alternative.fields.empty() && !alternative.has_bounds() && alternative.one_of.empty() &&
-                         alternative.patterns.empty() && !alternative.has_lengths() && alternative.alternatives.empty();
+        only_datatypes = only_datatypes && alternative.datatypes.size() == 1 && alternative.fields.empty() && !alternative.has_bounds() &&
+                         alternative.one_of.empty() && alternative.patterns.empty() && !alternative.has_lengths() && alternative.alternatives.empty();
         if (!only_datatypes) break;
         if (const int r = rank(alternative.datatypes.front()); r > best_rank) best_rank = r, best = alternative.datatypes.front();
       }
@@ -610,9 +625,7 @@ Result<Schema> Schema::read(const Graph& shapes, const TermView& shape, const Sc
     return unexpected(Errc::expected_value, "the shapes graph has no shape " + shown(shape));
   try {
     return SchemaReader(shapes, options).read(*id);
-  } catch (const RefusedShape& refused) {
-    return unexpected(refused.error);
-  }
+  } catch (const RefusedShape& refused) { return unexpected(refused.error); }
 }
 
 bool Schema::usable() const noexcept { return data_->type != nullptr; }

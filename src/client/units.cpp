@@ -16,13 +16,27 @@
 namespace lrt::client {
 namespace {
 
-enum class Of : std::uint8_t { angle, angular_velocity, length, velocity, time, force, torque, mass, temperature, voltage, current, frequency, ratio };
+enum class Of : std::uint8_t {
+  angle,
+  angular_velocity,
+  length,
+  velocity,
+  time,
+  force,
+  torque,
+  mass,
+  temperature,
+  voltage,
+  current,
+  frequency,
+  ratio
+};
 
 /// A unit as (a x + b) / c of the base unit of its kind, for those with `per_two_pi` divided by 2 pi.
 struct Scale {
-  std::string_view code;                    ///< UCUM
-  std::array<std::string_view, 4> also;     ///< further names; the first is shown to people instead of the code
-  std::string_view qudt;                    ///< local name in QUDT
+  std::string_view code;                 ///< UCUM
+  std::array<std::string_view, 4> also;  ///< further names; the first is shown to people instead of the code
+  std::string_view qudt;                 ///< local name in QUDT
   Of of;
   std::int64_t a, b, c;
   bool per_two_pi = false;
@@ -56,9 +70,26 @@ constexpr Scale scales[] = {
     {"kN.m", {"kN.m", "kNm"}, "KiloN-M", Of::torque, 1000, 0, 1},
     {"kg", {}, "KiloGM", Of::mass, 1, 0, 1},
     {"g", {}, "GM", Of::mass, 1, 0, 1000},
-    {"Cel", {"Cel", "\xC2\xB0" "C", "degC", "C"}, "DEG_C", Of::temperature, 1, 0, 1},
+    {"Cel",
+     {"Cel",
+      "\xC2\xB0"
+      "C",
+      "degC", "C"},
+     "DEG_C",
+     Of::temperature,
+     1,
+     0,
+     1},
     {"K", {}, "K", Of::temperature, 100, -27'315, 100},
-    {"[degF]", {"degF", "\xC2\xB0" "F"}, "DEG_F", Of::temperature, 5, -160, 9},
+    {"[degF]",
+     {"degF",
+      "\xC2\xB0"
+      "F"},
+     "DEG_F",
+     Of::temperature,
+     5,
+     -160,
+     9},
     {"V", {}, "V", Of::voltage, 1, 0, 1},
     {"mV", {}, "MilliV", Of::voltage, 1, 0, 1000},
     {"A", {}, "A", Of::current, 1, 0, 1},
@@ -105,7 +136,8 @@ std::string quoted(std::string_view text) {
 }
 
 Unexpected unknown(std::string_view unit, std::optional<Of> fitting = {}) {
-  return unexpected(Errc::expected_value, "unknown unit " + quoted(unit) + ", expected " + (fitting ? "one of " : "none or one of ") + names_of(fitting));
+  return unexpected(Errc::expected_value,
+                    "unknown unit " + quoted(unit) + ", expected " + (fitting ? "one of " : "none or one of ") + names_of(fitting));
 }
 
 /// How far (a x + b) / c is from y, times c.
@@ -229,7 +261,9 @@ Result<double> number_in(std::string_view text, const Unit& unit) {
   if (parts->unit.empty() || (!unit.ucum.empty() && parts->unit == unit.ucum)) return parts->number;
   if (unit.empty()) return unexpected(Errc::expected_value, "expected a number without a unit, found the unit " + quoted(parts->unit));
   const Scale* target = scale_of(unit);
-  if (!target) return unexpected(Errc::expected_value, "cannot convert " + quoted(parts->unit) + " to " + quoted(unit_label(unit)) + ": write the number without a unit");
+  if (!target)
+    return unexpected(Errc::expected_value,
+                      "cannot convert " + quoted(parts->unit) + " to " + quoted(unit_label(unit)) + ": write the number without a unit");
   return convert(parts->number, parts->unit, target->code);
 }
 
@@ -251,9 +285,10 @@ std::vector<std::string_view> units_like(std::string_view unit) {
 }
 
 Unit find_unit(std::string_view vom, std::string_view qudt) {
-  constexpr Unit known[] = {unit::radian,     unit::degree,         unit::radian_per_second, unit::degree_per_second, unit::metre,  unit::millimetre,
-                            unit::metre_per_second, unit::second,   unit::newton,            unit::newton_metre,      unit::kilogram,
-                            unit::degree_celsius,   unit::volt,     unit::ampere,            unit::percent,           unit::one};
+  constexpr Unit known[] = {unit::radian, unit::degree,       unit::radian_per_second, unit::degree_per_second,
+                            unit::metre,  unit::millimetre,   unit::metre_per_second,  unit::second,
+                            unit::newton, unit::newton_metre, unit::kilogram,          unit::degree_celsius,
+                            unit::volt,   unit::ampere,       unit::percent,           unit::one};
   if (!vom.empty() || !qudt.empty())
     for (const Unit& u : known)
       if ((vom.empty() || u.vom.text == vom) && (qudt.empty() || u.qudt.text == qudt)) return u;

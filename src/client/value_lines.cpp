@@ -95,7 +95,8 @@ std::string ValueLines::one(const Type& t, const Facets& f) const {
 std::string ValueLines::range_of(const Type& t, const Facets& f) const {
   std::string text;
   if (t.kind == Kind::text && f.min_length() > 0) text += ", at least " + std::to_string(f.min_length()) + " characters";
-  if (t.kind == Kind::text && f.max_length() != std::numeric_limits<std::size_t>::max()) text += ", at most " + std::to_string(f.max_length()) + " characters";
+  if (t.kind == Kind::text && f.max_length() != std::numeric_limits<std::size_t>::max())
+    text += ", at most " + std::to_string(f.max_length()) + " characters";
   if (!bounds_ || !t.is_number()) return text;
   if (f.min()) text += (f.min_exclusive() ? ", above " : ", at least ") + rdf::lexical::format(*f.min());
   if (f.max()) text += (f.max_exclusive() ? ", below " : ", at most ") + rdf::lexical::format(*f.max());

@@ -49,8 +49,10 @@ Graph parse(const std::string& text) {
   static const std::string prefixes =
       "@prefix ex: <http://example.org/ns#> . @prefix sh: <http://www.w3.org/ns/shacl#> . @prefix xsd: <http://www.w3.org/2001/XMLSchema#> . "
       "@prefix rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#> . @prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> . "
-      "@prefix dcterms: <http://purl.org/dc/terms/> . @prefix hybrit: <https://hybr-it-projekt.de/ns/hybr-it#> . @prefix qudt: <http://qudt.org/schema/qudt/> . "
-      "@prefix unit: <http://qudt.org/vocab/unit/> . @prefix http-core: <http://www.w3.org/2011/http#> . @prefix http-methods: <http://www.w3.org/2011/http-methods#> .\n";
+      "@prefix dcterms: <http://purl.org/dc/terms/> . @prefix hybrit: <https://hybr-it-projekt.de/ns/hybr-it#> . @prefix qudt: "
+      "<http://qudt.org/schema/qudt/> . "
+      "@prefix unit: <http://qudt.org/vocab/unit/> . @prefix http-core: <http://www.w3.org/2011/http#> . @prefix http-methods: "
+      "<http://www.w3.org/2011/http-methods#> .\n";
   lrt::rdf::ReadOptions options;
   options.base = "http://robot.example/";
   options.max_triples = 1'000'000;
@@ -69,10 +71,12 @@ const lrt::client::PropertyDescription& property(const lrt::client::ThingDescrip
 
 /// A Thing in the way of another author: one document, one Blueprint, no binding.
 std::string thing(const std::string& value_shape, const std::string& more = "") {
-  return R"(<joint> a hybrit:RoboticThing , ex:Joint ; dcterms:title "joint" ; hybrit:blueprint <blueprint> ; hybrit:property <joint/angle> ; ex:angle <joint/angle> )" + more + R"( .
+  return R"(<joint> a hybrit:RoboticThing , ex:Joint ; dcterms:title "joint" ; hybrit:blueprint <blueprint> ; hybrit:property <joint/angle> ; ex:angle <joint/angle> )" +
+         more + R"( .
     <joint/angle> a hybrit:Property .
     <blueprint> a sh:NodeShape ; sh:targetClass ex:Joint ; sh:property [ sh:path ex:angle ; sh:minCount 1 ; sh:maxCount 1 ; sh:node <angle> ] .
-    <angle> a sh:NodeShape ; )" + value_shape + " .\n";
+    <angle> a sh:NodeShape ; )" +
+         value_shape + " .\n";
 }
 const std::string plain_number = "sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:double ]";
 
@@ -104,8 +108,7 @@ TEST_CASE("a robot is described by its links and Blueprints", "[client][R1.6][R1
   CHECK(property(arm, "gains").schema->type().kind == lrt::rdf::Type::Kind::list);
   CHECK(property(robot->things[1], "weight").schema->facets().unit() == unit::kilogram);
   std::string actions;
-  for (const auto& a : arm.actions)
-    actions += a.name + (a.asynchronous ? " async" : "") + (a.input ? " in" : "") + (a.output ? " out" : "") + ", ";
+  for (const auto& a : arm.actions) actions += a.name + (a.asynchronous ? " async" : "") + (a.input ? " in" : "") + (a.output ? " out" : "") + ", ";
   CHECK(actions == "fail, grip async, home, measure out, refuse, turn in, ");
   for (const auto& a : arm.actions) {
     if (a.name == "turn") CHECK(a.input->facets().unit() == unit::degree);
@@ -139,8 +142,13 @@ TEST_CASE("the header is the same at each run, on each port and from a file", "[
 TEST_CASE("Things of one kind give one class, and bounds that differ are left out", "[client][R1.6]") {
   const auto joint = [](const std::string& path, double low, bool other_unit = false) {
     lrt::Thing t{path};
-    t.type(vocab::ros::RevoluteJoint).property("angle", [] { return 0.5; }, other_unit ? unit::degree : unit::radian).between(low, 7);
-    t.property("load", [] { return 0.5; }, unit::newton).between(0, 5);
+    t.type(vocab::ros::RevoluteJoint)
+        .property(
+            "angle", [] { return 0.5; }, other_unit ? unit::degree : unit::radian)
+        .between(low, 7);
+    t.property(
+         "load", [] { return 0.5; }, unit::newton)
+        .between(0, 5);
     return t;
   };
   std::vector<lrt::Thing> things;
@@ -173,8 +181,9 @@ TEST_CASE("a Blueprint of another author is understood", "[client][R1.6]") {
 }
 
 TEST_CASE("what C++ cannot express is a comment and a warning", "[client][R1.6]") {
-  const auto robot = describe(parse(thing("sh:property [ sh:path ex:to ; sh:minCount 1 ; sh:maxCount 1 ; sh:nodeKind sh:IRI ]", "; hybrit:action <joint/actions/go>") +
-                                    "<joint/actions/go> a hybrit:Action ; hybrit:consumes [ sh:property [ sh:path ex:to ; sh:minCount 1 ; sh:nodeKind sh:IRI ] ] ."));
+  const auto robot = describe(
+      parse(thing("sh:property [ sh:path ex:to ; sh:minCount 1 ; sh:maxCount 1 ; sh:nodeKind sh:IRI ]", "; hybrit:action <joint/actions/go>") +
+            "<joint/actions/go> a hybrit:Action ; hybrit:consumes [ sh:property [ sh:path ex:to ; sh:minCount 1 ; sh:nodeKind sh:IRI ] ] ."));
   REQUIRE(robot);
   const auto made = generate(*robot);
   REQUIRE(made);
@@ -187,8 +196,9 @@ TEST_CASE("what C++ cannot express is a comment and a warning", "[client][R1.6]"
 }
 
 TEST_CASE("a check names each difference with its Thing and its field", "[client][R1.6]") {
-  const std::string fields = "sh:class ex:Point ; sh:property [ sh:path ex:x ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:double ; sh:maxInclusive 5 ] , "
-                             "[ sh:path ex:mode ; sh:minCount 1 ; sh:maxCount 1 ; sh:in ( \"a\" \"b\" ) ]";
+  const std::string fields =
+      "sh:class ex:Point ; sh:property [ sh:path ex:x ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:double ; sh:maxInclusive 5 ] , "
+      "[ sh:path ex:mode ; sh:minCount 1 ; sh:maxCount 1 ; sh:in ( \"a\" \"b\" ) ]";
   const std::string header = header_of(parse(thing(fields)));
   const auto differences = [&](const std::string& other) {
     const auto found = check(header, describe(parse(other)).value());
@@ -200,13 +210,18 @@ TEST_CASE("a check names each difference with its Thing and its field", "[client
     changed.replace(changed.find(from), from.size(), to);
     return differences(thing(changed));
   };
-  CHECK(with("xsd:double", "xsd:float") == "Joint, property angle, field x: the header has xsd:double, at most 5, the robot has xsd:float, at most 5\n");
-  CHECK(with("sh:maxInclusive 5", "sh:maxExclusive 5") == "Joint, property angle, field x: the header has xsd:double, at most 5, the robot has xsd:double, below 5\n");
-  CHECK(with("\"b\"", "\"b\" \"c\"") == "Joint, property angle, field mode: the header has one of \"a\" \"b\", the robot has one of \"a\" \"b\" \"c\"\n");
-  CHECK(with("ex:mode ; sh:minCount 1", "ex:mode") == "Joint, property angle, field mode: the header has one of \"a\" \"b\", the robot has optional one of \"a\" \"b\"\n");
+  CHECK(with("xsd:double", "xsd:float") ==
+        "Joint, property angle, field x: the header has xsd:double, at most 5, the robot has xsd:float, at most 5\n");
+  CHECK(with("sh:maxInclusive 5", "sh:maxExclusive 5") ==
+        "Joint, property angle, field x: the header has xsd:double, at most 5, the robot has xsd:double, below 5\n");
+  CHECK(with("\"b\"", "\"b\" \"c\"") ==
+        "Joint, property angle, field mode: the header has one of \"a\" \"b\", the robot has one of \"a\" \"b\" \"c\"\n");
+  CHECK(with("ex:mode ; sh:minCount 1", "ex:mode") ==
+        "Joint, property angle, field mode: the header has one of \"a\" \"b\", the robot has optional one of \"a\" \"b\"\n");
   CHECK(contains(with("ex:x", "ex:z"), "Joint, property angle, field x: the robot does not have it any more: xsd:double"));
   CHECK(contains(with("ex:x", "ex:z"), "Joint, property angle, field z: the header does not have it yet: xsd:double"));
-  CHECK(contains(with("ex:Point", "ex:Place"), "Joint, property angle: the header has record http://example.org/ns#Point, the robot has record http://example.org/ns#Place"));
+  CHECK(contains(with("ex:Point", "ex:Place"),
+                 "Joint, property angle: the header has record http://example.org/ns#Point, the robot has record http://example.org/ns#Place"));
   const std::string go = thing(fields, "; hybrit:action <joint/actions/go>");
   CHECK(differences(go + "<joint/actions/go> dcterms:title \"go\" .") == "Joint, action go: the header does not have it yet\n");
   CHECK(contains(differences(go), "Joint, input of action go: the header does not have it yet"));  // its document is missing
@@ -233,13 +248,25 @@ TEST_CASE("a check refuses what is no header or has been edited", "[client][R1.6
 }
 
 TEST_CASE("texts of a robot stay within their comments, literals and identifiers", "[client][R1.6]") {
-  for (const std::string& text : {std::string("a */ b"), std::string("// /* x"), std::string("line\nbreak\r\nend \\"), std::string("?" "?/"), std::string("a\"b"), std::string("\\"),
-                                  std::string("\xE2\x80\xAE" "reversed"), std::string("\xFF\xFE"), std::string("nul\0byte", 8), std::string("\xE2\x80\xA8line"),
-                                  std::string("R\"(x)\""), std::string("?" "?" "?/\n#define x"), std::string(300, '*') + "/", std::string("%s%n")}) {
+  for (const std::string& text : {std::string("a */ b"), std::string("// /* x"), std::string("line\nbreak\r\nend \\"),
+                                  std::string("?"
+                                              "?/"),
+                                  std::string("a\"b"), std::string("\\"),
+                                  std::string("\xE2\x80\xAE"
+                                              "reversed"),
+                                  std::string("\xFF\xFE"), std::string("nul\0byte", 8), std::string("\xE2\x80\xA8line"), std::string("R\"(x)\""),
+                                  std::string("?"
+                                              "?"
+                                              "?/\n#define x"),
+                                  std::string(300, '*') + "/", std::string("%s%n")}) {
     CAPTURE(text);
     const std::string comment = cpp::comment_text(text, 200);
     CHECK(comment.size() <= 203);
-    for (const char* bad : {"*/", "/*", "\n", "\r", "?" "?", "\\", "\xE2\x80\xAE", "\xE2\x80\xA8", "\xFF"}) CHECK(!contains(comment, bad));
+    for (const char* bad : {"*/", "/*", "\n", "\r",
+                            "?"
+                            "?",
+                            "\\", "\xE2\x80\xAE", "\xE2\x80\xA8", "\xFF"})
+      CHECK(!contains(comment, bad));
     CHECK(comment.find('\0') == std::string::npos);
     const std::string literal = cpp::string_literal(text);
     CHECK(std::all_of(literal.begin(), literal.end(), [](char c) { return c >= 0x20 && c < 0x7F; }));
@@ -248,7 +275,8 @@ TEST_CASE("texts of a robot stay within their comments, literals and identifiers
     for (const std::string& name : {cpp::type_name(text, 64), cpp::member_name(text, 64)}) {
       CHECK(!name.empty());
       CHECK(name.size() <= 66);
-      CHECK(std::all_of(name.begin(), name.end(), [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; }));
+      CHECK(std::all_of(name.begin(), name.end(),
+                        [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; }));
       CHECK(name.find("__") == std::string::npos);
       CHECK(!(name.front() >= '0' && name.front() <= '9'));
       CHECK(name.front() != '_');
@@ -266,7 +294,9 @@ TEST_CASE("names become identifiers", "[client][R1.6]") {
                      {"NULL", "null", "Null"},
                      {"EOF", "eof", "Eof"},
                      {"2nd axis", "n2nd_axis", "N2ndAxis"},
-                     {"gr\xC3\xB6\xC3\x9F" "e", "groesse", "Groesse"},
+                     {"gr\xC3\xB6\xC3\x9F"
+                      "e",
+                      "groesse", "Groesse"},
                      {"\xE4\xB8\xAD", "u4e2d", "U4e2d"},
                      {"", "unnamed", "Unnamed"},
                      {"---", "unnamed", "Unnamed"},
@@ -344,7 +374,8 @@ TEST_CASE("a hostile description ends at the limits", "[client][R1.6]") {
 TEST_CASE("a file of shapes alone gives their types", "[client][R1.6]") {
   const auto robot = describe(parse(R"(ex:PersonShape a sh:NodeShape ; sh:targetClass ex:Person ;
       sh:property [ sh:path ex:name ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:string ] , [ sh:path ex:born ; sh:maxCount 1 ; sh:datatype xsd:date ] .
-    ex:SpeedShape a sh:NodeShape ; )" + plain_number + " ."));
+    ex:SpeedShape a sh:NodeShape ; )" +
+                                    plain_number + " ."));
   REQUIRE(robot);
   const auto made = generate(*robot);
   REQUIRE(made);

@@ -59,7 +59,9 @@ struct Parts {
 namespace lrt::rdf {
 template <>
 struct traits<schema_test::Gear> : Enumeration<schema_test::Gear> {
-  static void describe(Enumeration<schema_test::Gear>& e) { e.name(schema_test::Gear::park, "park").name(schema_test::Gear::drive, "drive \"fast\""); }
+  static void describe(Enumeration<schema_test::Gear>& e) {
+    e.name(schema_test::Gear::park, "park").name(schema_test::Gear::drive, "drive \"fast\"");
+  }
 };
 template <>
 struct traits<schema_test::Point> : Record<schema_test::Point> {
@@ -241,7 +243,17 @@ TEST_CASE("the shape derived from a C++ type gives a schema that reads and write
   check_round_trip<Point>({{1, 2}}, Facets(unit::metre));
   check_round_trip<lrt::test::Pose>({{}, {1, 2, "arm", 0.5}});
   check_round_trip<Inner>({{}, {90, "a", {1, -5}}});
-  check_round_trip<Outer>({{}, {Gear::drive, {1, "x", {2}}, {0.5, -0.5}, {{}, {1, "y", {}}}, {{"left", 1}, {"right", 2}}, std::chrono::milliseconds(5), {}, Point{1, 2}, true, 7}});
+  check_round_trip<Outer>({{},
+                           {Gear::drive,
+                            {1, "x", {2}},
+                            {0.5, -0.5},
+                            {{}, {1, "y", {}}},
+                            {{"left", 1}, {"right", 2}},
+                            std::chrono::milliseconds(5),
+                            {},
+                            Point{1, 2},
+                            true,
+                            7}});
   check_round_trip<Odd>({{"a", 1, 2, 3}});
   check_round_trip<std::vector<double>>({{}, {1, 2, 3}});
   check_round_trip<std::vector<double>>({{}, {1, 2}}, Facets(unit::radian).between(-4, 4));
@@ -359,7 +371,8 @@ TEST_CASE("a shape of another author gives a record with what a type can express
   Graph data;
   const TermId focus = data.intern(lrt::rdf::iri(focus_iri));
   const auto written = schema->write_plain_value(
-      data, focus, R"({"ssn":"123-45-6789","address":{"city":"Bonn"},"age":30,"home":"http://x/","status":"b","born":"1990-01-01","height":1.85})", Plain::json);
+      data, focus, R"({"ssn":"123-45-6789","address":{"city":"Bonn"},"age":30,"home":"http://x/","status":"b","born":"1990-01-01","height":1.85})",
+      Plain::json);
   if (!written) FAIL(written.error().message);
   const auto value = schema->read_value(data, focus);
   if (!value) FAIL(value.error().message);
@@ -369,7 +382,8 @@ TEST_CASE("a shape of another author gives a record with what a type can express
 }
 
 TEST_CASE("reals of xsd:decimal are written without an exponent", "[client][R1.6]") {
-  const auto schema = read("ex:S a sh:NodeShape ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:decimal ] .");
+  const auto schema =
+      read("ex:S a sh:NodeShape ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:decimal ] .");
   REQUIRE(schema);
   REQUIRE(schema->usable());
   for (const double number : {1e-7, 1e22, -0.5, 0.0, 123456789.25}) {
@@ -414,7 +428,8 @@ TEST_CASE("units of both names of QUDT are read and written", "[client][R1.6]") 
   Graph written;
   schema->write_value(written, written.intern(lrt::rdf::iri(focus_iri)), *value);
   CHECK(written.contains(lrt::rdf::iri(focus_iri), vocab::qudt::unit, lrt::rdf::iri("http://qudt.org/vocab/unit/KiloM")));
-  const auto several = read(R"(ex:S a sh:NodeShape ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:double ] ,
+  const auto several =
+      read(R"(ex:S a sh:NodeShape ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:double ] ,
       [ sh:path qudt:hasUnit ; sh:minCount 1 ; sh:maxCount 1 ; sh:in ( unit:M unit:MilliM ) ] .)");
   REQUIRE(several);
   CHECK(several->facets().unit() == unit::metre);
@@ -422,7 +437,8 @@ TEST_CASE("units of both names of QUDT are read and written", "[client][R1.6]") 
 }
 
 TEST_CASE("classes that a number must have are written", "[client][R1.6]") {
-  const auto schema = read("ex:S a sh:NodeShape ; sh:class ex:Speed ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:int ] .");
+  const auto schema = read(
+      "ex:S a sh:NodeShape ; sh:class ex:Speed ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:int ] .");
   REQUIRE(schema);
   REQUIRE(schema->usable());
   CHECK(schema->type().kind == Kind::integer);
@@ -458,8 +474,10 @@ TEST_CASE("what a type cannot express is a warning with the path and the constra
   };
   for (const auto& row : table) {
     CAPTURE(row.constraint);
-    const auto schema = read("ex:S a sh:NodeShape ; sh:class ex:T ; sh:property [ sh:path ex:other ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:boolean ] , [ sh:path ex:p ; sh:minCount 1 ; sh:maxCount 1 ; " +
-                             std::string(row.constraint) + " ] .");
+    const auto schema = read(
+        "ex:S a sh:NodeShape ; sh:class ex:T ; sh:property [ sh:path ex:other ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:boolean ] , [ "
+        "sh:path ex:p ; sh:minCount 1 ; sh:maxCount 1 ; " +
+        std::string(row.constraint) + " ] .");
     if (!schema) FAIL(schema.error().message);
     CHECK(schema->usable());
     INFO(all(schema->warnings()));
@@ -469,8 +487,9 @@ TEST_CASE("what a type cannot express is a warning with the path and the constra
 }
 
 TEST_CASE("a shape that says nothing of a value gives a schema that says so", "[client][R1.6]") {
-  for (const char* text : {"ex:S a sh:NodeShape .", "ex:S a sh:NodeShape ; sh:class ex:A .", "ex:S sh:datatype xsd:string .", "ex:S sh:property [ sh:path ex:p ] .",
-                           "ex:S sh:deactivated true ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:int ] ."}) {
+  for (const char* text :
+       {"ex:S a sh:NodeShape .", "ex:S a sh:NodeShape ; sh:class ex:A .", "ex:S sh:datatype xsd:string .", "ex:S sh:property [ sh:path ex:p ] .",
+        "ex:S sh:deactivated true ; sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:int ] ."}) {
     CAPTURE(text);
     const auto schema = read(text);
     REQUIRE(schema);
@@ -482,25 +501,31 @@ TEST_CASE("a shape that says nothing of a value gives a schema that says so", "[
 }
 
 TEST_CASE("a shape within itself ends, and a mixin at two levels is no recursion", "[client][R1.6]") {
-  const auto tree = read("ex:S a sh:NodeShape ; sh:property [ sh:path ex:name ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:string ] , [ sh:path ex:child ; sh:maxCount 1 ; sh:node ex:S ] .");
+  const auto tree = read(
+      "ex:S a sh:NodeShape ; sh:property [ sh:path ex:name ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:string ] , [ sh:path ex:child ; "
+      "sh:maxCount 1 ; sh:node ex:S ] .");
   REQUIRE(tree);
   REQUIRE(tree->usable());
   CHECK(contains(all(tree->warnings()), "contains itself"));
-  const auto mixin = read(R"(ex:S a sh:NodeShape ; sh:node ex:Named ; sh:property [ sh:path ex:part ; sh:minCount 1 ; sh:maxCount 1 ; sh:node ex:Part ] .
+  const auto mixin =
+      read(R"(ex:S a sh:NodeShape ; sh:node ex:Named ; sh:property [ sh:path ex:part ; sh:minCount 1 ; sh:maxCount 1 ; sh:node ex:Part ] .
     ex:Part sh:node ex:Named ; sh:property [ sh:path ex:size ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:int ] .
     ex:Named sh:property [ sh:path ex:name ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:string ] .)");
   REQUIRE(mixin);
   CHECK(mixin->warnings().empty());
-  const auto loop = read("ex:S a sh:NodeShape ; sh:node ex:A ; sh:property [ sh:path rdf:value ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:string ] . ex:A sh:and ( ex:S ex:A ) .");
+  const auto loop = read(
+      "ex:S a sh:NodeShape ; sh:node ex:A ; sh:property [ sh:path rdf:value ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:string ] . ex:A sh:and "
+      "( ex:S ex:A ) .");
   REQUIRE(loop);
   CHECK(loop->usable());
 }
 
 TEST_CASE("an ill-formed shape is an error with its triple", "[client][R1.6]") {
-  for (const char* text : {"ex:S sh:property \"x\" .", "ex:S sh:property [ sh:datatype xsd:int ] .", "ex:S sh:property [ sh:path \"p\" ] .", "ex:S sh:and ex:A .",
-                           "ex:S sh:property [ sh:path ex:p ; sh:minCount \"many\" ] .", "ex:S sh:property [ sh:path ex:p ; sh:maxCount -1 ] .",
-                           "ex:S sh:property [ sh:path ex:p ; sh:in ex:list ] .", "ex:S sh:property [ sh:path ex:p ; sh:datatype \"int\" ] .", "ex:S sh:node \"n\" .",
-                           "ex:S sh:or ( \"a\" ) .", "ex:S sh:class 5 .", "ex:S sh:property [ sh:path ex:p ; sh:minInclusive ex:low ] ."}) {
+  for (const char* text :
+       {"ex:S sh:property \"x\" .", "ex:S sh:property [ sh:datatype xsd:int ] .", "ex:S sh:property [ sh:path \"p\" ] .", "ex:S sh:and ex:A .",
+        "ex:S sh:property [ sh:path ex:p ; sh:minCount \"many\" ] .", "ex:S sh:property [ sh:path ex:p ; sh:maxCount -1 ] .",
+        "ex:S sh:property [ sh:path ex:p ; sh:in ex:list ] .", "ex:S sh:property [ sh:path ex:p ; sh:datatype \"int\" ] .", "ex:S sh:node \"n\" .",
+        "ex:S sh:or ( \"a\" ) .", "ex:S sh:class 5 .", "ex:S sh:property [ sh:path ex:p ; sh:minInclusive ex:low ] ."}) {
     CAPTURE(text);
     const auto schema = read(text);
     REQUIRE(!schema);
@@ -528,7 +553,8 @@ TEST_CASE("a hostile shapes graph ends at the limits", "[client][R1.6]") {
     CHECK(schema.error().code == lrt::Errc::limit_exceeded);
   }
   SECTION("deep nesting by sh:node, by properties, by lists") {
-    std::string nodes = "ex:S sh:node ex:N0 .\n", properties = "ex:S sh:property [ sh:path ex:p ; sh:node ex:N0 ] .\n", lists = "ex:S sh:property [ sh:path rdf:value ; sh:node ex:N0 ] .\n";
+    std::string nodes = "ex:S sh:node ex:N0 .\n", properties = "ex:S sh:property [ sh:path ex:p ; sh:node ex:N0 ] .\n",
+                lists = "ex:S sh:property [ sh:path rdf:value ; sh:node ex:N0 ] .\n";
     for (int i = 0; i < 5'000; ++i) {
       const std::string next = "ex:N" + std::to_string(i + 1);
       nodes += "ex:N" + std::to_string(i) + " sh:node " + next + " .\n";
@@ -545,7 +571,8 @@ TEST_CASE("a hostile shapes graph ends at the limits", "[client][R1.6]") {
     std::string in = "ex:S sh:property [ sh:path rdf:value ; sh:maxCount 1 ; sh:in (";
     for (int i = 0; i < 1'001; ++i) in += " \"n" + std::to_string(i) + "\"";
     CHECK(read(in + " ) ] .").error().code == lrt::Errc::limit_exceeded);
-    CHECK(read("ex:S sh:property [ sh:path rdf:value ; sh:maxCount 1 ; sh:in ( \"" + std::string(100'000, 'x') + "\" ) ] .").error().code == lrt::Errc::limit_exceeded);
+    CHECK(read("ex:S sh:property [ sh:path rdf:value ; sh:maxCount 1 ; sh:in ( \"" + std::string(100'000, 'x') + "\" ) ] .").error().code ==
+          lrt::Errc::limit_exceeded);
     std::string many = "ex:S sh:class ex:A .\n";
     for (int i = 0; i < 500; ++i) many += "ex:S sh:property [ sh:path ex:p" + std::to_string(i) + " ; sh:maxCount 1 ; sh:nodeKind sh:IRI ] .\n";
     const auto schema = read(many);
@@ -558,13 +585,17 @@ TEST_CASE("a hostile shapes graph ends at the limits", "[client][R1.6]") {
 TEST_CASE("units that strangers name are kept up to a limit for the process", "[client][R1.6]") {
   bool refused = false;
   for (int i = 0; i < 5'000 && !refused; ++i) {
-    const auto schema = read("ex:S sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:int ] , [ sh:path qudt:hasUnit ; sh:hasValue <http://evil/u" +
-                             std::to_string(i) + "> ] .");
+    const auto schema = read(
+        "ex:S sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:int ] , [ sh:path qudt:hasUnit ; "
+        "sh:hasValue <http://evil/u" +
+        std::to_string(i) + "> ] .");
     REQUIRE(schema);
     refused = contains(all(schema->warnings()), "too many different units");
   }
   CHECK(refused);
-  const auto known = read("ex:S sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:int ] , [ sh:path qudt:hasUnit ; sh:hasValue unit:M ] .");
+  const auto known = read(
+      "ex:S sh:property [ sh:path vom:numericalValue ; sh:minCount 1 ; sh:maxCount 1 ; sh:datatype xsd:int ] , [ sh:path qudt:hasUnit ; sh:hasValue "
+      "unit:M ] .");
   CHECK(known->facets().unit() == unit::metre);
 }
 

@@ -23,9 +23,23 @@ TEST_CASE("a number and its unit are read with and without a space between them"
     const char* text;
     double number;
     const char* unit;
-  } const table[] = {{"0.5rad", 0.5, "rad"},  {"30 deg", 30, "deg"},    {"1.5", 1.5, ""},       {" -1.5e3 mm ", -1500, "mm"}, {"50%", 50, "%"},
-                     {".5 m", 0.5, "m"},      {"+2turn", 2, "circ"},    {"1e3", 1000, ""},      {"2 N.m", 2, "N.m"},          {"2Nm", 2, "N.m"},
-                     {"3 rpm", 3, "circ/min"}, {"20\xC2\xB0" "C", 20, "Cel"}, {"90\xC2\xB0", 90, "deg"}, {"7 1", 7, "1"},            {"1 in", 1, "[in_i]"}};
+  } const table[] = {{"0.5rad", 0.5, "rad"},
+                     {"30 deg", 30, "deg"},
+                     {"1.5", 1.5, ""},
+                     {" -1.5e3 mm ", -1500, "mm"},
+                     {"50%", 50, "%"},
+                     {".5 m", 0.5, "m"},
+                     {"+2turn", 2, "circ"},
+                     {"1e3", 1000, ""},
+                     {"2 N.m", 2, "N.m"},
+                     {"2Nm", 2, "N.m"},
+                     {"3 rpm", 3, "circ/min"},
+                     {"20\xC2\xB0"
+                      "C",
+                      20, "Cel"},
+                     {"90\xC2\xB0", 90, "deg"},
+                     {"7 1", 7, "1"},
+                     {"1 in", 1, "[in_i]"}};
   for (const auto& row : table) {
     CAPTURE(row.text);
     const auto quantity = parse_quantity(row.text);
@@ -59,11 +73,12 @@ TEST_CASE("conversions by a rational ratio give the nearest double", "[client]")
     double number;
     const char *from, *to;
     double expected;
-  } const table[] = {{30, "min", "h", 0.5},       {1, "[in_i]", "mm", 25.4},     {12, "in", "ft", 1},         {1, "ft", "m", 0.3048},   {180, "deg", "turn", 0.5},
-                     {60, "rpm", "deg/s", 360},   {0.1, "m", "mm", 100},         {0.1, "cm", "mm", 1},        {36, "km/h", "m/s", 10},  {0.3, "s", "ms", 300},
-                     {1, "kg", "g", 1000},        {0.7, "g", "kg", 0.0007},      {0, "Cel", "K", 273.15},     {20, "Cel", "degF", 68},  {-40, "degF", "Cel", -40},
-                     {273.15, "K", "Cel", 0},     {32, "degF", "K", 273.15},     {5, "%", "1", 0.05},         {0.29, "1", "%", 29},     {230, "V", "mV", 230'000},
-                     {3.3, "mA", "A", 0.0033},    {2.5, "kN", "N", 2500},        {1.1, "km", "m", 1100},      {0.07, "kHz", "Hz", 70},  {1, "N.m", "kN.m", 0.001}};
+  } const table[] = {
+      {30, "min", "h", 0.5},     {1, "[in_i]", "mm", 25.4}, {12, "in", "ft", 1},     {1, "ft", "m", 0.3048},  {180, "deg", "turn", 0.5},
+      {60, "rpm", "deg/s", 360}, {0.1, "m", "mm", 100},     {0.1, "cm", "mm", 1},    {36, "km/h", "m/s", 10}, {0.3, "s", "ms", 300},
+      {1, "kg", "g", 1000},      {0.7, "g", "kg", 0.0007},  {0, "Cel", "K", 273.15}, {20, "Cel", "degF", 68}, {-40, "degF", "Cel", -40},
+      {273.15, "K", "Cel", 0},   {32, "degF", "K", 273.15}, {5, "%", "1", 0.05},     {0.29, "1", "%", 29},    {230, "V", "mV", 230'000},
+      {3.3, "mA", "A", 0.0033},  {2.5, "kN", "N", 2500},    {1.1, "km", "m", 1100},  {0.07, "kHz", "Hz", 70}, {1, "N.m", "kN.m", 0.001}};
   for (const auto& row : table) {
     CAPTURE(row.number, row.from, row.to);
     const auto result = convert(row.number, row.from, row.to);

@@ -26,7 +26,8 @@ Result<Graph> read(std::string_view text) {
       "@prefix ex: <http://example.org/ns#> . @prefix sh: <http://www.w3.org/ns/shacl#> . @prefix xsd: <http://www.w3.org/2001/XMLSchema#> . "
       "@prefix rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#> . @prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> . "
       "@prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> . @prefix qudt: <http://qudt.org/schema/qudt/> . "
-      "@prefix unit: <http://qudt.org/vocab/unit/> . @prefix schema: <http://schema.org/> . @prefix hybrit: <https://hybr-it-projekt.de/ns/hybr-it#> . "
+      "@prefix unit: <http://qudt.org/vocab/unit/> . @prefix schema: <http://schema.org/> . @prefix hybrit: <https://hybr-it-projekt.de/ns/hybr-it#> "
+      ". "
       "@prefix dcterms: <http://purl.org/dc/terms/> .\n";
   lrt::rdf::ReadOptions options;
   options.base = "http://example.org/";

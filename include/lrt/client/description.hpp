@@ -21,9 +21,9 @@ class Robot;
 struct DescribeOptions {
   SchemaOptions schema;
   std::size_t max_things = 10'000;
-  std::size_t max_members = 1'000;   ///< properties and actions of one Thing, and predicates of one member
-  std::size_t max_schemas = 5'000;   ///< different shapes
-  std::size_t max_warnings = 1'000;  ///< further ones are left out
+  std::size_t max_members = 1'000;      ///< properties and actions of one Thing, and predicates of one member
+  std::size_t max_schemas = 5'000;      ///< different shapes
+  std::size_t max_warnings = 1'000;     ///< further ones are left out
   std::size_t max_documents = 20'000;   ///< that are read from a robot
   std::size_t max_triples = 2'000'000;  ///< of all these documents
 };
@@ -54,8 +54,8 @@ struct ActionDescription {
 struct ThingDescription {
   std::string iri;
   std::string title;
-  std::vector<std::string> classes;  ///< without hybrit:RoboticThing; sorted
-  std::string kind;                  ///< IRI of the Blueprint that it shares with Things of its kind; empty: it has none
+  std::vector<std::string> classes;             ///< without hybrit:RoboticThing; sorted
+  std::string kind;                             ///< IRI of the Blueprint that it shares with Things of its kind; empty: it has none
   std::vector<PropertyDescription> properties;  ///< in the order of their IRIs
   std::vector<ActionDescription> actions;       ///< in the order of their IRIs
 };

@@ -11,13 +11,13 @@
 namespace lrt::client {
 
 struct GenerateOptions {
-  std::string name_space = "robot";        ///< "robot" or "acme::robot"; no part may be "lrt" or "std"
-  std::size_t max_name = 64;               ///< characters of an identifier; longer names are cut
-  std::size_t max_comment = 200;           ///< bytes of one text of the robot in a comment; longer ones are cut
-  std::size_t max_text = 4'096;            ///< bytes of one IRI or name in a string literal; what has a longer one is left out
-  std::size_t max_array = 64;              ///< members of a std::array; longer lists of a fixed length are std::vector
+  std::string name_space = "robot";          ///< "robot" or "acme::robot"; no part may be "lrt" or "std"
+  std::size_t max_name = 64;                 ///< characters of an identifier; longer names are cut
+  std::size_t max_comment = 200;             ///< bytes of one text of the robot in a comment; longer ones are cut
+  std::size_t max_text = 4'096;              ///< bytes of one IRI or name in a string literal; what has a longer one is left out
+  std::size_t max_array = 64;                ///< members of a std::array; longer lists of a fixed length are std::vector
   std::size_t max_bytes = 16 * 1024 * 1024;  ///< of the header; beyond: Errc::limit_exceeded
-  std::size_t max_warnings = 1'000;        ///< further ones are left out
+  std::size_t max_warnings = 1'000;          ///< further ones are left out
 };
 
 struct Generated {

@@ -87,7 +87,8 @@ class Schema {
   /// Adds the triples of a value in JSON, text, CBOR or octets, as rdf::read_plain(), and what the shape wants besides.
   /// @pre usable()
   /// @par Errors  those of rdf::read_plain(); the graph must then be discarded
-  Result<void> write_plain_value(rdf::Graph& graph, rdf::TermId focus, std::string_view body, rdf::Plain format, std::size_t max_values = 100'000) const;
+  Result<void> write_plain_value(rdf::Graph& graph, rdf::TermId focus, std::string_view body, rdf::Plain format,
+                                 std::size_t max_values = 100'000) const;
 
  private:
   struct Data;
