@@ -69,6 +69,7 @@ std::optional<Link> take_link(std::string_view& text, std::string_view base, std
     skip_space(text);
     std::string value;
     if (!text.empty() && text.front() == '=') {
+      if (!name || name->empty()) return std::nullopt;
       text.remove_prefix(1);
       skip_space(text);
       std::optional<std::string> found = take_word(text);
@@ -96,13 +97,16 @@ std::string member(std::string_view json, std::string_view name) {
   return take_word(json).value_or(std::string());
 }
 
-/// The text after `sh:resultMessage` or `sh:message` of a report in Turtle.
+/// The text after `sh:resultMessage` of a report in Turtle, or after `dcterms:description` of other problems.
 std::string report_message(std::string_view turtle) {
-  const std::size_t at = turtle.find("resultMessage");
-  if (at == std::string_view::npos) return {};
-  turtle.remove_prefix(at);
-  turtle.remove_prefix(std::min(turtle.find('"'), turtle.size()));
-  return take_word(turtle).value_or(std::string());
+  for (const std::string_view name : {"resultMessage", "description"}) {
+    const std::size_t at = turtle.find(name);
+    if (at == std::string_view::npos) continue;
+    turtle.remove_prefix(at);
+    turtle.remove_prefix(std::min(turtle.find('"'), turtle.size()));
+    return take_word(turtle).value_or(std::string());
+  }
+  return {};
 }
 
 /// In one line, without control characters.

@@ -16,6 +16,8 @@
 
 #include "src/base/thread.hpp"
 #include "src/delivery/post.hpp"
+#include "src/exchange/connect.hpp"
+#include "src/exchange/idle_wires.hpp"
 
 namespace lrt::delivery {
 namespace {
@@ -27,43 +29,11 @@ using subscription::DeliveryResult;
 using subscription::Notification;
 using exchange::Address;
 using exchange::ClientTls;
+using exchange::IdleWires;
 using exchange::Instant;
 using exchange::literal_address;
 using exchange::WaitLimit;
 using exchange::Wire;
-
-/// Open connections without an exchange, kept for the next notification of their receiver. Not synchronised.
-class IdleWires {
- public:
-  std::unique_ptr<Wire> take(const std::string& receiver) {
-    const auto found = std::find_if(wires_.rbegin(), wires_.rend(), [&](const Idle& k) { return k.receiver == receiver; });
-    if (found == wires_.rend()) return nullptr;
-    std::unique_ptr<Wire> wire = std::move(found->wire);
-    wires_.erase(std::next(found).base());
-    return wire;
-  }
-  void put(std::string receiver, std::unique_ptr<Wire> wire) {
-    wires_.push_back({std::move(receiver), std::move(wire), steady_clock::now()});
-  }
-  /// Removes the connections above `max` and those kept since before `oldest`. The caller closes them without holding a lock.
-  std::vector<std::unique_ptr<Wire>> take_surplus(std::size_t max, Instant oldest) {
-    std::vector<std::unique_ptr<Wire>> result;
-    while (!wires_.empty() && (wires_.size() > max || wires_.front().since < oldest)) {
-      result.push_back(std::move(wires_.front().wire));
-      wires_.pop_front();
-    }
-    return result;
-  }
-  bool empty() const noexcept { return wires_.empty(); }
-
- private:
-  struct Idle {
-    std::string receiver;
-    std::unique_ptr<Wire> wire;
-    Instant since;
-  };
-  std::deque<Idle> wires_;  // in the order of `since`
-};
 
 /// The names that the system's resolver is asked for at present, and those that had no address a short time ago. Not synchronised.
 class Names {
@@ -572,29 +542,7 @@ Result<std::unique_ptr<Wire>> Work::connect(const CallbackUrl& url, const std::v
     return unexpected(Errc::refused,
                       "\"" + url.host + "\" resolves to " + list + ", and callbacks to these addresses are not allowed");
   }
-  std::string why;
-  for (std::size_t i = 0; i < addresses.size(); ++i) {
-    const Instant now = steady_clock::now();
-    // Each address gets an equal part of the remaining time.
-    const WaitLimit limit{now + (connect_until - now) / static_cast<long>(addresses.size() - i), stop_descriptor_};
-    const std::string where = "\"" + url.host + "\" at " + addresses[i]->text + ": ";
-    Result<std::unique_ptr<Wire>> wire = Wire::open(*addresses[i], url.port, limit);
-    if (!wire) {
-      why = where + (wire.error().code == Errc::timed_out ? "timed out while connecting" : wire.error().message);
-      continue;
-    }
-    if (url.secure) {
-      const Result<std::shared_ptr<const ClientTls>> trust = tls();
-      if (!trust) return unexpected(trust.error());
-      if (Result<void> secured = (*wire)->secure(**trust, url.host, {connect_until, stop_descriptor_}); !secured) {
-        const Error& error = secured.error();
-        return unexpected(error.code,
-                          where + "TLS: " + (error.code == Errc::timed_out ? "the handshake timed out" : error.message));
-      }
-    }
-    return wire;
-  }
-  return unexpected(Errc::io_error, why);
+  return exchange::connect(url, addresses, [this] { return tls(); }, {connect_until, stop_descriptor_});
 }
 
 /// The system's certificate authorities are read at the first https delivery.

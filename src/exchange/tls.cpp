@@ -35,7 +35,8 @@ void ClientTls::ContextEnd::operator()(ssl_ctx_st* context) const noexcept {
   if (const ThirdPartyCall call; call) SSL_CTX_free(context);
 }
 
-Result<std::shared_ptr<const ClientTls>> ClientTls::make(const std::string& ca_file) {
+Result<std::shared_ptr<const ClientTls>> ClientTls::make(const std::string& ca_file, const std::string& certificate_file,
+                                                          const std::string& key_file) {
   const ThirdPartyCall call;
   if (!call) return unexpected(Errc::cancelled, "the process ends");
   auto result = std::make_shared<ClientTls>();
@@ -50,9 +51,14 @@ Result<std::shared_ptr<const ClientTls>> ClientTls::make(const std::string& ca_f
   const bool loaded = ca_file.empty() ? SSL_CTX_set_default_verify_paths(context) == 1
                                       : SSL_CTX_load_verify_locations(context, ca_file.c_str(), nullptr) == 1;
   if (!loaded) {
-    return unexpected(Errc::invalid_option, "certificate authorities of callbacks" +
-                                                (ca_file.empty() ? "" : ", \"" + ca_file + "\"") + ": " +
-                                                last_error("not readable"));
+    return unexpected(Errc::invalid_option,
+                      "certificate authorities" + (ca_file.empty() ? "" : ", \"" + ca_file + "\"") + ": " + last_error("not readable"));
+  }
+  if (!certificate_file.empty() && SSL_CTX_use_certificate_chain_file(context, certificate_file.c_str()) != 1)
+    return unexpected(Errc::invalid_option, "certificate \"" + certificate_file + "\": " + last_error("not readable"));
+  if (!key_file.empty() &&
+      (SSL_CTX_use_PrivateKey_file(context, key_file.c_str(), SSL_FILETYPE_PEM) != 1 || SSL_CTX_check_private_key(context) != 1)) {
+    return unexpected(Errc::invalid_option, "private key \"" + key_file + "\": " + last_error("not readable"));
   }
   return std::shared_ptr<const ClientTls>(std::move(result));
 }

@@ -16,13 +16,15 @@ struct TlsSessionEnd {
 };
 using TlsSession = std::unique_ptr<ssl_st, TlsSessionEnd>;
 
-/// A TLS context for connections to receivers. It defines how certificates are checked. OpenSSL's process-wide settings stay unchanged.
+/// A TLS context for connections to other hosts. It defines how certificates are checked. OpenSSL's process-wide settings stay unchanged.
 /// @par Threads  const: any
 class ClientTls {
  public:
   /// @param ca_file  PEM of certificate authorities; empty: the system's
+  /// @param certificate_file, key_file  PEM of what the client shows, with its chain; empty: nothing
   /// @par Errors  invalid_option, with OpenSSL's reason
-  static Result<std::shared_ptr<const ClientTls>> make(const std::string& ca_file);
+  static Result<std::shared_ptr<const ClientTls>> make(const std::string& ca_file, const std::string& certificate_file = {},
+                                                       const std::string& key_file = {});
 
   /// A session on a connected socket, TLS 1.2 or later. Only a certificate for this host is accepted.
   /// @param host  as in a URL: a name (sent as SNI) or an address (not sent, RFC 6066 3)

@@ -7,6 +7,7 @@
 #include <lrt/base/utf8.hpp>
 
 #include "src/base/ascii.hpp"
+#include "src/base/base64.hpp"
 
 namespace lrt::http {
 namespace {
@@ -70,16 +71,6 @@ std::array<unsigned char, 20> sha1(std::string message) {
 }
 
 /// RFC 4648 4
-std::string base64(const std::array<unsigned char, 20>& bytes) {
-  static constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const auto at = [&](std::size_t n) { return n < bytes.size() ? unsigned{bytes[n]} : 0U; };
-    const unsigned group = at(i) << 16 | at(i + 1) << 8 | at(i + 2);
-    for (unsigned n = 0; n < 4; ++n) text += i + n > bytes.size() ? '=' : digits[group >> (18 - 6 * n) & 63U];
-  }
-  return text;
-}
 
 }  // namespace
 
@@ -107,7 +98,8 @@ std::optional<Refusal> check_websocket(const Request& request) {
 }
 
 std::string websocket_accept(std::string_view key) {
-  return base64(sha1(std::string(key) + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11"));
+  const std::array<unsigned char, 20> digest = sha1(std::string(key) + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11");
+  return detail::base64({reinterpret_cast<const char*>(digest.data()), digest.size()});
 }
 
 bool is_close_payload(std::string_view payload) noexcept {

@@ -1,0 +1,268 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+#include <lrt/client/representation.hpp>
+#include <lrt/rdf/traits.hpp>
+#include <lrt/rdf/unit.hpp>
+#include <lrt/rdf/value_codec.hpp>
+
+namespace lrt::client {
+
+class Session;
+
+/// A published shape with the graph in which it stands: its own document, and those that it refers to.
+struct Shape {
+  rdf::Graph graph{};
+  rdf::Term node{};
+};
+
+struct WriteOptions {
+  lrt::Unit unit{};        ///< in which the number is given; empty: in the declared one. Nothing is converted: another unit is an error
+  std::string if_match{};  ///< an entity tag: the value is written only if the representation still has it (RFC 9110 13.1.1)
+};
+
+/// What a resource is called: shortened paths, titles and terms. A handle of a Thing, Property or Action has all of these names.
+struct Names {
+  std::vector<std::string> titles{};      ///< dcterms:title, rdfs:label, schema:name
+  std::vector<std::string> predicates{};  ///< by which its Thing refers to it, without hybrit:property and hybrit:action
+};
+
+/// A Property of a Thing (R1.9): a resource of its own, or a node in the graph of its Thing.
+/// @par Threads  Any. Functions that return a Result wait for the server, at most the times of Limits. Not for a control loop.
+class Property {
+ public:
+  const std::string& url() const noexcept { return url_; }
+  const Names& names() const noexcept { return names_; }
+  /// The shortest name: the local name of its predicate, else the last segment of the path.
+  std::string name() const;
+
+  /// GET. Unchanged representations are not transferred again (R0.11).
+  Result<RepresentationPtr> get() const;
+
+  /// The value. A number must have the given unit.
+  /// @par Errors  of the exchange; expected_value: the representation has no such value, or another unit
+  template <class T>
+  Result<T> read(const lrt::Unit& unit = lrt::unit::none) const {
+    Result<RepresentationPtr> found = get();
+    if (!found) return Unexpected{std::move(found).error()};
+    Result<rdf::Value> value = decode(**found, rdf::traits<T>::type(), unit);
+    if (!value) return Unexpected{std::move(value).error()};
+    return rdf::traits<T>::decode(*value);
+  }
+
+  /// PUT (R0.5). With Options::validate the value is judged by the published shape first and, if it does not conform, not sent.
+  /// @par Errors  expected_value: with what the shape says; refused, closed, ...: of the exchange, with the server's reason
+  template <class T>
+  Result<void> write(const T& value, const WriteOptions& options = {}) const {
+    return write(rdf::traits<T>::type(), rdf::traits<T>::encode(value), options);
+  }
+  Result<void> write(const rdf::Type& type, const rdf::Value& value, const WriteOptions& options = {}) const;
+  /// Writes a graph; `focus` is the node that stands for the value.
+  Result<void> write(const rdf::Graph& graph, rdf::TermId focus, const WriteOptions& options = {}) const;
+
+  /// Whether the server says that it can be written: by its binding (SPEC 3.3) or by Allow.
+  Result<bool> is_writable() const;
+  /// The declared unit of a number; empty: none.
+  Result<lrt::Unit> unit() const;
+  /// The shape by which the server judges what is written. nullopt: it publishes none.
+  Result<std::optional<Shape>> shape() const;
+
+  /// The value in a representation of this property.
+  Result<rdf::Value> decode(const Representation& representation, const rdf::Type& type, const lrt::Unit& unit = lrt::unit::none) const;
+
+ private:
+  friend class Session;
+  friend class Discovery;
+  Property() = default;
+  Result<rdf::Value> decode(const rdf::Graph& graph, std::optional<rdf::TermId> focus, const rdf::Type& type, const lrt::Unit& unit) const;
+
+  std::shared_ptr<Session> session_;
+  std::string url_;        ///< of the resource; of an inline property that of its Thing
+  std::string predicate_;  ///< inline: from the Thing to the value; else empty
+  Names names_;
+};
+
+/// One run of an action (SPEC 3.1).
+class Invocation {
+ public:
+  enum class Status : unsigned char { pending, running, succeeded, failed, cancelled, unknown };
+  struct State {
+    Status status = Status::unknown;
+    std::optional<double> progress{};  ///< 0 to 1
+    std::string error{};               ///< the robot's reason, if it failed
+    RepresentationPtr representation{};  ///< null: the response to the request said all
+  };
+
+  /// Empty if the server has made no resource for it: it had ended with the response.
+  const std::string& url() const noexcept { return url_; }
+  /// Asks the server.
+  Result<State> state() const;
+  /// Waits until it has ended. `on_progress` is called when the status or the progress has changed.
+  /// @par Errors  timed_out: it still runs; unknown_path: the server has forgotten it
+  Result<State> wait(std::chrono::milliseconds at_most, const std::function<void(const State&)>& on_progress = {}) const;
+  /// DELETE while it runs.
+  Result<void> cancel() const;
+
+  /// What the action has produced. @pre it has succeeded
+  /// @par Errors  expected_value: there is no such result
+  template <class T>
+  Result<T> result(const lrt::Unit& unit = lrt::unit::none) const {
+    Result<rdf::Value> value = result(rdf::traits<T>::type(), unit);
+    if (!value) return Unexpected{std::move(value).error()};
+    return rdf::traits<T>::decode(*value);
+  }
+  Result<rdf::Value> result(const rdf::Type& type, const lrt::Unit& unit = lrt::unit::none) const;
+
+ private:
+  friend class Action;
+  Invocation() = default;
+  std::shared_ptr<Session> session_;
+  std::string url_;
+  State ended_;  ///< if there is no resource
+};
+
+struct InvokeOptions {
+  lrt::Unit unit{};    ///< as WriteOptions::unit
+  bool async = false;  ///< `Prefer: respond-async`: the response does not wait until the robot has begun
+  std::vector<std::pair<std::string, std::string>> fields{};  ///< further header fields
+};
+
+/// An Action of a Thing (R1.10).
+class Action {
+ public:
+  const std::string& url() const noexcept { return url_; }
+  const Names& names() const noexcept { return names_; }
+  std::string name() const;
+  Result<RepresentationPtr> get() const;
+
+  /// Invokes it by the method, the URL and the header fields of its binding (paper 5.4); without a binding by a POST to its URL.
+  /// @par Errors  expected_value: the input does not conform to the published shape, and nothing was sent; refused (403, 409), expected_value (400,
+  ///              422), unknown_path (404), limit_exceeded (429, 503), failed (5xx), each with the server's reason; and those of the exchange
+  template <class T>
+  Result<Invocation> invoke(const T& input, const InvokeOptions& options = {}) const {
+    return invoke(rdf::traits<T>::type(), rdf::traits<T>::encode(input), options);
+  }
+  Result<Invocation> invoke(const InvokeOptions& options = {}) const;
+  Result<Invocation> invoke(const rdf::Type& type, const rdf::Value& input, const InvokeOptions& options = {}) const;
+  Result<Invocation> invoke(const rdf::Graph& input, rdf::TermId focus, const InvokeOptions& options = {}) const;
+
+  /// Shape of the input (`hybrit:consumes`). nullopt: it takes none, or does not say.
+  Result<std::optional<Shape>> input_shape() const;
+  /// Shape of the output (`hybrit:produces` that is no effect). nullopt: it has none, or does not say.
+  Result<std::optional<Shape>> output_shape() const;
+  /// The declared unit of a number as input; empty: none.
+  Result<lrt::Unit> unit() const;
+  /// URLs of the Properties that it changes: `ssn:forProperty` of its effects.
+  Result<std::vector<std::string>> effects() const;
+  /// Classes that its input and output have: sh:class and sh:targetClass of their shapes.
+  Result<std::vector<std::string>> consumed_classes() const;
+  Result<std::vector<std::string>> produced_classes() const;
+  /// False while the robot says that it is not available.
+  Result<bool> is_available() const;
+  /// Running and past invocations, which the action links to.
+  Result<std::vector<std::string>> invocations() const;
+
+
+ private:
+  friend class Session;
+  friend class Discovery;
+  Action() = default;
+  Result<std::vector<std::string>> classes_of(Iri predicate) const;
+  Result<Invocation> send(const rdf::Graph* input, const InvokeOptions& options) const;
+
+  std::shared_ptr<Session> session_;
+  std::string url_;
+  Names names_;
+};
+
+/// A Thing as Client::open() has found it. Its links and types are those of that moment; see Robot::refresh().
+class Thing {
+ public:
+  const std::string& url() const noexcept { return representation_->url; }
+  const Names& names() const noexcept { return names_; }
+  std::string name() const;
+  std::vector<std::string> types() const { return representation_->types(); }
+  bool is(Iri type) const;
+  const RepresentationPtr& representation() const noexcept { return representation_; }
+  const std::vector<Property>& properties() const noexcept { return properties_; }
+  const std::vector<Action>& actions() const noexcept { return actions_; }
+
+  /// The property with a name: a predicate or its local name, a title, a URL or the end of one ("friction", "arm/friction").
+  /// @par Errors  unknown_path: there is none; the message lists what there is. expected_value: several have the name
+  Result<Property> property(std::string_view name) const;
+  Result<Property> property(Iri predicate) const { return property(predicate.text); }
+  Result<Action> action(std::string_view name) const;
+
+  /// URL of the Subscriptions container (R1.8); empty: it has none.
+  std::string subscriptions() const;
+  /// URLs of the Blueprints (R1.11).
+  std::vector<std::string> blueprints() const { return representation_->objects(vocab::hybrit::blueprint); }
+
+ private:
+  friend class Session;
+  friend class Discovery;
+  Thing() = default;
+
+  std::shared_ptr<Session> session_;
+  RepresentationPtr representation_;
+  Names names_;
+  std::vector<Property> properties_;
+  std::vector<Action> actions_;
+};
+
+/// Which actions are looked for. What is empty does not count.
+struct ActionQuery {
+  Iri consumes{};  ///< class of the input, maths:Scalar
+  Iri produces{};  ///< class of the output or of the effect
+  std::string affects{};  ///< a Property that an effect names: its URL, or a predicate by which its Thing refers to it
+  std::string thing{};    ///< URL of the Thing
+};
+
+/// All that Client::open() has found from one URL.
+class Robot {
+ public:
+  const std::string& url() const noexcept { return url_; }
+  const std::vector<Thing>& things() const noexcept { return *things_; }
+  std::vector<Thing> things(Iri type) const;
+  /// The Thing with a name: a title, a URL or the end of one ("right_s1", "baxter/right_s1").
+  /// @par Errors  as Thing::property()
+  Result<Thing> thing(std::string_view name) const;
+  /// A property by the names of its Thing and its own, "right_s1/friction", or by its URL or the end of that.
+  Result<Property> property(std::string_view name) const;
+  Result<Action> action(std::string_view name) const;
+  /// The actions that fit, found by what they say of themselves.
+  Result<std::vector<Action>> actions(const ActionQuery& query) const;
+  /// What could not be read while it was opened, a sentence each; at most 100.
+  const std::vector<std::string>& problems() const noexcept { return *problems_; }
+  /// Requests that it took to find them.
+  std::size_t requests() const noexcept { return requests_; }
+  /// Reads it again; unchanged representations are not transferred.
+  Result<Robot> refresh() const;
+
+ private:
+  friend class Session;
+  friend class Discovery;
+  Robot() = default;
+
+  std::shared_ptr<Session> session_;
+  std::string url_;
+  std::shared_ptr<const std::vector<Thing>> things_;
+  std::shared_ptr<const std::vector<std::string>> problems_;
+  std::size_t requests_ = 0;
+};
+
+std::string_view to_string(Invocation::Status status) noexcept;
+inline bool has_ended(Invocation::Status status) noexcept {
+  return status == Invocation::Status::succeeded || status == Invocation::Status::failed || status == Invocation::Status::cancelled;
+}
+
+}  // namespace lrt::client

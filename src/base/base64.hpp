@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace lrt::detail {
+
+/// Base64 with padding (RFC 4648 4).
+inline std::string base64(std::string_view bytes) {
+  static constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const auto at = [&](std::size_t n) { return n < bytes.size() ? unsigned{static_cast<unsigned char>(bytes[n])} : 0U; };
+    const unsigned group = at(i) << 16 | at(i + 1) << 8 | at(i + 2);
+    for (unsigned n = 0; n < 4; ++n) text += i + n > bytes.size() ? '=' : digits[group >> (18 - 6 * n) & 63U];
+  }
+  return text;
+}
+
+}  // namespace lrt::detail

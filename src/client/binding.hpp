@@ -1,0 +1,45 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <lrt/client/things.hpp>
+
+namespace lrt::client {
+
+/// How a request is made, as an Action, a writable Property or a container says it (paper 5.4, HTTP in RDF).
+struct Binding {
+  std::string method{};
+  std::string url{};
+  std::vector<std::pair<std::string, std::string>> fields{};  ///< without those that the connection sets
+  std::optional<rdf::Term> shape{};                           ///< of the body
+};
+
+/// The bindings of the focus node, at most 100. What is ill-formed is left out.
+std::vector<Binding> bindings_of(const Representation& representation);
+
+/// Objects of a node that stand for a shape: IRIs, and blank nodes with triples.
+std::vector<rdf::Term> shapes_of(const Representation& representation, Iri predicate);
+/// sh:class and sh:targetClass of a shape.
+std::vector<std::string> classes_of(const Shape& shape);
+/// The unit that a shape requires; nullopt: none, or several.
+std::optional<lrt::Unit> required_unit(const Shape& shape);
+/// The unit that a node states; nullopt: none.
+std::optional<lrt::Unit> stated_unit(const rdf::Graph& graph, rdf::TermId node);
+
+/// The namespace of the terms that a type leaves to the server, "http://robot/ns/vocabulary": it is found by a term that the graph uses. Empty: the
+/// graph uses none, or the type has none.
+std::string vocabulary_of(const rdf::Type& type, const rdf::Graph& graph);
+
+/// The value of a type at a node. Numbers may also be objects of rdf:value, qudt:numericValue, schema:value or sosa:hasSimpleResult.
+Result<rdf::Value> value_at(const rdf::Graph& graph, rdf::TermId node, const rdf::Type& type, const lrt::Unit& unit);
+
+/// The graph with numbers of the datatype that the shape wants where another numeric datatype has the same value: 30 for a shape with xsd:double.
+rdf::Graph with_datatypes_of(const Shape& shape, const rdf::Graph& graph);
+
+/// Judges a graph by a shape. @par Errors  expected_value, with the report in one line
+Result<void> conforms(const rdf::Graph& graph, rdf::TermId focus, const Shape& shape);
+
+}  // namespace lrt::client

@@ -1,0 +1,79 @@
+#include <lrt/client.hpp>
+
+#include <poll.h>
+
+#include <algorithm>
+#include <utility>
+
+#include <lrt/http/url.hpp>
+
+#include "src/client/discovery.hpp"
+#include "src/client/session.hpp"
+
+namespace lrt {
+
+using client::Session;
+
+namespace client {
+
+Result<Robot> Session::open(const std::string& url) { return Discovery(shared_from_this(), url).run(); }
+
+}  // namespace client
+
+Result<Client> Client::create(client::Options options) {
+  Result<std::shared_ptr<client::HttpClient>> http = client::HttpClient::create(options);
+  if (!http) return unexpected(std::move(http).error());
+  auto session = std::make_shared<Session>(*std::move(http), options);
+  if (session->workers().waker().descriptor() < 0) return unexpected(Errc::io_error, "cannot create an event descriptor");
+  return Client(std::move(session));
+}
+
+Client::Client(std::shared_ptr<Session> session) noexcept : session_(std::move(session)) {}
+Client::Client(Client&&) noexcept = default;
+Client& Client::operator=(Client&& other) noexcept {
+  if (this != &other) {
+    stop();
+    session_ = std::move(other.session_);
+  }
+  return *this;
+}
+Client::~Client() { stop(); }
+
+Result<client::Robot> Client::open(const std::string& url) {
+  const Result<http::Url> parsed = http::parse_url(client::document_of(url));
+  if (!parsed) return unexpected(parsed.error().code, "\"" + url + "\": " + parsed.error().message);
+  session_->http().trust(*parsed);
+  return session_->open(url);
+}
+
+Result<client::RepresentationPtr> Client::get(const std::string& url) { return session_->get(url); }
+Result<client::Response> Client::send(const client::Request& request) { return session_->http().send(request); }
+
+bool Client::post(UniqueFunction<UniqueFunction<void()>()> work) { return session_->workers().post(std::move(work)); }
+
+bool Client::poll(std::chrono::microseconds budget) noexcept {
+  const auto end = std::chrono::steady_clock::now() + budget;
+  client::Workers& workers = session_->workers();
+  if (!workers.waker().is_awake()) return false;
+  workers.waker().clear();
+  while (workers.run_one()) {
+    if (std::chrono::steady_clock::now() < end) continue;
+    workers.waker().wake();  // the rest is for the next call
+    return true;
+  }
+  return false;
+}
+
+void Client::wait(std::chrono::milliseconds at_most) noexcept {
+  constexpr std::chrono::milliseconds longest = std::chrono::hours(1);
+  pollfd item{descriptor(), POLLIN, 0};
+  ::poll(&item, 1, static_cast<int>(std::clamp(at_most, std::chrono::milliseconds(0), longest).count()));
+}
+
+int Client::descriptor() const noexcept { return session_->workers().waker().descriptor(); }
+
+void Client::stop() noexcept {
+  if (session_) session_->stop();
+}
+
+}  // namespace lrt

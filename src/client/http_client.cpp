@@ -1,0 +1,281 @@
+#include "src/client/http_client.hpp"
+
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <optional>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include <lrt/base/iri.hpp>
+
+#include "src/base/ascii.hpp"
+#include "src/base/base64.hpp"
+#include "src/base/read_file.hpp"
+#include "src/client/names.hpp"
+#include "src/exchange/connect.hpp"
+#include "src/exchange/idle_wires.hpp"
+#include "src/exchange/no_sigpipe.hpp"
+#include "src/http/host.hpp"
+
+namespace lrt::client {
+namespace {
+
+using exchange::Instant;
+using exchange::WaitLimit;
+using exchange::Wire;
+using lrt::detail::iequals_ascii;
+
+constexpr std::chrono::seconds idle_time{15};
+
+bool is_idempotent(std::string_view method) noexcept { return method != "POST" && method != "PATCH"; }
+
+/// Loopback addresses and "localhost": what is sent does not leave this machine.
+bool is_this_machine(const http::Url& url) {
+  if (url.host == "localhost" || url.host == "[::1]") return true;
+  const std::optional<http::AddressBytes> address = http::literal_address(url.host);
+  return address && std::equal(http::ipv4_mapped.begin(), http::ipv4_mapped.end(), address->begin()) && (*address)[12] == 127;
+}
+
+Result<std::string> read_token(const std::string& file) {
+  constexpr std::size_t longest = 64 * 1024;
+  const Result<std::string> text = read_file(file, longest);
+  if (!text) return unexpected(Errc::invalid_option, "token file " + text.error().message);
+  const std::string token(lrt::detail::trim(std::string_view(*text).substr(0, text->find_first_of("\r\n"))));
+  if (token.empty()) return unexpected(Errc::invalid_option, "token file \"" + file + "\": expected a token in the first line");
+  return token;
+}
+
+/// The method with which a redirect is followed (RFC 9110 15.4); empty: it is not.
+std::string redirected_method(int status, const std::string& method) {
+  const bool reads = method == "GET" || method == "HEAD";
+  switch (status) {
+    case 301:
+    case 302: return reads ? method : std::string();
+    case 303: return reads ? method : "GET";
+    case 307:
+    case 308: return method;
+    default: return {};
+  }
+}
+
+class HttpClientImpl final : public HttpClient {
+ public:
+  HttpClientImpl(const Options& options, std::shared_ptr<const exchange::ClientTls> tls, std::string token, int stop_descriptor)
+      : HttpClient(options), tls_(std::move(tls)), names_(options.threads), token_(std::move(token)), stop_descriptor_(stop_descriptor) {}
+  ~HttpClientImpl() override { ::close(stop_descriptor_); }
+  HttpClientImpl(const HttpClientImpl&) = delete;
+  HttpClientImpl& operator=(const HttpClientImpl&) = delete;
+
+  Result<Response> send(const Request& request) override {
+    std::string body;
+    exchange::Receiver receiver;
+    receiver.body = [&](std::string_view bytes) {
+      body.append(bytes);
+      return true;
+    };
+    exchange::Limits limits{options_.limits.max_header_bytes, std::max<std::size_t>(options_.limits.max_body_bytes, 1)};
+    return follow(request, [&](Wire& wire, const exchange::Request& sent, WaitLimit limit) {
+      body.clear();
+      exchange::Outcome outcome = exchange::exchange(wire, sent, limits, limit, receiver);
+      return std::pair(std::move(outcome), std::move(body));
+    });
+  }
+  Result<Response> stream(const Request& request, std::chrono::milliseconds idle, const exchange::Receiver& receiver) override {
+    const exchange::Limits limits{options_.limits.max_header_bytes, 0};
+    return follow(request, [&](Wire& wire, const exchange::Request& sent, WaitLimit limit) {
+      limit.idle = idle;
+      return std::pair(exchange::exchange(wire, sent, limits, limit, receiver), std::string());
+    });
+  }
+
+  Result<std::unique_ptr<Wire>> connect(const http::Url& url, WaitLimit limit) override {
+    const Instant now = std::chrono::steady_clock::now();
+    const Result<std::vector<exchange::Address>> found =
+        names_.find(url.host, {std::min(limit.until, now + options_.limits.resolve_time), stop_descriptor_});
+    if (!found) return unexpected(found.error());
+    std::vector<const exchange::Address*> addresses;
+    for (const exchange::Address& address : *found) addresses.push_back(&address);
+    const exchange::NoSigpipe guard(url.secure);
+    return exchange::connect(
+        url, addresses, [this] { return Result<std::shared_ptr<const exchange::ClientTls>>(tls_); },
+        {std::min(limit.until, std::chrono::steady_clock::now() + options_.limits.connect_time), stop_descriptor_});
+  }
+
+  std::vector<std::pair<std::string, std::string>> identity_fields(const http::Url& url) override {
+    const std::lock_guard lock(mutex_);
+    std::vector<std::pair<std::string, std::string>> result;
+    if (trusted_.count(url.origin()) == 0) return result;
+    const Identity& identity = options_.identity;
+    if (!token_.empty()) {
+      result.emplace_back("Authorization", "Bearer " + token_);
+    } else if (!identity.user.empty() && (url.secure || is_this_machine(url))) {
+      result.emplace_back("Authorization", "Basic " + lrt::detail::base64(identity.user + ":" + identity.password));
+    }
+    result.insert(result.end(), identity.fields.begin(), identity.fields.end());
+    return result;
+  }
+  void trust(const http::Url& url) override {
+    const std::lock_guard lock(mutex_);
+    trusted_.insert(url.origin());
+  }
+  void stop() noexcept override {
+    stopped_ = true;
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const auto written = ::write(stop_descriptor_, &one, sizeof one);
+  }
+  int stop_descriptor() const noexcept override { return stop_descriptor_; }
+
+ private:
+  /// Sends with `exchange`, again where a redirect or a new token asks for it.
+  template <class Exchange>
+  Result<Response> follow(const Request& given, Exchange exchange) {
+    Request request = given;
+    bool has_new_token = false, is_elsewhere = false;
+    for (unsigned redirects = 0;;) {
+      if (const std::size_t mark = request.url.find('#'); mark != std::string::npos) request.url.resize(mark);
+      const Result<http::Url> url = http::parse_url(request.url);
+      if (!url) return unexpected(url.error().code, "\"" + request.url + "\": " + url.error().message);
+      Result<Response> response = once(request, *url, is_elsewhere, exchange);
+      if (!response) return response;
+      response->url = request.url;
+      if (response->status == 401 && !has_new_token && !is_elsewhere && reload_token(*url)) {
+        has_new_token = true;
+        continue;
+      }
+      const std::string method = redirected_method(response->status, request.method);
+      const std::optional<std::string_view> location = response->fields.find("Location");
+      if (method.empty() || !location) return response;
+      if (++redirects > options_.limits.max_redirects)
+        return unexpected(Errc::limit_exceeded,
+                          "\"" + given.url + "\": more than " + std::to_string(options_.limits.max_redirects) + " redirects");
+      Result<std::string> target = iri::resolve(request.url, *location);
+      if (!target) return unexpected(Errc::expected_iri, "\"" + request.url + "\": it redirects to what is no URL");
+      const Result<http::Url> next = http::parse_url(target->substr(0, target->find('#')));
+      if (!next) return unexpected(Errc::expected_iri, "\"" + request.url + "\": it redirects to \"" + *target + "\": " + next.error().message);
+      if (next->origin() != url->origin()) {
+        // What the caller says about itself is not for others. Nor may one robot send a command to another with the identity that is trusted there.
+        is_elsewhere = true;
+        const auto secret = [](const auto& field) { return iequals_ascii(field.first, "Authorization") || iequals_ascii(field.first, "Cookie"); };
+        request.fields.erase(std::remove_if(request.fields.begin(), request.fields.end(), secret), request.fields.end());
+      }
+      if (method != request.method) request.body.clear();
+      request.method = method;
+      request.url = *std::move(target);
+    }
+  }
+
+  template <class Exchange>
+  Result<Response> once(const Request& request, const http::Url& url, bool is_elsewhere, Exchange& exchange) {
+    if (stopped_) return unexpected(Errc::cancelled, "\"" + request.url + "\": the client stops");
+    const WaitLimit limit{std::chrono::steady_clock::now() + options_.limits.response_time, stop_descriptor_};
+    const auto identity = is_elsewhere ? std::vector<std::pair<std::string, std::string>>() : identity_fields(url);
+    exchange::Request sent{request.method, url.target, url.authority, {}, request.body};
+    for (const auto& [name, value] : request.fields) sent.fields.push_back({name, value});
+    for (const auto& [name, value] : identity) {
+      const bool given = std::any_of(request.fields.begin(), request.fields.end(), [&](const auto& f) { return iequals_ascii(f.first, name); });
+      if (!given) sent.fields.push_back({name, value});
+    }
+    const std::string peer = url.origin();
+    // A server may close an idle connection at the moment when it is used again. A request that must not be sent twice gets a new one
+    // (RFC 9112 9.3.1).
+    std::unique_ptr<Wire> wire = is_idempotent(request.method) ? take_idle(peer) : nullptr;
+    while (true) {
+      const bool is_fresh = wire == nullptr;
+      if (is_fresh) {
+        Result<std::unique_ptr<Wire>> made = connect(url, limit);
+        if (!made) return unexpected(std::move(made).error());
+        wire = *std::move(made);
+      }
+      const exchange::NoSigpipe guard(url.secure);
+      auto [outcome, body] = exchange(*wire, sent, limit);
+      if (outcome.silent && !is_fresh) {
+        wire = nullptr;
+        continue;
+      }
+      if (outcome.keep) put_idle(peer, std::move(wire));
+      else wire->end();
+      if (outcome.header.status == 0) return unexpected(outcome.code, "\"" + request.url + "\": " + outcome.error);
+      return Response{outcome.header.status, std::move(outcome.header.fields), std::move(body), {}};
+    }
+  }
+
+  std::unique_ptr<Wire> take_idle(const std::string& peer) {
+    while (true) {
+      std::unique_ptr<Wire> wire;
+      {
+        const std::lock_guard lock(mutex_);
+        wire = idle_.take(peer);
+      }
+      if (!wire || wire->is_idle()) return wire;
+    }
+  }
+  void put_idle(const std::string& peer, std::unique_ptr<Wire> wire) {
+    std::vector<std::unique_ptr<Wire>> surplus;
+    {
+      const std::lock_guard lock(mutex_);
+      idle_.put(peer, std::move(wire));
+      surplus = idle_.take_surplus(options_.limits.max_idle_connections, std::chrono::steady_clock::now() - idle_time);
+    }
+    for (const auto& old : surplus) old->end();
+  }
+  /// True if the file has another token than the one that was refused.
+  bool reload_token(const http::Url& url) {
+    const std::lock_guard lock(mutex_);
+    if (options_.identity.token_file.empty() || trusted_.count(url.origin()) == 0) return false;
+    Result<std::string> read = read_token(options_.identity.token_file);
+    if (!read || *read == token_) return false;
+    token_ = *std::move(read);
+    return true;
+  }
+
+  const std::shared_ptr<const exchange::ClientTls> tls_;
+  Names names_;
+  std::mutex mutex_;
+  std::string token_;
+  std::set<std::string> trusted_;
+  exchange::IdleWires idle_;
+  const int stop_descriptor_;
+  std::atomic<bool> stopped_{false};
+};
+
+}  // namespace
+
+Result<std::shared_ptr<HttpClient>> HttpClient::create(const Options& options) {
+  const Identity& identity = options.identity;
+  const auto must_be_positive = [](std::chrono::milliseconds time, const char* name) -> Result<void> {
+    if (time.count() > 0) return {};
+    return unexpected(Errc::invalid_option, std::string(name) + " of a client: expected more than 0");
+  };
+  const Limits& limits = options.limits;
+  for (const auto& [time, name] : {std::pair{limits.resolve_time, "resolve_time"}, {limits.connect_time, "connect_time"}, {limits.response_time, "response_time"}})
+    if (Result<void> good = must_be_positive(time, name); !good) return unexpected(std::move(good).error());
+  if (identity.certificate_file.empty() != identity.key_file.empty())
+    return unexpected(Errc::invalid_option, "certificate_file and key_file of a client: expected both or none");
+  std::string token = identity.token;
+  if (!identity.token_file.empty()) {
+    if (!token.empty()) return unexpected(Errc::invalid_option, "token and token_file of a client: expected only one");
+    Result<std::string> read = read_token(identity.token_file);
+    if (!read) return unexpected(std::move(read).error());
+    token = *std::move(read);
+  }
+  for (const char c : token)
+    if (!lrt::detail::is(c, lrt::detail::uri)) return unexpected(Errc::invalid_option, "token of a client: expected no white space or control character");
+  Result<std::shared_ptr<const exchange::ClientTls>> tls = exchange::ClientTls::make(options.ca_file, identity.certificate_file, identity.key_file);
+  if (!tls) return unexpected(std::move(tls).error());
+  const int descriptor = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  if (descriptor < 0) return unexpected(Errc::io_error, "cannot create an event descriptor: " + std::system_category().message(errno));
+  auto client = std::make_shared<HttpClientImpl>(options, *std::move(tls), std::move(token), descriptor);
+  for (const std::string& origin : identity.trusted_origins) {
+    const Result<http::Url> url = http::parse_url(origin);
+    if (!url || url->target != "/") return unexpected(Errc::invalid_option, "trusted origin \"" + origin + "\": expected scheme, host and port");
+    client->trust(*url);
+  }
+  return std::shared_ptr<HttpClient>(std::move(client));
+}
+
+}  // namespace lrt::client

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include <lrt/base/thread_options.hpp>
+
+#include "src/exchange/resolve.hpp"
+
+namespace lrt::client {
+
+/// Resolves names within a time limit. The system's resolver cannot be interrupted: a thread that is still in it is left behind, ends when it
+/// returns, and uses memory of its own only.
+/// @par Threads  Any.
+class Names {
+ public:
+  explicit Names(ThreadOptions threads, exchange::Resolve resolve = exchange::resolve);
+
+  /// The addresses of a host of a URL. A name is asked for again after 30 s.
+  /// @par Errors  io_error, timed_out; limit_exceeded: too many names are being resolved
+  Result<std::vector<exchange::Address>> find(const std::string& host, exchange::WaitLimit limit);
+
+ private:
+  struct State;
+  std::shared_ptr<State> state_;
+};
+
+}  // namespace lrt::client

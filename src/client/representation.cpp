@@ -1,0 +1,120 @@
+#include <lrt/client/representation.hpp>
+
+#include <algorithm>
+#include <utility>
+
+#include <lrt/base/iri.hpp>
+#include <lrt/http/url.hpp>
+#include <lrt/rdf/codec.hpp>
+#include <lrt/rdf/vocab.hpp>
+
+#include "src/base/ascii.hpp"
+#include "src/client/session.hpp"
+
+namespace lrt::client {
+
+using rdf::Graph;
+using rdf::TermId;
+using rdf::TermView;
+using rdf::Triple;
+
+std::string_view document_of(std::string_view iri) noexcept { return iri.substr(0, iri.find('#')); }
+
+std::string_view local_name(std::string_view iri) noexcept {
+  while (!iri.empty() && (iri.back() == '/' || iri.back() == '#')) iri.remove_suffix(1);
+  const std::size_t at = iri.find_last_of("/#");
+  return at == std::string_view::npos ? iri : iri.substr(at + 1);
+}
+
+bool same_origin(std::string_view a, std::string_view b) {
+  const auto origin = [](std::string_view url) -> std::optional<std::string> {
+    const Result<http::Url> parsed = http::parse_url(document_of(url));
+    if (!parsed) return std::nullopt;
+    return parsed->origin();
+  };
+  const std::optional<std::string> of_a = origin(a);
+  return of_a && of_a == origin(b);
+}
+
+void add_apart(Graph& graph, const Graph& other) {
+  std::vector<std::optional<TermId>> ids(other.term_count());
+  const auto translated = [&](TermId id) {
+    std::optional<TermId>& known = ids[static_cast<std::size_t>(id)];
+    if (!known) known = other.term(id).is_blank() ? graph.fresh_blank() : graph.intern(other.term(id));
+    return *known;
+  };
+  for (const Triple& t : other.triples()) graph.add(translated(t.subject), translated(t.predicate), translated(t.object));
+}
+
+std::optional<TermId> find_focus(const Graph& graph, std::string_view url) {
+  const auto is_subject = [&](TermId id) { return !graph.match(id, std::nullopt, std::nullopt).empty(); };
+  if (const std::optional<TermId> id = graph.find(rdf::iri(url)); id && is_subject(*id)) return id;
+  std::optional<TermId> with_fragment, root;
+  std::size_t with_fragments = 0, roots = 0;
+  std::vector<bool> seen(graph.term_count());
+  for (const Triple& t : graph.triples()) {
+    if (seen[static_cast<std::size_t>(t.subject)]) continue;
+    seen[static_cast<std::size_t>(t.subject)] = true;
+    const TermView term = graph.term(t.subject);
+    if (term.is_iri() && document_of(term.text) == document_of(url)) with_fragment = t.subject, ++with_fragments;
+    if (graph.match(std::nullopt, std::nullopt, t.subject).empty()) root = t.subject, ++roots;
+  }
+  if (with_fragments == 1) return with_fragment;
+  if (roots == 1) return root;
+  return std::nullopt;
+}
+
+bool Representation::allows(std::string_view method) const noexcept { return std::find(methods.begin(), methods.end(), method) != methods.end(); }
+
+std::vector<std::string> Representation::targets(std::string_view relation) const {
+  std::vector<std::string> result;
+  for (const Link& link : links)
+    if (link.relation == relation) result.push_back(link.target);
+  return result;
+}
+
+std::vector<std::string> Representation::objects(Iri predicate) const {
+  std::vector<std::string> result;
+  const std::optional<TermId> id = graph.find(predicate);
+  if (!focus || !id) return result;
+  for (const Triple& t : graph.match(focus, id, std::nullopt))
+    if (const TermView object = graph.term(t.object); object.is_iri()) result.emplace_back(object.text);
+  return result;
+}
+
+std::vector<std::string> Representation::types() const { return objects(vocab::rdf_::type); }
+
+Result<RepresentationPtr> read_representation(const Response& response, const Options& options) {
+  const std::string type = response.media_type();
+  const std::optional<rdf::Syntax> syntax = rdf::syntax_of(type);
+  if (!syntax) {
+    return unexpected(Errc::unsupported_syntax,
+                      "\"" + response.url + "\": expected RDF, found " + (type.empty() ? "no Content-Type" : "\"" + type.substr(0, 100) + "\""));
+  }
+  rdf::ReadOptions read;
+  const std::string base(document_of(response.url));
+  read.base = base;
+  read.max_triples = options.limits.max_triples;
+  Result<Graph> graph = rdf::read(response.body, *syntax, read);
+  if (!graph) {
+    Error error = std::move(graph).error();
+    error.message = "\"" + response.url + "\": " + error.message;
+    return unexpected(std::move(error));
+  }
+  auto result = std::make_shared<Representation>();
+  result->url = base;
+  result->media_type = type;
+  result->entity_tag = response.fields.find("ETag").value_or(std::string_view());
+  const std::string allow = response.fields.joined("Allow");
+  for (std::string_view rest = allow; !rest.empty();) {
+    const std::size_t end = std::min(rest.find(','), rest.size());
+    if (const std::string_view method = lrt::detail::trim(rest.substr(0, end)); !method.empty()) result->methods.emplace_back(method);
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  result->links = links(response.fields, base);
+  result->graph = *std::move(graph);
+  result->focus = find_focus(result->graph, base);
+  return RepresentationPtr(std::move(result));
+}
+
+}  // namespace lrt::client

@@ -1,0 +1,246 @@
+#include "src/client/session.hpp"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include <lrt/rdf/vocab.hpp>
+
+namespace lrt::client {
+
+using rdf::TermId;
+using rdf::TermView;
+using rdf::Triple;
+
+// --- RepresentationCache ---
+
+RepresentationCache::Found RepresentationCache::find(const std::string& url) {
+  const auto found = by_url_.find(url);
+  if (found == by_url_.end()) return {};
+  entries_.splice(entries_.begin(), entries_, found->second);
+  return {found->second->representation, found->second->since};
+}
+
+void RepresentationCache::touch(const std::string& url) {
+  if (const auto found = by_url_.find(url); found != by_url_.end()) found->second->since = std::chrono::steady_clock::now();
+}
+
+void RepresentationCache::put(const std::string& url, RepresentationPtr representation, std::size_t bytes) {
+  remove(url);
+  if (bytes > max_bytes_) return;
+  entries_.push_front({url, std::move(representation), bytes, std::chrono::steady_clock::now()});
+  by_url_[url] = entries_.begin();
+  bytes_ += bytes;
+  while (bytes_ > max_bytes_) {
+    const std::string last = entries_.back().url;
+    remove(last);
+  }
+}
+
+void RepresentationCache::remove(const std::string& url) {
+  const auto found = by_url_.find(url);
+  if (found == by_url_.end()) return;
+  bytes_ -= found->second->bytes;
+  entries_.erase(found->second);
+  by_url_.erase(found);
+}
+
+// --- Workers ---
+
+bool Workers::post(UniqueFunction<UniqueFunction<void()>()> work) {
+  const std::lock_guard lock(mutex_);
+  if (stopped_ || waiting_.size() >= max_waiting) return false;
+  waiting_.push_back(std::move(work));
+  if (idle_ < waiting_.size() && running_.size() < max_threads) {
+    Result<Thread> thread = start_thread("lrt-client-work", threads_, [this] { this->work(); });
+    if (thread) running_.push_back(*std::move(thread));
+    else if (running_.empty()) return waiting_.pop_back(), false;
+  }
+  changed_.notify_one();
+  return true;
+}
+
+void Workers::call_in_poll(UniqueFunction<void()> callback) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (stopped_) return;
+    callbacks_.push_back(std::move(callback));
+  }
+  waker_.wake();
+}
+
+bool Workers::run_one() noexcept {
+  try {
+    UniqueFunction<void()> callback;
+    {
+      const std::lock_guard lock(mutex_);
+      if (callbacks_.empty()) return false;
+      callback = std::move(callbacks_.front());
+      callbacks_.pop_front();
+    }
+    callback();
+  } catch (...) {}  // of the user: it has nobody to be told
+  return true;
+}
+
+void Workers::work() noexcept {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    ++idle_;
+    changed_.wait(lock, [this] { return stopped_ || !waiting_.empty(); });
+    --idle_;
+    if (stopped_) return;
+    UniqueFunction<UniqueFunction<void()>()> job = std::move(waiting_.front());
+    waiting_.pop_front();
+    lock.unlock();
+    try {
+      UniqueFunction<void()> done = job();
+      job = {};
+      if (in_background_) done();
+      else call_in_poll(std::move(done));
+    } catch (...) {}  // of the user, as above
+    job = {};
+    lock.lock();
+  }
+}
+
+void Workers::stop() noexcept {
+  std::vector<Thread> threads;
+  std::deque<UniqueFunction<UniqueFunction<void()>()>> waiting;
+  std::deque<UniqueFunction<void()>> callbacks;
+  {
+    const std::lock_guard lock(mutex_);
+    stopped_ = true;
+    threads.swap(running_);
+    waiting.swap(waiting_);
+    callbacks.swap(callbacks_);
+    changed_.notify_all();
+  }
+  for (Thread& thread : threads) {
+    if (thread.is_current()) thread.detach();
+    else thread.join();
+  }
+}
+
+// --- Session ---
+
+Session::Session(std::shared_ptr<HttpClient> http, const Options& options)
+    : options_(options),
+      http_(std::move(http)),
+      cache_(options.limits.max_cached_bytes),
+      workers_(options.threads, options.callbacks == Callbacks::in_background) {}
+
+void Session::stop() noexcept {
+  http_->stop();
+  workers_.stop();
+}
+
+Error error_of(const Response& response, const std::string& method, const std::string& url) {
+  Errc code = Errc::failed;
+  switch (response.status) {
+    case 400:
+    case 415:
+    case 422: code = Errc::expected_value; break;
+    case 401:
+    case 403:
+    case 405:
+    case 409:
+    case 412: code = Errc::refused; break;
+    case 404:
+    case 410: code = Errc::unknown_path; break;
+    case 406: code = Errc::unsupported_syntax; break;
+    case 413:
+    case 429:
+    case 503: code = Errc::limit_exceeded; break;
+    default: break;
+  }
+  return {code, method + " " + url + ": " + std::to_string(response.status) + ": " + response.reason()};
+}
+
+Result<RepresentationPtr> Session::get(const std::string& given) {
+  const std::string url(document_of(given));
+  RepresentationPtr known;
+  {
+    const std::lock_guard lock(mutex_);
+    known = cache_.find(url).representation;
+  }
+  Request request{"GET", url, {{"Accept", accept()}}, {}};
+  if (known && !known->entity_tag.empty()) request.fields.emplace_back("If-None-Match", known->entity_tag);
+  const Result<Response> response = http_->send(request);
+  if (!response) return unexpected(response.error());
+  if (response->status == 304 && known) {
+    const std::lock_guard lock(mutex_);
+    cache_.touch(url);
+    return known;
+  }
+  if (!response->ok()) return unexpected(error_of(*response, "GET", url));
+  Result<RepresentationPtr> read = read_representation(*response, options_);
+  if (!read) return read;
+  // A graph takes a few times the memory of its text.
+  const std::lock_guard lock(mutex_);
+  cache_.put(url, *read, 4 * response->body.size() + 1'000);
+  return read;
+}
+
+Result<RepresentationPtr> Session::described(const std::string& given) {
+  constexpr std::chrono::minutes longest{1};
+  {
+    const std::lock_guard lock(mutex_);
+    const RepresentationCache::Found known = cache_.find(std::string(document_of(given)));
+    if (known.representation && std::chrono::steady_clock::now() - known.since < longest) return known.representation;
+  }
+  return get(given);
+}
+
+void Session::forget(const std::string& url) {
+  const std::lock_guard lock(mutex_);
+  cache_.remove(std::string(document_of(url)));
+}
+
+Result<Response> Session::change(const Request& request) {
+  Result<Response> response = http_->send(request);
+  forget(request.url);
+  if (response && response->status >= 300) return unexpected(error_of(*response, request.method, request.url));
+  return response;
+}
+
+Result<Shape> Session::shape(const TermView& node, const Representation& known) {
+  constexpr std::size_t max_documents = 16;
+  Shape shape;
+  shape.graph = known.graph;  // blank nodes keep their labels: `node` may be one
+  shape.node = rdf::Term(node);
+  std::set<std::string> read{std::string(document_of(known.url))};
+  const auto is_described = [&](const TermView& term) {
+    const std::optional<TermId> id = shape.graph.find(term);
+    return id && !shape.graph.match(*id, std::nullopt, std::nullopt).empty();
+  };
+  // What shapes refer to by IRI, in documents of their own: at first the shape itself.
+  std::vector<std::string> wanted;
+  const auto want = [&](const TermView& term) {
+    if (term.is_iri() && !is_described(term) && read.count(std::string(document_of(term.text))) == 0) wanted.emplace_back(document_of(term.text));
+  };
+  want(node);
+  for (std::size_t looked_at = 0;;) {
+    const auto& triples = shape.graph.triples();
+    for (; looked_at < triples.size(); ++looked_at) {
+      const TermView predicate = shape.graph.term(triples[looked_at].predicate);
+      for (const Iri refers : {vocab::sh::node, vocab::sh::property, vocab::sh::not_, vocab::sh::qualifiedValueShape})
+        if (predicate.text == refers.text) want(shape.graph.term(triples[looked_at].object));
+    }
+    if (wanted.empty()) break;
+    const std::string url = std::move(wanted.back());
+    wanted.pop_back();
+    if (!read.insert(url).second) continue;
+    if (read.size() > max_documents) return unexpected(Errc::limit_exceeded, "a shape refers to more than 16 documents");
+    if (!same_origin(url, known.url)) continue;  // a shape of others is taken as it stands in ours
+    const Result<RepresentationPtr> found = described(url);
+    if (!found) return unexpected(found.error());
+    add_apart(shape.graph, (*found)->graph);
+  }
+  if (!is_described(shape.node.view())) {
+    return unexpected(Errc::expected_value, "\"" + known.url + "\" refers to the shape " + rdf::to_string(node) + ", which is described nowhere");
+  }
+  return shape;
+}
+
+}  // namespace lrt::client

@@ -1,0 +1,135 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include <lrt/base/unique_function.hpp>
+#include <lrt/client/options.hpp>
+#include <lrt/client/things.hpp>
+
+#include "src/base/event_waker.hpp"
+#include "src/base/thread.hpp"
+#include "src/client/http_client.hpp"
+
+namespace lrt::client {
+
+/// Representations that were received, the least recently used first to go. Not synchronised.
+class RepresentationCache {
+ public:
+  explicit RepresentationCache(std::size_t max_bytes) : max_bytes_(max_bytes) {}
+  struct Found {
+    RepresentationPtr representation;  ///< null: there is none
+    std::chrono::steady_clock::time_point since{};
+  };
+  Found find(const std::string& url);
+  /// It has been confirmed.
+  void touch(const std::string& url);
+  void put(const std::string& url, RepresentationPtr representation, std::size_t bytes);
+  void remove(const std::string& url);
+
+ private:
+  struct Entry {
+    std::string url;
+    RepresentationPtr representation;
+    std::size_t bytes;
+    std::chrono::steady_clock::time_point since;
+  };
+  const std::size_t max_bytes_;
+  std::size_t bytes_ = 0;
+  std::list<Entry> entries_;  // the most recently used first
+  std::unordered_map<std::string, std::list<Entry>::iterator> by_url_;
+};
+
+/// Threads for work that waits, and the results for poll().
+/// @par Threads  Any.
+class Workers {
+ public:
+  Workers(ThreadOptions threads, bool in_background) : threads_(std::move(threads)), in_background_(in_background) {}
+  ~Workers() { stop(); }
+  Workers(const Workers&) = delete;
+  Workers& operator=(const Workers&) = delete;
+
+  bool post(UniqueFunction<UniqueFunction<void()>()> work);
+  /// Hands a callback to poll().
+  void call_in_poll(UniqueFunction<void()> callback);
+  /// Runs the oldest callback; false: there is none.
+  bool run_one() noexcept;
+  EventWaker& waker() noexcept { return waker_; }
+  /// What has not begun does not begin. Waits for what runs.
+  void stop() noexcept;
+
+ private:
+  void work() noexcept;
+
+  static constexpr std::size_t max_threads = 4, max_waiting = 1'000;
+  const ThreadOptions threads_;
+  const bool in_background_;
+  EventWaker waker_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<UniqueFunction<UniqueFunction<void()>()>> waiting_;
+  std::deque<UniqueFunction<void()>> callbacks_;
+  std::vector<Thread> running_;
+  std::size_t idle_ = 0;
+  bool stopped_ = false;
+};
+
+/// What a Client and the handles that it gives out share.
+class Session : public std::enable_shared_from_this<Session> {
+ public:
+  Session(std::shared_ptr<HttpClient> http, const Options& options);
+
+  /// A representation; with If-None-Match where one is kept.
+  Result<RepresentationPtr> get(const std::string& url);
+  /// The same, or what was received in the last minute: for what a resource says of itself and seldom changes, such as its binding and its shape.
+  /// Where that turns out to be wrong, the server refuses, and it is forgotten.
+  Result<RepresentationPtr> described(const std::string& url);
+  /// What is kept of a resource is no longer true.
+  void forget(const std::string& url);
+  Result<Robot> open(const std::string& url);
+  /// A request that changes a resource. @par Errors  also those of a response that is no success
+  Result<Response> change(const Request& request);
+  /// A shape with all that it refers to.
+  /// @param node  an IRI, or a blank node of `known`
+  Result<Shape> shape(const rdf::TermView& node, const Representation& known);
+
+  /// Value of Accept: RDF, and for errors problem details, which say more than a status (RFC 9457).
+  std::string accept() const { return options_.accept + ", application/problem+json"; }
+  HttpClient& http() noexcept { return *http_; }
+  Workers& workers() noexcept { return workers_; }
+  const Options& options() const noexcept { return options_; }
+  void stop() noexcept;
+
+ private:
+  const Options options_;
+  const std::shared_ptr<HttpClient> http_;
+  std::mutex mutex_;
+  RepresentationCache cache_;
+  Workers workers_;
+};
+
+/// The error that a response with a status of 400 or more is.
+Error error_of(const Response& response, const std::string& method, const std::string& url);
+
+/// Reads the representation of a response.
+Result<RepresentationPtr> read_representation(const Response& response, const Options& options);
+
+/// Adds the triples of `other`, whose blank nodes stay apart.
+void add_apart(rdf::Graph& graph, const rdf::Graph& other);
+
+/// Whether two URLs have scheme, host and port in common.
+bool same_origin(std::string_view a, std::string_view b);
+/// Without its fragment.
+std::string_view document_of(std::string_view iri) noexcept;
+/// What follows the last '#' or '/', of a path without the slash at its end.
+std::string_view local_name(std::string_view iri) noexcept;
+
+}  // namespace lrt::client

@@ -1,0 +1,577 @@
+#include <lrt/client/things.hpp>
+
+#include <poll.h>
+
+#include <algorithm>
+#include <utility>
+
+#include <lrt/base/iri.hpp>
+#include <lrt/rdf/codec.hpp>
+#include <lrt/rdf/lexical.hpp>
+#include <lrt/rdf/vocab.hpp>
+
+#include "src/base/ascii.hpp"
+#include "src/client/binding.hpp"
+#include "src/client/session.hpp"
+
+namespace lrt::client {
+
+using rdf::Graph;
+using rdf::TermId;
+using rdf::TermView;
+using rdf::Triple;
+using std::chrono::milliseconds;
+
+namespace {
+
+bool ends_with_path(std::string_view url, std::string_view name) noexcept {
+  while (!name.empty() && name.front() == '/') name.remove_prefix(1);
+  if (name.empty() || url.size() <= name.size()) return false;
+  return url.substr(url.size() - name.size()) == name && url[url.size() - name.size() - 1] == '/';
+}
+
+/// 2: the text is an IRI of the resource or of its predicate. 1: it is one of its shorter names. 0: it names something else.
+int fits(std::string_view url, const Names& names, std::string_view text) {
+  if (url == text || std::find(names.predicates.begin(), names.predicates.end(), text) != names.predicates.end()) return 2;
+  if (std::find(names.titles.begin(), names.titles.end(), text) != names.titles.end() || ends_with_path(url, text)) return 1;
+  return std::any_of(names.predicates.begin(), names.predicates.end(), [&](const std::string& p) { return local_name(p) == text; }) ? 1 : 0;
+}
+
+std::string short_name(std::string_view url, const Names& names) {
+  if (!names.predicates.empty()) return std::string(local_name(names.predicates.front()));
+  const Result<std::string> decoded = iri::decode(local_name(url));
+  return decoded ? *decoded : std::string(local_name(url));
+}
+
+/// The only one of `all` with a name.
+template <class T>
+Result<T> find_named(const std::vector<T>& all, std::string_view name, const char* kind, const std::string& where) {
+  for (const int wanted : {2, 1}) {
+    const T* found = nullptr;
+    std::string several;
+    for (const T& one : all) {
+      if (fits(one.url(), one.names(), name) < wanted || (found && found->url() == one.url())) continue;
+      if (found) several += (several.empty() ? found->url() + ", " : ", ") + one.url();
+      else found = &one;
+    }
+    if (!several.empty()) return unexpected(Errc::expected_value, std::string(kind) + " \"" + std::string(name) + "\" is ambiguous: " + several.substr(0, 500));
+    if (found) return *found;
+  }
+  std::string list;
+  for (const T& one : all) {
+    if (list.size() > 300) {
+      list += ", ...";
+      break;
+    }
+    list += (list.empty() ? "" : ", ") + one.name();
+  }
+  return unexpected(Errc::unknown_path, where + " has no " + kind + " \"" + std::string(name) + "\"" + (list.empty() ? "" : "; it has " + list));
+}
+
+Result<std::string> body_of(const Graph& graph, rdf::Syntax syntax) { return rdf::write(graph, syntax); }
+
+/// The RDF syntax of a Content-Type that a binding states.
+std::optional<rdf::Syntax> stated_syntax(const std::vector<std::pair<std::string, std::string>>& fields) {
+  for (const auto& [name, value] : fields)
+    if (lrt::detail::iequals_ascii(name, "Content-Type"))
+      return rdf::syntax_of(lrt::detail::lower(lrt::detail::trim(std::string_view(value).substr(0, value.find(';')))));
+  return std::nullopt;
+}
+
+/// The first syntax of a list of media types, as in Accept of a 415 (RFC 9110 15.5.16).
+std::optional<rdf::Syntax> first_syntax(std::string_view list) {
+  while (!list.empty()) {
+    const std::size_t end = std::min(list.find(','), list.size());
+    const std::string_view one = list.substr(0, end);
+    if (const auto syntax = rdf::syntax_of(lrt::detail::lower(lrt::detail::trim(one.substr(0, one.find(';')))))) return syntax;
+    list.remove_prefix(std::min(end + 1, list.size()));
+  }
+  return std::nullopt;
+}
+
+/// Sends a graph; where the server refuses the syntax, once more in one that it names.
+Result<Response> send_graph(Session& session, Request request, const Graph& graph) {
+  rdf::Syntax syntax = stated_syntax(request.fields).value_or(rdf::Syntax::turtle);
+  const auto is_type = [](const auto& field) { return lrt::detail::iequals_ascii(field.first, "Content-Type"); };
+  const auto is_accept = [](const auto& field) { return lrt::detail::iequals_ascii(field.first, "Accept"); };
+  request.fields.erase(std::remove_if(request.fields.begin(), request.fields.end(), is_accept), request.fields.end());
+  request.fields.emplace_back("Accept", session.accept());
+  for (int attempt = 0;; ++attempt) {
+    Result<std::string> body = body_of(graph, syntax);
+    if (!body) return unexpected(std::move(body).error());
+    request.body = *std::move(body);
+    request.fields.erase(std::remove_if(request.fields.begin(), request.fields.end(), is_type), request.fields.end());
+    request.fields.emplace_back("Content-Type", rdf::media_type(syntax));
+    Result<Response> response = session.http().send(request);
+    if (!response) return response;
+    if (response->status == 415 && attempt == 0) {
+      std::string list = response->fields.joined("Accept");
+      if (list.empty()) list = response->fields.joined(request.method == "POST" ? "Accept-Post" : "Accept-Put");
+      if (const std::optional<rdf::Syntax> other = first_syntax(list); other && *other != syntax) {
+        syntax = *other;
+        continue;
+      }
+    }
+    return response;
+  }
+}
+
+/// Commands go where the resource is, whatever its binding says: a robot cannot have a client move another one.
+Result<void> must_be_here(const std::string& url, const std::string& resource) {
+  if (same_origin(url, resource)) return {};
+  return unexpected(Errc::refused, "\"" + resource + "\" has a binding to another server, \"" + url.substr(0, 200) + "\"");
+}
+
+Invocation::Status status_of(const Representation& representation) {
+  using Status = Invocation::Status;
+  const std::pair<Iri, Status> known[] = {{vocab::lrt_::pending, Status::pending},     {vocab::lrt_::running, Status::running},
+                                          {vocab::lrt_::succeeded, Status::succeeded}, {vocab::lrt_::failed, Status::failed},
+                                          {vocab::lrt_::cancelled, Status::cancelled}};
+  for (const std::string& found : representation.objects(vocab::lrt_::status))
+    for (const auto& [iri, status] : known)
+      if (found == iri.text) return status;
+  return Status::unknown;
+}
+
+std::optional<TermView> literal_of(const Representation& representation, Iri predicate) {
+  if (!representation.focus) return std::nullopt;
+  const std::optional<TermId> id = representation.graph.find(predicate);
+  if (!id) return std::nullopt;
+  const std::optional<TermId> object = representation.graph.object(*representation.focus, *id);
+  if (!object || !representation.graph.term(*object).is_literal()) return std::nullopt;
+  return representation.graph.term(*object);
+}
+
+Unexpected no_node(const std::string& url) {
+  return unexpected(Errc::expected_value, "\"" + url + "\": it is not clear which node of its representation is meant");
+}
+
+/// The graph of a value for a request.
+struct Body {
+  Graph graph;
+  TermId focus;
+};
+Body body_of_value(const std::string& url, const rdf::Type& type, const rdf::Value& value, const lrt::Unit& unit, const std::string& vocabulary,
+                   const std::optional<Shape>& shape) {
+  Body body;
+  body.focus = body.graph.intern(rdf::iri(url));
+  rdf::write_value(body.graph, body.focus, type, rdf::Facets(unit), value, vocabulary);
+  if (shape) {
+    body.graph = with_datatypes_of(*shape, body.graph);
+    body.focus = body.graph.intern(rdf::iri(url));
+  }
+  return body;
+}
+
+/// The unit in which a value is sent. @par Errors  expected_value: the caller's unit is not the declared one
+Result<lrt::Unit> agreed_unit(const lrt::Unit& given, const std::optional<lrt::Unit>& declared) {
+  if (!declared) return given;
+  if (given.empty() || given.qudt == declared->qudt || (given.qudt.empty() && given.vom == declared->vom)) return *declared;
+  const auto name = [](const lrt::Unit& unit) {
+    return unit.ucum.empty() ? rdf::abbreviate(unit.qudt.empty() ? unit.vom.text : unit.qudt.text) : std::string(unit.ucum);
+  };
+  return unexpected(Errc::expected_value, "expected the unit " + name(*declared) + ", found " + name(given));
+}
+
+}  // namespace
+
+std::string_view to_string(Invocation::Status status) noexcept {
+  switch (status) {
+    case Invocation::Status::pending: return "pending";
+    case Invocation::Status::running: return "running";
+    case Invocation::Status::succeeded: return "succeeded";
+    case Invocation::Status::failed: return "failed";
+    case Invocation::Status::cancelled: return "cancelled";
+    case Invocation::Status::unknown: break;
+  }
+  return "unknown";
+}
+
+// --- Property ---
+
+std::string Property::name() const { return short_name(url_, names_); }
+
+Result<RepresentationPtr> Property::get() const { return session_->get(url_); }
+
+Result<rdf::Value> Property::decode(const Graph& graph, std::optional<TermId> focus, const rdf::Type& type, const lrt::Unit& unit) const {
+  if (!focus) return no_node(url_);
+  if (!predicate_.empty()) {
+    const std::optional<TermId> predicate = graph.find(rdf::iri(predicate_));
+    focus = predicate ? graph.object(*focus, *predicate) : std::nullopt;
+    if (!focus) return unexpected(Errc::unknown_path, "\"" + url_ + "\" no longer has the property " + rdf::abbreviate(predicate_));
+  }
+  Result<rdf::Value> value = value_at(graph, *focus, type, unit);
+  if (value) return value;
+  Error error = std::move(value).error();
+  error.message = "\"" + url_ + "\": " + error.message;
+  return unexpected(std::move(error));
+}
+
+Result<rdf::Value> Property::decode(const Representation& representation, const rdf::Type& type, const lrt::Unit& unit) const {
+  return decode(representation.graph, representation.focus, type, unit);
+}
+
+Result<std::optional<Shape>> Property::shape() const {
+  const Result<RepresentationPtr> found = session_->described(url_);
+  if (!found) return unexpected(found.error());
+  for (const Binding& binding : bindings_of(**found)) {
+    if (binding.method != "PUT" || !binding.shape) continue;
+    Result<Shape> shape = session_->shape(*binding.shape, **found);
+    if (!shape) return unexpected(std::move(shape).error());
+    return std::optional<Shape>(*std::move(shape));
+  }
+  // Without a binding: a shape for this very node, where the links lead (LDP 4.2.1.6).
+  for (const Link& link : (*found)->links) {
+    if (link.relation != "describedby" && link.relation != "http://www.w3.org/ns/ldp#constrainedBy") continue;
+    if (!same_origin(link.target, url_)) continue;
+    const Result<RepresentationPtr> document = session_->described(link.target);
+    if (!document) continue;
+    const Graph& graph = (*document)->graph;
+    for (const TermView& node : graph.subjects(vocab::sh::targetNode, rdf::iri(url_))) {
+      Result<Shape> shape = session_->shape(node, **document);
+      if (shape) return std::optional<Shape>(*std::move(shape));
+    }
+  }
+  return std::optional<Shape>();
+}
+
+Result<lrt::Unit> Property::unit() const {
+  const Result<RepresentationPtr> found = session_->described(url_);
+  if (!found) return unexpected(found.error());
+  if ((*found)->focus && predicate_.empty())
+    if (const std::optional<lrt::Unit> stated = stated_unit((*found)->graph, *(*found)->focus)) return *stated;
+  const Result<std::optional<Shape>> shape = this->shape();
+  if (!shape) return unexpected(shape.error());
+  if (*shape)
+    if (const std::optional<lrt::Unit> required = required_unit(**shape)) return *required;
+  return lrt::unit::none;
+}
+
+Result<bool> Property::is_writable() const {
+  const Result<RepresentationPtr> found = session_->described(url_);
+  if (!found) return unexpected(found.error());
+  if (!predicate_.empty()) return false;
+  const std::vector<Binding> bindings = bindings_of(**found);
+  return (*found)->allows("PUT") || std::any_of(bindings.begin(), bindings.end(), [](const Binding& b) { return b.method == "PUT"; });
+}
+
+Result<void> Property::write(const rdf::Type& type, const rdf::Value& value, const WriteOptions& options) const {
+  const Result<std::optional<Shape>> shape = this->shape();
+  if (!shape) return unexpected(shape.error());
+  std::optional<lrt::Unit> declared = *shape ? required_unit(**shape) : std::nullopt;
+  const Result<RepresentationPtr> found = session_->described(url_);
+  if (!found) return unexpected(found.error());
+  if (!declared && (*found)->focus) declared = stated_unit((*found)->graph, *(*found)->focus);
+  const Result<lrt::Unit> unit = agreed_unit(options.unit, declared);
+  if (!unit) return unexpected(unit.error());
+  std::string vocabulary = *shape ? vocabulary_of(type, (*shape)->graph) : std::string();
+  if (vocabulary.empty()) vocabulary = vocabulary_of(type, (*found)->graph);
+  const Body body = body_of_value(url_, type, value, *unit, vocabulary, *shape);
+  return write(body.graph, body.focus, options);
+}
+
+Result<void> Property::write(const Graph& graph, TermId focus, const WriteOptions& options) const {
+  if (!predicate_.empty()) return unexpected(Errc::refused, "\"" + url_ + "\": the property is no resource of its own and cannot be written");
+  if (session_->options().validate) {
+    const Result<std::optional<Shape>> shape = this->shape();
+    if (!shape) return unexpected(shape.error());
+    if (*shape)
+      if (Result<void> good = conforms(graph, focus, **shape); !good) return good;
+  }
+  const Result<RepresentationPtr> found = session_->described(url_);
+  if (!found) return unexpected(found.error());
+  Request request{"PUT", url_, {}, {}};
+  for (Binding& binding : bindings_of(**found)) {
+    if (binding.method != "PUT") continue;
+    if (!binding.url.empty()) request.url = binding.url;
+    request.fields = std::move(binding.fields);
+    break;
+  }
+  if (Result<void> here = must_be_here(request.url, url_); !here) return here;
+  if (!options.if_match.empty()) request.fields.emplace_back("If-Match", options.if_match);
+  const Result<Response> response = send_graph(*session_, request, graph);
+  if (!response) return unexpected(response.error());
+  session_->forget(url_);
+  if (!response->ok()) return unexpected(error_of(*response, "PUT", request.url));
+  return {};
+}
+
+// --- Action ---
+
+std::string Action::name() const { return short_name(url_, names_); }
+
+Result<RepresentationPtr> Action::get() const { return session_->get(url_); }
+
+Result<std::optional<Shape>> Action::input_shape() const {
+  const Result<RepresentationPtr> found = session_->described(url_);
+  if (!found) return unexpected(found.error());
+  std::vector<rdf::Term> shapes = shapes_of(**found, vocab::hybrit::consumes);
+  for (const Binding& binding : bindings_of(**found))
+    if (shapes.empty() && binding.shape) shapes.push_back(*binding.shape);
+  if (shapes.empty()) return std::optional<Shape>();
+  Result<Shape> shape = session_->shape(shapes.front(), **found);
+  if (!shape) return unexpected(std::move(shape).error());
+  return std::optional<Shape>(*std::move(shape));
+}
+
+Result<std::optional<Shape>> Action::output_shape() const {
+  const Result<RepresentationPtr> found = session_->described(url_);
+  if (!found) return unexpected(found.error());
+  for (const rdf::Term& node : shapes_of(**found, vocab::hybrit::produces)) {
+    Result<Shape> shape = session_->shape(node, **found);
+    if (!shape) return unexpected(std::move(shape).error());
+    const TermView subject = shape->node.view();
+    if (shape->graph.object(subject, vocab::ssn::forProperty)) continue;  // an effect
+    return std::optional<Shape>(*std::move(shape));
+  }
+  return std::optional<Shape>();
+}
+
+Result<lrt::Unit> Action::unit() const {
+  const Result<std::optional<Shape>> shape = input_shape();
+  if (!shape) return unexpected(shape.error());
+  return *shape ? required_unit(**shape).value_or(lrt::unit::none) : lrt::unit::none;
+}
+
+Result<std::vector<std::string>> Action::effects() const {
+  const Result<RepresentationPtr> found = session_->described(url_);
+  if (!found) return unexpected(found.error());
+  std::vector<std::string> result;
+  for (const rdf::Term& node : shapes_of(**found, vocab::hybrit::produces))
+    for (const TermView& property : (*found)->graph.objects(node, vocab::ssn::forProperty))
+      if (property.is_iri()) result.emplace_back(property.text);
+  return result;
+}
+
+Result<std::vector<std::string>> Action::classes_of(Iri predicate) const {
+  const Result<RepresentationPtr> found = session_->described(url_);
+  if (!found) return unexpected(found.error());
+  std::vector<std::string> result;
+  for (const rdf::Term& node : shapes_of(**found, predicate)) {
+    const Result<Shape> shape = session_->shape(node, **found);
+    if (!shape) return unexpected(shape.error());
+    for (std::string& name : client::classes_of(*shape))
+      if (std::find(result.begin(), result.end(), name) == result.end()) result.push_back(std::move(name));
+  }
+  return result;
+}
+
+Result<std::vector<std::string>> Action::consumed_classes() const { return classes_of(vocab::hybrit::consumes); }
+Result<std::vector<std::string>> Action::produced_classes() const { return classes_of(vocab::hybrit::produces); }
+
+Result<bool> Action::is_available() const {
+  const Result<RepresentationPtr> found = get();
+  if (!found) return unexpected(found.error());
+  return !literal_of(**found, vocab::lrt_::unavailable).has_value();
+}
+
+Result<std::vector<std::string>> Action::invocations() const {
+  const Result<RepresentationPtr> found = get();
+  if (!found) return unexpected(found.error());
+  return (*found)->objects(vocab::lrt_::invocation);
+}
+
+Result<Invocation> Action::invoke(const InvokeOptions& options) const { return send(nullptr, options); }
+
+Result<Invocation> Action::invoke(const rdf::Type& type, const rdf::Value& input, const InvokeOptions& options) const {
+  const Result<std::optional<Shape>> shape = input_shape();
+  if (!shape) return unexpected(shape.error());
+  const Result<lrt::Unit> unit = agreed_unit(options.unit, *shape ? required_unit(**shape) : std::nullopt);
+  if (!unit) return unexpected(unit.error());
+  const Body body = body_of_value(url_, type, input, *unit, *shape ? vocabulary_of(type, (*shape)->graph) : std::string(), *shape);
+  return invoke(body.graph, body.focus, options);
+}
+
+Result<Invocation> Action::invoke(const Graph& input, TermId focus, const InvokeOptions& options) const {
+  if (session_->options().validate) {
+    const Result<std::optional<Shape>> shape = input_shape();
+    if (!shape) return unexpected(shape.error());
+    if (*shape)
+      if (Result<void> good = conforms(input, focus, **shape); !good) return unexpected(std::move(good).error());
+  }
+  return send(&input, options);
+}
+
+Result<Invocation> Action::send(const Graph* input, const InvokeOptions& options) const {
+  const Result<RepresentationPtr> found = session_->described(url_);
+  if (!found) return unexpected(found.error());
+  Request request{"POST", url_, {}, {}};
+  if (std::vector<Binding> bindings = bindings_of(**found); !bindings.empty()) {
+    request.method = bindings.front().method;
+    if (!bindings.front().url.empty()) request.url = bindings.front().url;
+    request.fields = std::move(bindings.front().fields);
+  }
+  if (Result<void> here = must_be_here(request.url, url_); !here) return unexpected(std::move(here).error());
+  if (options.async) request.fields.emplace_back("Prefer", "respond-async");
+  request.fields.insert(request.fields.end(), options.fields.begin(), options.fields.end());
+  if (!input) {
+    request.fields.emplace_back("Accept", session_->accept());
+    const auto describes_body = [](const auto& field) { return lrt::detail::iequals_ascii(field.first, "Content-Type"); };
+    request.fields.erase(std::remove_if(request.fields.begin(), request.fields.end(), describes_body), request.fields.end());
+  }
+  const Result<Response> response = input ? send_graph(*session_, request, *input) : session_->http().send(request);
+  if (!response) return unexpected(response.error());
+  session_->forget(url_);
+  if (!response->ok()) return unexpected(error_of(*response, request.method, request.url));
+
+  Invocation invocation;
+  invocation.session_ = session_;
+  if (const auto location = response->fields.find("Location")) {
+    Result<std::string> url = iri::resolve(response->url, *location);
+    if (url && same_origin(*url, url_)) invocation.url_ = *std::move(url);
+  }
+  if (response->status == 200 && !response->body.empty()) {
+    if (Result<RepresentationPtr> read = read_representation(*response, session_->options())) invocation.ended_.representation = *std::move(read);
+  }
+  if (response->status != 202) invocation.ended_.status = Invocation::Status::succeeded;
+  return invocation;
+}
+
+// --- Invocation ---
+
+Result<Invocation::State> Invocation::state() const {
+  if (url_.empty()) return ended_;
+  Result<RepresentationPtr> found = session_->get(url_);
+  if (!found) return unexpected(std::move(found).error());
+  State state;
+  state.status = status_of(**found);
+  if (const auto progress = literal_of(**found, vocab::lrt_::progress)) {
+    if (const std::optional<double> number = rdf::lexical::parse_double(progress->text)) state.progress = std::clamp(*number, 0.0, 1.0);
+  }
+  if (const auto error = literal_of(**found, vocab::lrt_::error)) state.error = error->text;
+  state.representation = *std::move(found);
+  return state;
+}
+
+Result<Invocation::State> Invocation::wait(milliseconds at_most, const std::function<void(const State&)>& on_progress) const {
+  const auto end = std::chrono::steady_clock::now() + at_most;
+  milliseconds pause{10};
+  std::optional<State> last;
+  while (true) {
+    Result<State> now = state();
+    if (!now) return now;
+    if (on_progress && (!last || last->status != now->status || last->progress != now->progress)) on_progress(*now);
+    if (has_ended(now->status) || url_.empty()) return now;
+    last = *now;
+    const auto rest = std::chrono::duration_cast<milliseconds>(end - std::chrono::steady_clock::now());
+    if (rest.count() <= 0) return unexpected(Errc::timed_out, "\"" + url_ + "\" is still " + std::string(to_string(now->status)));
+    pollfd stop{session_->http().stop_descriptor(), POLLIN, 0};
+    if (::poll(&stop, 1, static_cast<int>(std::min(pause, rest).count())) > 0) return unexpected(Errc::cancelled, "the client stops");
+    pause = std::min(pause + pause / 2, milliseconds(250));
+  }
+}
+
+Result<void> Invocation::cancel() const {
+  if (url_.empty()) return unexpected(Errc::unknown_path, "the invocation has ended and has no resource");
+  const Result<Response> response = session_->change({"DELETE", url_, {}, {}});
+  if (!response) return unexpected(response.error());
+  return {};
+}
+
+Result<rdf::Value> Invocation::result(const rdf::Type& type, const lrt::Unit& unit) const {
+  Result<State> found = state();
+  if (!found) return unexpected(std::move(found).error());
+  const RepresentationPtr& representation = found->representation ? found->representation : ended_.representation;
+  if (!representation) return unexpected(Errc::expected_value, "the action has given no result");
+  if (!representation->focus) return no_node(representation->url);
+  const Graph& graph = representation->graph;
+  TermId node = *representation->focus;
+  if (const std::optional<TermId> predicate = graph.find(vocab::lrt_::result)) {
+    if (const std::optional<TermId> object = graph.object(node, *predicate)) node = *object;
+  } else if (!url_.empty()) {
+    return unexpected(Errc::expected_value, "\"" + url_ + "\" has no result");
+  }
+  return value_at(graph, node, type, unit);
+}
+
+// --- Thing ---
+
+std::string Thing::name() const { return names_.titles.empty() ? short_name(url(), names_) : names_.titles.front(); }
+
+bool Thing::is(Iri type) const {
+  const std::vector<std::string> all = types();
+  return std::find(all.begin(), all.end(), type.text) != all.end();
+}
+
+Result<Property> Thing::property(std::string_view name) const { return find_named(properties_, name, "property", "\"" + this->name() + "\""); }
+Result<Action> Thing::action(std::string_view name) const { return find_named(actions_, name, "action", "\"" + this->name() + "\""); }
+
+std::string Thing::subscriptions() const {
+  const std::vector<std::string> found = representation_->objects(vocab::hybrit::subscriptions);
+  return found.empty() ? std::string() : found.front();
+}
+
+// --- Robot ---
+
+std::vector<Thing> Robot::things(Iri type) const {
+  std::vector<Thing> result;
+  std::copy_if(things_->begin(), things_->end(), std::back_inserter(result), [&](const Thing& thing) { return thing.is(type); });
+  return result;
+}
+
+Result<Thing> Robot::thing(std::string_view name) const { return find_named(*things_, name, "Thing", "\"" + url_ + "\""); }
+
+namespace {
+
+/// "right_s1/friction": a name of the Thing and one of its part; or the end of the part's URL; or a name that only one part has.
+template <class T>
+Result<T> find_part(const std::vector<Thing>& things, const std::vector<T>& (Thing::*parts)() const, std::string_view name, const char* kind,
+                    const std::string& where) {
+  std::vector<T> all;
+  const std::size_t slash = name.rfind('/');
+  const bool is_iri = name.find("://") != std::string_view::npos;
+  if (!is_iri && slash != std::string_view::npos) {
+    for (const Thing& thing : things) {
+      if (fits(thing.url(), thing.names(), name.substr(0, slash)) == 0) continue;
+      for (const T& part : (thing.*parts)())
+        if (fits(part.url(), part.names(), name.substr(slash + 1)) > 0) all.push_back(part);
+    }
+    if (all.size() == 1) return all.front();
+    all.clear();
+  }
+  for (const Thing& thing : things) all.insert(all.end(), (thing.*parts)().begin(), (thing.*parts)().end());
+  return find_named(all, name, kind, where);
+}
+
+}  // namespace
+
+Result<Property> Robot::property(std::string_view name) const { return find_part(*things_, &Thing::properties, name, "property", "\"" + url_ + "\""); }
+Result<Action> Robot::action(std::string_view name) const { return find_part(*things_, &Thing::actions, name, "action", "\"" + url_ + "\""); }
+
+Result<std::vector<Action>> Robot::actions(const ActionQuery& query) const {
+  std::vector<Action> result;
+  const auto has = [](const std::vector<std::string>& all, std::string_view one) { return std::find(all.begin(), all.end(), one) != all.end(); };
+  for (const Thing& thing : *things_) {
+    if (!query.thing.empty() && thing.url() != query.thing) continue;
+    for (const Action& action : thing.actions()) {
+      if (!query.consumes.empty()) {
+        const Result<std::vector<std::string>> classes = action.consumed_classes();
+        if (!classes) return unexpected(classes.error());
+        if (!has(*classes, query.consumes.text)) continue;
+      }
+      if (!query.produces.empty()) {
+        const Result<std::vector<std::string>> classes = action.produced_classes();
+        if (!classes) return unexpected(classes.error());
+        if (!has(*classes, query.produces.text)) continue;
+      }
+      if (!query.affects.empty()) {
+        const Result<std::vector<std::string>> effects = action.effects();
+        if (!effects) return unexpected(effects.error());
+        const auto is_meant = [&](const std::string& url) {
+          if (url == query.affects) return true;
+          for (const Thing& owner : *things_)
+            for (const Property& property : owner.properties())
+              if (property.url() == url && has(property.names().predicates, query.affects)) return true;
+          return false;
+        };
+        if (std::none_of(effects->begin(), effects->end(), is_meant)) continue;
+      }
+      result.push_back(action);
+    }
+  }
+  return result;
+}
+
+Result<Robot> Robot::refresh() const { return session_->open(url_); }
+
+}  // namespace lrt::client

@@ -1,0 +1,284 @@
+#include <lrt/client.hpp>
+
+#include <map>
+#include <mutex>
+
+#include "src/client/http_client.hpp"
+#include "tests/client/robot_host.hpp"
+#include "tests/delivery/receiver.hpp"
+#include "tests/support/catch.hpp"
+
+// Servers that are not lrt's: incomplete, unusual or hostile.
+
+using namespace lrt;
+using namespace lrt::test;
+using std::chrono::milliseconds;
+
+namespace {
+
+/// Responds with texts by target.
+class Site {
+ public:
+  /// @param pages  whole responses by target, or by method and target
+  explicit Site(std::map<std::string, std::string> pages)
+      : pages_(std::move(pages)), receiver_([this](Peer& peer) { serve(peer); }) {}
+
+  std::string url(const std::string& target = "/") const { return receiver_.url("127.0.0.1", target); }
+  std::vector<std::string> requests() const {
+    const std::lock_guard lock(mutex_);
+    return requests_;
+  }
+  /// The requests for a target.
+  std::vector<std::string> requests(const std::string& target) const {
+    std::vector<std::string> result;
+    for (const std::string& request : requests())
+      if (request.find(" " + target + " ") != std::string::npos) result.push_back(request);
+    return result;
+  }
+  void set(const std::string& target, std::string response) {
+    const std::lock_guard lock(mutex_);
+    pages_[target] = std::move(response);
+  }
+
+ private:
+  void serve(Peer& peer) {
+    while (true) {
+      const std::string request = peer.read_request();
+      if (request.empty()) return;
+      const std::size_t begin = request.find(' ') + 1;
+      const std::string target = request.substr(begin, request.find(' ', begin) - begin);
+      std::string response;
+      {
+        const std::lock_guard lock(mutex_);
+        requests_.push_back(request);
+        const auto found = pages_.find(request.substr(0, begin) + target);
+        const auto other = pages_.find(target);
+        response = found != pages_.end() ? found->second : other != pages_.end() ? other->second : answer(404);
+      }
+      if (!peer.send(response)) return;
+    }
+  }
+
+  mutable std::mutex mutex_;
+  std::map<std::string, std::string> pages_;
+  std::vector<std::string> requests_;
+  Receiver receiver_;
+};
+
+std::string turtle(std::string_view body, std::string fields = {}) {
+  static constexpr std::string_view prefixes =
+      "@prefix hybrit: <https://hybr-it-projekt.de/ns/hybr-it#> .\n@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> .\n"
+      "@prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> .\n@prefix ros: <http://ros.org/#> .\n"
+      "@prefix ldp: <http://www.w3.org/ns/ldp#> .\n@prefix sh: <http://www.w3.org/ns/shacl#> .\n"
+      "@prefix rdf: <http://www.w3.org/1999/02/22-rdf-syntax-ns#> .\n@prefix dcterms: <http://purl.org/dc/terms/> .\n"
+      "@prefix http: <http://www.w3.org/2011/http#> .\n@prefix m: <http://www.w3.org/2011/http-methods#> .\n"
+      "@prefix ex: <http://example.org/#> .\n";
+  return answer(200, std::string(prefixes) + std::string(body), "Content-Type: text/turtle\r\n" + fields);
+}
+
+client::Options quick() {
+  client::Options options;
+  options.limits.response_time = milliseconds(5'000);
+  return options;
+}
+
+template <class T>
+std::string message_of(const Result<T>& result) {
+  return result ? "a value" : result.error().message;
+}
+
+}  // namespace
+
+TEST_CASE("a Thing of unknown predicates is found by its types and values", "[client][R1.4][R1.6]") {
+  // No hybrit:property, no ETag, relative IRIs, several types, a value with terms of others, a value without a URL.
+  Site site({{"/", turtle("<> a ldp:Container ; ex:holds <cell/arm> .")},
+             {"/cell/arm", turtle("<> a ex:Machine, hybrit:RoboticThing, ros:Robot ; ex:angle <arm/angle> ; ex:tool <tool#it> ; hybrit:property ex:speed ; "
+                                  "ex:speed [ a hybrit:Property ; vom:numericalValue 1.5 ] ; ex:maker <http://elsewhere.example/> .")},
+             {"/cell/arm/angle", turtle("<> ex:unknown true ; rdf:value 12 .")},
+             {"/cell/tool", turtle("<tool#it> a hybrit:RoboticThing ; dcterms:title \"Tool\" ; hybrit:action <tool/open> .")}});
+  Client client = Client::create(quick()).value();
+  const client::Robot robot = client.open(site.url()).value();
+  INFO((robot.problems().empty() ? std::string() : robot.problems().front()));
+  CHECK(robot.problems().empty());
+  REQUIRE(robot.things().size() == 2);
+  const client::Thing arm = robot.thing("cell/arm").value();
+  CHECK(arm.types().size() == 3);
+  CHECK(arm.property("angle").value().read<double>().value() == 12);
+  CHECK(arm.property("angle").value().read<int>().value() == 12);
+  CHECK(arm.property("speed").value().read<double>().value() == 1.5);
+  CHECK(message_of(arm.property("speed").value().write(2.0)).find("cannot be written") != std::string::npos);
+  CHECK(robot.thing("Tool").value().actions().size() == 1);
+  for (const std::string& request : site.requests()) CHECK(request.find("elsewhere") == std::string::npos);
+}
+
+TEST_CASE("a server with N-Triples only and without ETags is read and written", "[client][R1.6]") {
+  Site site({});
+  const std::string base = site.url("");
+  const auto n_triples = [&](const std::string& body) { return answer(200, body, "Content-Type: application/n-triples\r\n"); };
+  const std::string type = "<http://www.w3.org/1999/02/22-rdf-syntax-ns#type>", hybrit = "https://hybr-it-projekt.de/ns/hybr-it#";
+  site.set("/", n_triples("<" + base + "/> <http://example.org/has> <" + base + "/x> .\n"));
+  site.set("/x", n_triples("<" + base + "/x> " + type + " <" + hybrit + "RoboticThing> .\n<" + base + "/x> <" + hybrit + "property> <" + base + "/x/v> .\n"));
+  site.set("/x/v", n_triples("<" + base + "/x/v> <http://vocab.arvida.de/2015/06/vom/vocab#numericalValue> "
+                             "\"4\"^^<http://www.w3.org/2001/XMLSchema#integer> .\n"));
+  site.set("PUT /x/v", answer(415, {}, "Accept: application/n-triples\r\n"));
+  Client client = Client::create(quick()).value();
+  const client::Property value = client.open(site.url()).value().property("x/v").value();
+  CHECK(value.read<int>().value() == 4);
+  CHECK(message_of(value.write(5.0)).find("415") != std::string::npos);
+  const std::vector<std::string> sent = site.requests("/x/v");
+  REQUIRE(sent.size() >= 2);
+  CHECK(sent.back().find("application/n-triples") != std::string::npos);  // tried once more in what the server accepts
+}
+
+TEST_CASE("what cannot be read is reported, and the rest is used", "[client][R1.6]") {
+  Site site({{"/", turtle("<> ldp:contains <a>, <b>, <c>, <d>, <e> .")},
+             {"/a", turtle("<> a hybrit:RoboticThing .")},
+             {"/b", turtle("<> a hybrit:RoboticThing")},  // no full stop
+             {"/c", answer(200, "<html></html>", "Content-Type: text/html\r\n")},
+             {"/d", answer(500, "the motor is hot", "Content-Type: text/plain\r\n")}});
+  Client client = Client::create(quick()).value();
+  const client::Robot robot = client.open(site.url()).value();
+  CHECK(robot.things().size() == 1);
+  REQUIRE(robot.problems().size() == 4);
+  CHECK(robot.problems()[0].find("/b") != std::string::npos);
+  CHECK(robot.problems()[1].find("expected RDF, found \"text/html\"") != std::string::npos);
+  CHECK(robot.problems()[2].find("500: the motor is hot") != std::string::npos);
+  CHECK(robot.problems()[3].find("404") != std::string::npos);
+}
+
+TEST_CASE("the links of a server end at the limits", "[client]") {
+  SECTION("a chain that goes on") {
+    Site site({});
+    for (int i = 0; i < 40; ++i) site.set("/" + std::to_string(i), turtle("<> a hybrit:RoboticThing ; ex:next <" + std::to_string(i + 1) + "> ."));
+    client::Options options = quick();
+    options.limits.max_depth = 10;
+    Client client = Client::create(options).value();
+    const client::Robot robot = client.open(site.url("/0")).value();
+    CHECK(robot.things().size() == 11);
+    CHECK(robot.problems().size() == 1);
+    CHECK(site.requests().size() == 11);
+  }
+  SECTION("a page of a thousand links") {
+    std::string body = "<> ldp:contains <x0>";
+    for (int i = 1; i < 1'000; ++i) body += ", <x" + std::to_string(i) + ">";
+    Site site({{"/", turtle(body + " .")}});
+    client::Options options = quick();
+    options.limits.max_resources = 100;
+    Client client = Client::create(options).value();
+    CHECK(client.open(site.url()).error().code == Errc::limit_exceeded);
+    CHECK(site.requests().size() == 1);
+  }
+  SECTION("a circle") {
+    Site site({{"/a", turtle("<> a hybrit:RoboticThing ; ex:next <b> .")}, {"/b", turtle("<> a hybrit:RoboticThing ; ex:next <a> .")}});
+    Client client = Client::create(quick()).value();
+    CHECK(client.open(site.url("/a")).value().things().size() == 2);
+    CHECK(site.requests().size() == 2);
+  }
+}
+
+TEST_CASE("redirects are followed within limits, and the identity stays at its origin", "[client]") {
+  Site other({{"/", turtle("<> a hybrit:RoboticThing .")}});
+  Site site({{"/", answer(307, {}, "Location: /robot\r\n")}, {"/robot", turtle("<> a hybrit:RoboticThing .")}, {"/loop", answer(302, {}, "Location: /loop\r\n")}});
+  site.set("/away", answer(307, {}, "Location: " + other.url() + "\r\n"));
+  client::Options options = quick();
+  options.identity.token = "secret-token";
+  options.identity.trusted_origins = {other.url()};
+  Client client = Client::create(options).value();
+  const client::Robot robot = client.open(site.url()).value();
+  CHECK(robot.url() == site.url("/robot"));
+  CHECK(site.requests().back().find("Authorization: Bearer secret-token") != std::string::npos);
+  CHECK(client.open(site.url("/loop")).error().code == Errc::limit_exceeded);
+  // Also where the other origin is trusted itself: one server cannot use the identity at another one.
+  CHECK(client.get(site.url("/away")).has_value());
+  REQUIRE(other.requests().size() == 1);
+  CHECK(other.requests().front().find("secret-token") == std::string::npos);
+}
+
+TEST_CASE("a binding to another server is not followed", "[client]") {
+  Site victim({{"/", turtle("<> a hybrit:RoboticThing .")}});
+  Site site({});
+  site.set("/", turtle("<> a hybrit:RoboticThing ; hybrit:action <go> ; hybrit:property <v> ."));
+  site.set("/go", turtle("<> a hybrit:Action ; hybrit:binding [ http:mthd m:DELETE ; http:requestURI <" + victim.url() + "> ] ."));
+  site.set("/v", turtle("<> a hybrit:Property ; vom:numericalValue 1 ; hybrit:binding [ http:mthd m:PUT ; http:requestURI <" + victim.url() + "> ] ."));
+  client::Options options = quick();
+  options.identity.trusted_origins = {victim.url()};
+  Client client = Client::create(options).value();
+  const client::Robot robot = client.open(site.url()).value();
+  CHECK(robot.action("go").value().invoke().error().code == Errc::refused);
+  CHECK(robot.property("v").value().write(1.0).error().code == Errc::refused);
+  CHECK(victim.requests().empty());
+}
+
+TEST_CASE("a binding says the method, the URL and the header fields of a command", "[client][R1.10]") {
+  Site site({{"/", turtle("<> a hybrit:RoboticThing ; hybrit:action <go> .")},
+             {"/go", turtle("<> a hybrit:Action ; hybrit:binding [ http:mthd m:PUT ; http:requestURI <run> ; http:headers ( "
+                            "[ http:fieldName \"X-Mode\" ; http:fieldValue \"fast\" ] [ http:fieldName \"Host\" ; http:fieldValue \"evil\" ] "
+                            "[ http:fieldName \"Content-Type\" ; http:fieldValue \"application/n-triples\" ] ) ] .")},
+             {"PUT /run", answer(200, {})}});
+  Client client = Client::create(quick()).value();
+  CHECK(client.open(site.url()).value().action("go").value().invoke(1.5).has_value());
+  const std::string sent = site.requests("/run").front();
+  CHECK(sent.find("PUT /run ") == 0);
+  CHECK(sent.find("X-Mode: fast\r\n") != std::string::npos);
+  CHECK(sent.find("Content-Type: application/n-triples\r\n") != std::string::npos);
+  CHECK(sent.find("evil") == std::string::npos);
+}
+
+TEST_CASE("responses that are too long, too slow or no HTTP are errors", "[client]") {
+  struct Odd {
+    const char* name;
+    std::string response;
+    Errc expected;
+  };
+  const Odd odd[] = {
+      {"a body beyond the limit", answer(200, std::string(20'000, ' '), "Content-Type: text/turtle\r\n"), Errc::limit_exceeded},
+      {"a header section beyond the limit", "HTTP/1.1 200 OK\r\nX: " + std::string(20'000, 'x') + "\r\n\r\n", Errc::limit_exceeded},
+      {"a status line without an end", "HTTP/1.1 200 " + std::string(200'000, 'x'), Errc::limit_exceeded},
+      {"not HTTP", "SSH-2.0-OpenSSH\r\n\r\n", Errc::expected_http},
+      {"two lengths", "HTTP/1.1 200 OK\r\nContent-Length: 1\r\nContent-Length: 2\r\n\r\nxx", Errc::expected_http},
+      {"more triples than the limit", turtle("ex:a ex:b 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11 ."), Errc::limit_exceeded},
+  };
+  for (const Odd& one : odd) {
+    INFO(one.name);
+    Site site({{"/", one.response}});
+    client::Options options = quick();
+    options.limits.max_body_bytes = 10'000;
+    options.limits.max_header_bytes = 10'000;
+    options.limits.max_triples = 10;
+    Client client = Client::create(options).value();
+    const auto found = client.open(site.url());
+    REQUIRE_FALSE(found);
+    INFO(found.error().message);
+    CHECK(found.error().code == one.expected);
+  }
+}
+
+TEST_CASE("a server that sends byte by byte gets no more time than one exchange has", "[client]") {
+  Receiver slow([](Peer& peer) {
+    peer.read_request();
+    peer.drip("HTTP/1.1 200 OK\r\nX: ");
+  });
+  client::Options options;
+  options.limits.response_time = milliseconds(200);
+  Client client = Client::create(options).value();
+  CHECK(client.open(slow.url("127.0.0.1", "/")).error().code == Errc::timed_out);
+}
+
+TEST_CASE("a 304 with the length of what it leaves out ends with its header section", "[client][R0.11]") {
+  Site site({{"/", turtle("<> a hybrit:RoboticThing .", "ETag: \"1\"\r\n")}});
+  Client client = Client::create(quick()).value();
+  const client::RepresentationPtr first = client.get(site.url()).value();
+  site.set("/", "HTTP/1.1 304 Not Modified\r\nETag: \"1\"\r\nContent-Length: 500\r\n\r\n");
+  CHECK(client.get(site.url()).value() == first);
+  site.set("/", "HTTP/1.1 304 Not Modified\r\nETag: \"1\"\r\n\r\n");
+  CHECK(client.get(site.url()).value() == first);
+}
+
+TEST_CASE("a name that does not resolve, and a resolver that hangs, are errors", "[client]") {
+  client::Options options = quick();
+  options.limits.resolve_time = milliseconds(2'000);
+  Client client = Client::create(options).value();
+  const auto found = client.open("http://no-such-robot.invalid/");
+  REQUIRE_FALSE(found);
+  CHECK((found.error().code == Errc::io_error || found.error().code == Errc::timed_out));
+}
