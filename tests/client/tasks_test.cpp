@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <memory>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
@@ -92,7 +93,10 @@ TEST_CASE("after stop() no task begins, and those that have begun have ended", "
   });
   begun.wait();
   tasks.run([&] { other = true; });
-  std::thread opener([&] { go.open(); });
+  std::thread opener([&] {
+    while (tasks.run([] {})) std::this_thread::yield();  // until stop() has begun
+    go.open();
+  });
   tasks.stop();
   opener.join();
   CHECK(ended);
