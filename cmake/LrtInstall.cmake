@@ -9,6 +9,14 @@ install(TARGETS lrt EXPORT lrtTargets
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
         RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+if(TARGET lrt_client)  # apart, as lrt::urdf
+  get_target_property(LRT_CLIENT_LIBRARY_TYPE lrt_client TYPE)
+  install(TARGETS lrt_client EXPORT lrtClientTargets
+          LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+          RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(EXPORT lrtClientTargets NAMESPACE lrt:: DESTINATION ${LRT_INSTALL_CMAKEDIR})
+endif()
 if(TARGET lrt_urdf)  # apart, so that who does not use it does not need what it needs
   get_target_property(LRT_URDF_LIBRARY_TYPE lrt_urdf TYPE)
   install(TARGETS lrt_urdf EXPORT lrtUrdfTargets

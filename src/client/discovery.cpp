@@ -190,8 +190,9 @@ Thing Discovery::thing_of(const Found& found) const {
     const std::string_view predicate = graph.term(t.predicate).text;
     if (predicate != vocab::hybrit::property.text && predicate != vocab::hybrit::action.text && predicates_to_skip().count(predicate) != 0) continue;
     if (object.is_iri()) {
-      const std::string url(document_of(object.text));
-      if (!same_origin(url, start_) || url == found.representation->url) continue;
+      std::string url(document_of(object.text));
+      if (!same_origin(url, start_) || object.text == found.representation->url) continue;
+      if (url == found.representation->url) url = object.text;  // a node in this document
       Kind kind = kind_at(t.object);
       if (predicate == vocab::hybrit::property.text && kind != Kind::thing) kind = Kind::property;
       if (predicate == vocab::hybrit::action.text) kind = Kind::action;

@@ -27,7 +27,8 @@ namespace {
 bool ends_with_path(std::string_view url, std::string_view name) noexcept {
   while (!name.empty() && name.front() == '/') name.remove_prefix(1);
   if (name.empty() || url.size() <= name.size()) return false;
-  return url.substr(url.size() - name.size()) == name && url[url.size() - name.size() - 1] == '/';
+  const char before = url[url.size() - name.size() - 1];
+  return url.substr(url.size() - name.size()) == name && (before == '/' || before == '#');
 }
 
 /// 2: the text is an IRI of the resource or of its predicate. 1: it is one of its shorter names. 0: it names something else.
@@ -193,14 +194,21 @@ std::string Property::name() const { return short_name(url_, names_); }
 
 Result<RepresentationPtr> Property::get() const { return session_->get(url_); }
 
+bool Property::is_resource() const noexcept { return predicate_.empty() && url_.find('#') == std::string::npos; }
+
+std::optional<TermId> Property::node_in(const Graph& graph, std::optional<TermId> focus) const noexcept {
+  if (url_.find('#') != std::string::npos) focus = graph.find(rdf::iri(url_));
+  if (!focus || predicate_.empty()) return focus;
+  const std::optional<TermId> predicate = graph.find(rdf::iri(predicate_));
+  return predicate ? graph.object(*focus, *predicate) : std::nullopt;
+}
+
 Result<rdf::Value> Property::decode(const Graph& graph, std::optional<TermId> focus, const rdf::Type& type, const lrt::Unit& unit) const {
-  if (!focus) return no_node(url_);
-  if (!predicate_.empty()) {
-    const std::optional<TermId> predicate = graph.find(rdf::iri(predicate_));
-    focus = predicate ? graph.object(*focus, *predicate) : std::nullopt;
-    if (!focus) return unexpected(Errc::unknown_path, "\"" + url_ + "\" no longer has the property " + rdf::abbreviate(predicate_));
-  }
-  Result<rdf::Value> value = value_at(graph, *focus, type, unit);
+  const std::optional<TermId> node = node_in(graph, focus);
+  if (!node && focus && !predicate_.empty())
+    return unexpected(Errc::unknown_path, "\"" + url_ + "\" no longer has the property " + rdf::abbreviate(predicate_));
+  if (!node) return no_node(url_);
+  Result<rdf::Value> value = value_at(graph, *node, type, unit);
   if (value) return value;
   Error error = std::move(value).error();
   error.message = "\"" + url_ + "\": " + error.message;
@@ -238,8 +246,8 @@ Result<std::optional<Shape>> Property::shape() const {
 Result<lrt::Unit> Property::unit() const {
   const Result<RepresentationPtr> found = session_->described(url_);
   if (!found) return unexpected(found.error());
-  if ((*found)->focus && predicate_.empty())
-    if (const std::optional<lrt::Unit> stated = stated_unit((*found)->graph, *(*found)->focus)) return *stated;
+  if (const std::optional<TermId> node = node_in((*found)->graph, (*found)->focus))
+    if (const std::optional<lrt::Unit> stated = stated_unit((*found)->graph, *node)) return *stated;
   const Result<std::optional<Shape>> shape = this->shape();
   if (!shape) return unexpected(shape.error());
   if (*shape)
@@ -250,7 +258,7 @@ Result<lrt::Unit> Property::unit() const {
 Result<bool> Property::is_writable() const {
   const Result<RepresentationPtr> found = session_->described(url_);
   if (!found) return unexpected(found.error());
-  if (!predicate_.empty()) return false;
+  if (!is_resource()) return false;
   const std::vector<Binding> bindings = bindings_of(**found);
   return (*found)->allows("PUT") || std::any_of(bindings.begin(), bindings.end(), [](const Binding& b) { return b.method == "PUT"; });
 }
@@ -271,7 +279,7 @@ Result<void> Property::write(const rdf::Type& type, const rdf::Value& value, con
 }
 
 Result<void> Property::write(const Graph& graph, TermId focus, const WriteOptions& options) const {
-  if (!predicate_.empty()) return unexpected(Errc::refused, "\"" + url_ + "\": the property is no resource of its own and cannot be written");
+  if (!is_resource()) return unexpected(Errc::refused, "\"" + url_ + "\": the property is no resource of its own and cannot be written");
   if (session_->options().validate) {
     const Result<std::optional<Shape>> shape = this->shape();
     if (!shape) return unexpected(shape.error());

@@ -93,7 +93,8 @@ TEST_CASE("a Thing of unknown predicates is found by its types and values", "[cl
   // No hybrit:property, no ETag, relative IRIs, several types, a value with terms of others, a value without a URL.
   Site site({{"/", turtle("<> a ldp:Container ; ex:holds <cell/arm> .")},
              {"/cell/arm", turtle("<> a ex:Machine, hybrit:RoboticThing, ros:Robot ; ex:angle <arm/angle> ; ex:tool <tool#it> ; hybrit:property ex:speed ; "
-                                  "ex:speed [ a hybrit:Property ; vom:numericalValue 1.5 ] ; ex:maker <http://elsewhere.example/> .")},
+                                  "ex:speed [ a hybrit:Property ; vom:numericalValue 1.5 ] ; hybrit:property <#mass> ; ex:maker <http://elsewhere.example/> . "
+                                  "<#mass> vom:numericalValue 7 ; vom:unit maths:Degree .")},
              {"/cell/arm/angle", turtle("<> ex:unknown true ; rdf:value 12 .")},
              {"/cell/tool", turtle("<tool#it> a hybrit:RoboticThing ; dcterms:title \"Tool\" ; hybrit:action <tool/open> .")}});
   Client client = Client::create(quick()).value();
@@ -107,6 +108,9 @@ TEST_CASE("a Thing of unknown predicates is found by its types and values", "[cl
   CHECK(arm.property("angle").value().read<int>().value() == 12);
   CHECK(arm.property("speed").value().read<double>().value() == 1.5);
   CHECK(message_of(arm.property("speed").value().write(2.0)).find("cannot be written") != std::string::npos);
+  CHECK(arm.property("mass").value().read<double>(unit::degree).value() == 7);
+  CHECK(arm.property("mass").value().unit().value() == unit::degree);
+  CHECK_FALSE(arm.property("mass").value().is_writable().value());
   CHECK(robot.thing("Tool").value().actions().size() == 1);
   for (const std::string& request : site.requests()) CHECK(request.find("elsewhere") == std::string::npos);
 }

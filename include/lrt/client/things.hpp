@@ -83,11 +83,14 @@ class Property {
   friend class Session;
   friend class Discovery;
   Property() = default;
+  /// False: it is a node in the graph of its Thing, and has no representation of its own.
+  bool is_resource() const noexcept;
+  std::optional<rdf::TermId> node_in(const rdf::Graph& graph, std::optional<rdf::TermId> focus) const noexcept;
   Result<rdf::Value> decode(const rdf::Graph& graph, std::optional<rdf::TermId> focus, const rdf::Type& type, const lrt::Unit& unit) const;
 
   std::shared_ptr<Session> session_;
-  std::string url_;        ///< of the resource; of an inline property that of its Thing
-  std::string predicate_;  ///< inline: from the Thing to the value; else empty
+  std::string url_;        ///< of the resource; with a fragment that of a node in the document of its Thing; of a blank node that of its Thing
+  std::string predicate_;  ///< blank node: from the Thing to the value; else empty
   Names names_;
 };
 
