@@ -33,8 +33,10 @@ namespace {
 using std::chrono::milliseconds;
 using Instant = std::chrono::steady_clock::time_point;
 
-/// Threads of a client besides those of event streams: for polls, names and the other requests of watches.
-constexpr std::size_t other_threads = 8;
+/// For names, and for requests of watches that are neither event streams nor polls.
+constexpr std::size_t request_threads = 8;
+/// For polls, besides Limits::max_streams.
+constexpr std::size_t poll_threads = 8;
 constexpr milliseconds max_delete_time{2'000};
 /// Of the body of a response that refuses an event stream.
 constexpr std::size_t max_reason_bytes = 64 * 1024;
@@ -209,7 +211,8 @@ struct WatchContext : std::enable_shared_from_this<WatchContext> {
         clock(hooks.clock != nullptr ? *hooks.clock : system_clock()),
         names(http->options().threads, hooks.resolve ? hooks.resolve : exchange::Resolve(exchange::resolve)),
         websockets(http->options()),
-        tasks(http->options().threads, http->options().limits.max_streams + other_threads, clock) {}
+        tasks(http->options().threads, request_threads, clock),
+        stream_tasks(http->options().threads, http->options().limits.max_streams + poll_threads, clock) {}
 
   const Options& options() const noexcept { return http->options(); }
   double random() const { return hooks.random ? hooks.random() : system_random(); }
@@ -237,7 +240,7 @@ struct WatchContext : std::enable_shared_from_this<WatchContext> {
   std::size_t deletions = 0;                     ///< of subscriptions, that are under way
 
   WebSockets websockets;
-  Tasks tasks;
+  Tasks tasks, stream_tasks;
 };
 
 /// One watch: an activity at a time (a WebSocket, a stream, a poll, a callback subscription), whose events carry its generation. Events of an earlier
@@ -285,6 +288,7 @@ class Watch::Impl : public std::enable_shared_from_this<Watch::Impl> {
 
   // What the activities report.
   void connected(Generation generation, std::string subscription);
+  std::optional<Change> connect();
   void value(Generation generation, std::string body, std::string type, std::string entity_tag);
   void lost(Generation generation, Error error, milliseconds min_pause = milliseconds(0));
   void refused(Generation generation, int status, Error error, std::optional<std::chrono::seconds> pause);
@@ -355,7 +359,6 @@ class Watch::Impl : public std::enable_shared_from_this<Watch::Impl> {
   Generation generation_ = 1;
   std::size_t step_ = 0, type_ = 0;
   unsigned failures_ = 0;             ///< since the last value
-  bool was_connected_ = false;
   bool has_value_ = false;            ///< of this connection
   bool asked_graph_ = false, asked_token_ = false;
   std::optional<Instant> not_found_since_;
@@ -476,18 +479,24 @@ bool Watch::Impl::drain(std::optional<Instant> until) noexcept {
 void Watch::Impl::connected(Generation generation, std::string subscription) {
   Lock lock(mutex_);
   if (stopped_ || generation != generation_) return;
-  via_ = steps_[step_];
-  connected_.store(true, std::memory_order_release);
   subscription_ = std::move(subscription);
+  std::optional<Change> gap = connect();
+  if (gap) post(lock, *std::move(gap));
+}
+
+/// Under the lock. The gap, if there was a value before.
+std::optional<Change> Watch::Impl::connect() {
+  if (connected_.exchange(true, std::memory_order_acq_rel)) return std::nullopt;
+  via_ = steps_[step_];
   has_value_ = false;
   not_found_since_.reset();
   asked_token_ = false;
   std::optional<Error> why = std::exchange(last_error_, std::nullopt);
-  if (!std::exchange(was_connected_, true)) return;
+  if (counts_.values == 0) return std::nullopt;
   ++counts_.gaps;
   Change gap = change(Change::Kind::gap);
   gap.reason = std::move(why);
-  post(lock, std::move(gap));
+  return gap;
 }
 
 void Watch::Impl::value(Generation generation, std::string body, std::string type, std::string entity_tag) {
@@ -497,6 +506,8 @@ void Watch::Impl::value(Generation generation, std::string body, std::string typ
   made.body = std::make_shared<const std::string>(std::move(body));
   Lock lock(mutex_);
   if (stopped_ || generation != generation_) return;
+  std::optional<Change> gap = connect();  // the first notification of a callback may precede the response to its subscription
+  if (gap) queue_.push_back(*std::move(gap));
   has_value_ = true;
   failures_ = 0;
   ++counts_.values;
@@ -535,11 +546,11 @@ void Watch::Impl::refused(Generation generation, int status, Error error, std::o
     if (stopped_ || generation != generation_) return;
     via = steps_[step_];
     if (is_temporary(status)) next = Next::retry;
-    else if (status == 404 && was_connected_) {
+    else if (status == 404 && counts_.values > 0) {
       const Instant now = context_->clock.now().steady;
       if (!not_found_since_) not_found_since_ = now;
       next = now - *not_found_since_ < options_.max_pause ? Next::retry : Next::end;
-    } else if (status == 0 && was_connected_) next = Next::retry;
+    } else if (status == 0 && counts_.values > 0) next = Next::retry;
     else if (status == 406 && type_ + 1 < types_.size() && via != Via::polling) next = Next::type;
     else if (step_ + 1 < steps_.size()) next = Next::step;
     const bool is_final = next == Next::step || next == Next::end;
@@ -595,7 +606,13 @@ bool Watch::Impl::attempt_at(std::optional<Instant> due, Generation generation) 
   auto task = [weak = weak_from_this(), generation] {
     if (const auto self = weak.lock()) self->attempt(generation);
   };
-  return due ? context_->tasks.run_at(*due, std::move(task)) : context_->tasks.run(std::move(task));
+  Via via = Via::any;
+  {
+    const std::lock_guard lock(mutex_);
+    via = steps_[step_];
+  }
+  Tasks& tasks = via == Via::event_stream || via == Via::polling ? context_->stream_tasks : context_->tasks;
+  return due ? tasks.run_at(*due, std::move(task)) : tasks.run(std::move(task));
 }
 
 /// The activity goes on with another step, at once.
@@ -604,6 +621,7 @@ bool Watch::Impl::again(Generation generation, void (Impl::*next)()) {
     const std::lock_guard lock(mutex_);
     if (stopped_ || generation != generation_) return false;
     generation = ++generation_;
+    connected_.store(false, std::memory_order_release);  // a WebSocket may be open for a moment before its refusal
     (this->*next)();
     websocket_ = 0;
   }
@@ -630,8 +648,10 @@ void Watch::Impl::attempt(Generation generation) {
   }
 }
 
+/// With the identity for the origin of the resource only: no redirect and no hybrit:websocketUrl makes this program show it elsewhere.
 std::vector<std::pair<std::string, std::string>> Watch::Impl::request_fields(const http::Url& url, std::string accept) const {
   std::vector<std::pair<std::string, std::string>> fields{{"Accept", std::move(accept)}};
+  if (url.origin() != parsed_.origin()) return fields;
   for (auto& field : context_->http->identity_fields(url)) fields.push_back(std::move(field));
   return fields;
 }
@@ -703,7 +723,7 @@ void Watch::Impl::socket_ended(Generation generation, const WebSocketEnd& ended)
     if (stopped_ || generation != generation_) return;
     websocket_ = 0;
     has_value = has_value_;
-    was_connected = was_connected_;
+    was_connected = counts_.values > 0;
   }
   int status = ended.status;
   // A server that cannot refuse the handshake any more says so in the close frame, as lrt does on libwebsockets.
@@ -1094,7 +1114,10 @@ bool Watches::poll(std::chrono::microseconds budget) noexcept {
   return context->options().callbacks == Callbacks::in_poll && context->drain(budget);
 }
 
-void Watches::check_clock() noexcept { context_->tasks.check(); }
+void Watches::check_clock() noexcept {
+  context_->tasks.check();
+  context_->stream_tasks.check();
+}
 
 void Watches::stop() noexcept {
   const std::shared_ptr<WatchContext> context = context_;
@@ -1112,6 +1135,7 @@ void Watches::stop() noexcept {
   }
   context->http->stop();
   context->websockets.stop();
+  context->stream_tasks.stop();
   context->tasks.stop();
 }
 

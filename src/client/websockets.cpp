@@ -69,7 +69,8 @@ struct WebSockets::Impl : std::enable_shared_from_this<Impl> {
     lws* wsi = nullptr;
     Phase phase = Phase::connecting;
     bool is_connected = false;  ///< TCP is
-    bool wants_ping = false, has_pinged = false;
+    bool wants_ping = false;
+    bool has_pinged = false;    ///< since the last frame
     std::size_t address = 0;    ///< the present one
     Instant limit{};            ///< of the phase, unless it is `open`
     Instant last_frame{};
@@ -80,6 +81,10 @@ struct WebSockets::Impl : std::enable_shared_from_this<Impl> {
     std::optional<WebSocketEnd> end;
 
     std::string where() const { return "WebSocket to \"" + request.url.authority + "\""; }
+    void note_frame() {
+      last_frame = SteadyClock::now();
+      has_pinged = false;
+    }
     /// The first reason is the one that counts.
     void fail(Error error) {
       if (!end) end = WebSocketEnd{0, {}, 0, {}, std::move(error)};
@@ -387,10 +392,7 @@ void WebSockets::Impl::expire(Connection& c) {
     c.fail({Errc::timed_out, c.where() + ": nothing was received for " + std::to_string(c.request.idle_time.count()) + " ms"});
     return kill(c);
   }
-  if (idle < half) {
-    c.has_pinged = false;
-    return set_timer(c, std::chrono::ceil<milliseconds>(half - idle));
-  }
+  if (idle < half) return set_timer(c, std::chrono::ceil<milliseconds>(half - idle));
   if (!std::exchange(c.has_pinged, true)) {
     c.wants_ping = true;
     lws_callback_on_writable(c.wsi);
@@ -521,7 +523,7 @@ int WebSockets::Impl::dispatch(lws* wsi, Connection& c, lws_callback_reasons rea
       c.events->opened(std::exchange(c.location, {}));
       return 0;
     case LWS_CALLBACK_CLIENT_RECEIVE: receive(c, static_cast<const char*>(in), size); return 0;
-    case LWS_CALLBACK_CLIENT_RECEIVE_PONG: c.last_frame = SteadyClock::now(); return 0;
+    case LWS_CALLBACK_CLIENT_RECEIVE_PONG: c.note_frame(); return 0;
     case LWS_CALLBACK_CLIENT_WRITEABLE: return write(c);
     case LWS_CALLBACK_WS_PEER_INITIATED_CLOSE: {
       // libwebsockets 4.1 has replaced 1012 and 1013 (IANA's registry) by 1002.
@@ -561,7 +563,7 @@ int WebSockets::Impl::add_fields(Connection& c, unsigned char** to, std::size_t 
 }
 
 void WebSockets::Impl::receive(Connection& c, const char* bytes, std::size_t size) {
-  c.last_frame = SteadyClock::now();
+  c.note_frame();
   if (c.phase != Connection::Phase::open) return;
   if (lws_is_first_fragment(c.wsi) == 1) {
     c.is_text = lws_frame_is_binary(c.wsi) == 0;

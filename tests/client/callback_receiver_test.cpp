@@ -131,7 +131,7 @@ TEST_CASE("a server posts its changes to a watch, which confirms them and ends t
     for (const bool is_signed : {false, true}) {
       INFO(transport << is_signed);
       CallingRobot robot(transport);
-      robot.angle.publish(1.25);
+      robot.angle.publish(1111.25);
       const auto receiver = CallbackReceiver::create().value();
       Watches watches(http_client(background()));
       WatchOptions options = by(Via::callback);
@@ -139,14 +139,15 @@ TEST_CASE("a server posts its changes to a watch, which confirms them and ends t
       if (is_signed) options.subscriptions_url = "http://127.0.0.1:" + std::to_string(robot.server->port()) + "/arm/subscriptions";
       Changes changes;
       Watch watch = watches.watch(robot.url(), options, changes.callback()).value();
-      const Change first = changes.wait_value("1.25");
+      const Change first = changes.wait_value("1111.25");
       CHECK(first.media_type == "text/turtle");
       CHECK(first.entity_tag.substr(0, 1) == "\"");
       CHECK(first.graph());
-      robot.angle.publish(2.5);
-      changes.wait_value("2.5");
+      robot.angle.publish(2222.5);
+      changes.wait_value("2222.5");
       CHECK(watch.is_connected());
       CHECK(watch.via() == Via::callback);
+      while (watch.subscription().empty()) std::this_thread::yield();  // the first notification may precede the response
       const std::string subscription = watch.subscription();
       const auto http = http_client(client::Options());
       const auto described = http->send({"GET", subscription, {}, {}}).value();
@@ -161,7 +162,7 @@ TEST_CASE("a server posts its changes to a watch, which confirms them and ends t
 TEST_CASE("a client that ends deletes its callbacks", "[client][R0.16]") {
   const test::Watchdog watchdog("callbacks");
   CallingRobot robot;
-  robot.angle.publish(1.25);
+  robot.angle.publish(1111.25);
   const auto receiver = CallbackReceiver::create().value();
   std::string subscription;
   {
@@ -182,18 +183,18 @@ TEST_CASE("a subscription that a server has forgotten is made again, after a gap
   const test::Watchdog watchdog("callbacks");
   auto robot = std::make_unique<CallingRobot>();
   const std::uint16_t port = robot->server->port();
-  robot->angle.publish(1.25);
+  robot->angle.publish(1111.25);
   Watches watches(http_client(background()));
   WatchOptions options = by(Via::callback);
   options.receiver = CallbackReceiver::create().value();
   options.idle_time = std::chrono::milliseconds(50);
   Changes changes;
   const Watch watch = watches.watch(robot->url(), options, changes.callback()).value();
-  changes.wait_value("1.25");
+  changes.wait_value("1111.25");
   robot.reset();
   robot = std::make_unique<CallingRobot>("", port);
-  robot->angle.publish(7.75);
-  changes.wait_value("7.75");
+  robot->angle.publish(7777.75);
+  changes.wait_value("7777.75");
   CHECK(watch.counts().gaps >= 1);
 }
 

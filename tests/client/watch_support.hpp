@@ -41,7 +41,7 @@ class Changes {
     changed_.wait(lock, [&] { return condition(all_); });
     return all_;
   }
-  /// Waits for a value whose body contains a text.
+  /// Waits for a value whose body contains a text, which must not be a part of a time.
   client::Change wait_value(const std::string& text) {
     client::Change found;
     wait_for([&](const auto& all) {

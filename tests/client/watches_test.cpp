@@ -58,13 +58,13 @@ TEST_CASE("a watch gets the present value and the next ones, by every protocol a
   for (const std::string_view transport : transport::names()) {
     for (const Via via : {Via::any, Via::websocket, Via::event_stream, Via::polling}) {
       PushingRobot robot(transport);
-      robot.angle.publish(1.25);
+      robot.angle.publish(1111.25);
       Watches watches(http_client(background()));
       Changes changes;
       const Watch watch = watches.watch(robot.url(), by(via), changes.callback()).value();
       CHECK(changes.wait(1)[0].kind == Kind::value);
-      robot.angle.publish(2.5);
-      const Change second = changes.wait_value("2.5");
+      robot.angle.publish(2222.5);
+      const Change second = changes.wait_value("2222.5");
       CHECK(second.url == robot.url());
       CHECK(second.media_type == "text/turtle");
       CHECK(second.graph().value().size() > 2);
@@ -84,7 +84,7 @@ TEST_CASE("a watch gets the present value and the next ones, by every protocol a
 TEST_CASE("a watch asks for its media type, its interval and its queue", "[client][R0.17]") {
   const test::Watchdog watchdog("watch");
   PushingRobot robot;
-  robot.angle.publish(1.25);
+  robot.angle.publish(1111.25);
   Watches watches(http_client(background()));
   for (const Via via : {Via::websocket, Via::event_stream, Via::polling}) {
     WatchOptions options = by(via);
@@ -112,16 +112,16 @@ TEST_CASE("a robot that begins again is a gap, and then a value", "[client][R0.1
       INFO(transport << " " << static_cast<int>(via));
       auto robot = std::make_unique<PushingRobot>(transport);
       const std::uint16_t port = robot->server->port();
-      robot->angle.publish(1.25);
+      robot->angle.publish(1111.25);
       Watches watches(http_client(background()));
       Changes changes;
       const Watch watch = watches.watch(robot->url(), by(via), changes.callback()).value();
-      changes.wait_value("1.25");
+      changes.wait_value("1111.25");
       robot.reset();
       while (watch.is_connected()) std::this_thread::yield();
       robot = std::make_unique<PushingRobot>(transport, port);
-      robot->angle.publish(7.75);
-      changes.wait_value("7.75");
+      robot->angle.publish(7777.75);
+      changes.wait_value("7777.75");
       const auto all = changes.all();
       std::size_t gaps = 0, last_gap = 0;
       for (std::size_t i = 0; i < all.size(); ++i)
@@ -139,7 +139,7 @@ TEST_CASE("a subscription that is deleted at the server ends its watch, and no o
   const test::Watchdog watchdog("watch");
   for (const std::string_view transport : transport::names()) {
     PushingRobot robot(transport);
-    robot.angle.publish(1.25);
+    robot.angle.publish(1111.25);
     Watches watches(http_client(background()));
     Changes first, second;
     const Watch a = watches.watch(robot.url(), by(Via::websocket), first.callback()).value();
@@ -150,8 +150,8 @@ TEST_CASE("a subscription that is deleted at the server ends its watch, and no o
     const Change end = first.wait_end();
     CHECK(end.reason->code == Errc::closed);
     CHECK_FALSE(a.is_connected());
-    robot.angle.publish(2.5);
-    second.wait_value("2.5");
+    robot.angle.publish(2222.5);
+    second.wait_value("2222.5");
     CHECK(b.is_connected());
   }
 }
@@ -257,8 +257,8 @@ TEST_CASE("a callback that throws is called again, and the log says so", "[clien
     throw std::runtime_error("a wrench");
   }).value();
   changes.wait(1);
-  robot.angle.publish(2.5);
-  changes.wait_value("2.5");
+  robot.angle.publish(2222.5);
+  changes.wait_value("2222.5");
   watches.stop();
   CHECK(lines >= 2);
 }
@@ -335,11 +335,11 @@ TEST_CASE("poll() calls one callback if its budget is over", "[client]") {
 TEST_CASE("values can be delivered on the thread that receives them", "[client]") {
   const test::Watchdog watchdog("watch");
   PushingRobot robot;
-  robot.angle.publish(1.25);
+  robot.angle.publish(1111.25);
   Watches watches(http_client(client::Options()));
   Changes changes;
   const Watch watch = watches.watch(robot.url(), by(Via::websocket), changes.callback(), Watches::Delivery::at_once).value();
-  changes.wait_value("1.25");
+  changes.wait_value("1111.25");
 }
 
 TEST_CASE("watches end with open connections, and their handles have no effect", "[client]") {
@@ -607,7 +607,7 @@ TEST_CASE("streams above their limit are refused, or polled", "[client]") {
 TEST_CASE("a resource that is gone after a connection is tried for a time", "[client]") {
   const test::Watchdog watchdog("watch");
   PushingRobot robot;
-  robot.angle.publish(1.25);
+  robot.angle.publish(1111.25);
   Watches watches(http_client(background()));
   Changes changes;
   WatchOptions options = by(Via::websocket);
@@ -647,10 +647,43 @@ TEST_CASE("the identity goes to trusted origins only", "[client]") {
   }
 }
 
+TEST_CASE("neither a redirect nor hybrit:websocketUrl takes the identity to another origin, trusted or not", "[client]") {
+  const test::Watchdog watchdog("watch");
+  std::mutex mutex;
+  std::vector<std::string> tokens;
+  test::Receiver other([&](Peer& peer) {
+    const std::string request = peer.read_request();
+    {
+      const std::lock_guard lock(mutex);
+      tokens.push_back(field_of(request, "Authorization"));
+    }
+    peer.send(wants_websocket(request) ? opening_response(request) + frame("x") : stream_header() + "data: x\n\n");
+    peer.hang();
+  });
+  const std::string port = std::to_string(other.port());
+  test::Receiver first([&](Peer& peer) {
+    for (std::string request = peer.read_request(); !request.empty(); request = peer.read_request()) {
+      if (field_of(request, "Accept") == "text/event-stream") peer.send(test::answer(307, "", "Location: " + other.url() + "\r\n"));
+      else peer.send(test::answer(200, "<> <https://hybr-it-projekt.de/ns/hybr-it#websocketUrl> \"ws://127.0.0.1:" + port + "/\" .", "Content-Type: text/turtle\r\n"));
+    }
+  });
+  client::Options options = background();
+  options.identity.token = "secret";
+  options.identity.trusted_origins = {"http://127.0.0.1:" + std::to_string(first.port()), "http://127.0.0.1:" + port};
+  Watches watches(http_client(options));
+  for (const Via via : {Via::websocket, Via::event_stream}) {
+    Changes changes;
+    const Watch watch = watches.watch(first.url(), by(via), changes.callback()).value();
+    changes.wait(1);
+  }
+  const std::lock_guard lock(mutex);
+  CHECK(tokens == std::vector<std::string>{"", ""});
+}
+
 TEST_CASE("names are resolved without delaying other watches", "[client]") {
   const test::Watchdog watchdog("watch");
   PushingRobot robot;
-  robot.angle.publish(1.25);
+  robot.angle.publish(1111.25);
   client::Options options = background();
   options.limits.resolve_time = std::chrono::seconds(30);
   std::mutex mutex;
@@ -669,7 +702,7 @@ TEST_CASE("names are resolved without delaying other watches", "[client]") {
     const Watch a = watches.watch("http://hangs.example/arm", by(Via::websocket), hanging.callback()).value();
     std::string url = robot.url();
     const Watch b = watches.watch(url, by(Via::websocket), numeric.callback()).value();
-    numeric.wait_value("1.25");
+    numeric.wait_value("1111.25");
     test::Receiver server([](Peer& peer) {
       const std::string request = peer.read_request();
       peer.send(opening_response(request) + frame(field_of(request, "Host")));
