@@ -62,7 +62,8 @@ class Client {
     });
   }
 
-  /// Runs callbacks that are due: of watches and of async(). With Callbacks::in_background there is nothing to do. Never waits.
+  /// Runs callbacks that are due: of watches and of async(). With Callbacks::in_background there is nothing to do. Never waits for a
+  /// server. When nothing is due it makes no system call and takes no lock.
   /// @return  true: there is more
   bool poll(std::chrono::microseconds budget = std::chrono::microseconds(200)) noexcept;
   /// Waits until poll() has something to do, at most that long.

@@ -163,7 +163,11 @@ class HttpClientImpl final : public HttpClient {
         const auto secret = [](const auto& field) { return iequals_ascii(field.first, "Authorization") || iequals_ascii(field.first, "Cookie"); };
         request.fields.erase(std::remove_if(request.fields.begin(), request.fields.end(), secret), request.fields.end());
       }
-      if (method != request.method) request.body.clear();
+      if (method != request.method) {
+        request.body.clear();
+        const auto describes_body = [](const auto& field) { return iequals_ascii(field.first, "Content-Type"); };
+        request.fields.erase(std::remove_if(request.fields.begin(), request.fields.end(), describes_body), request.fields.end());
+      }
       request.method = method;
       request.url = *std::move(target);
     }
@@ -176,9 +180,9 @@ class HttpClientImpl final : public HttpClient {
     const auto identity = is_elsewhere ? std::vector<std::pair<std::string, std::string>>() : identity_fields(url);
     exchange::Request sent{request.method, url.target, url.authority, {}, request.body};
     for (const auto& [name, value] : request.fields) sent.fields.push_back({name, value});
-    for (const auto& [name, value] : identity) {
-      const bool given = std::any_of(request.fields.begin(), request.fields.end(), [&](const auto& f) { return iequals_ascii(f.first, name); });
-      if (!given) sent.fields.push_back({name, value});
+    for (const auto& own : identity) {
+      const bool given = std::any_of(request.fields.begin(), request.fields.end(), [&](const auto& f) { return iequals_ascii(f.first, own.first); });
+      if (!given) sent.fields.push_back({own.first, own.second});
     }
     const std::string peer = url.origin();
     // A server may close an idle connection at the moment when it is used again. A request that must not be sent twice gets a new one
