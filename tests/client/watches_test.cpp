@@ -289,7 +289,6 @@ TEST_CASE("after stop() has returned the callback is not called, and it is not r
 
 TEST_CASE("changes wait for poll(), the oldest values are dropped and counted", "[client]") {
   const test::Watchdog watchdog("watch");
-  std::atomic<bool> sent{false};
   test::Receiver server([&](Peer& peer) {
     std::string bytes = opening_response(peer.read_request());
     for (int i = 0; i < 10; ++i) bytes += frame("value " + std::to_string(i));
