@@ -263,7 +263,7 @@ TEST_CASE("a callback that throws is called again, and the log says so", "[clien
   CHECK(lines >= 2);
 }
 
-TEST_CASE("after stop() has returned the callback is not called, and it is not running", "[client]") {
+TEST_CASE("stop() waits for a callback that runs, and no other follows", "[client]") {
   const test::Watchdog watchdog("watch");
   PushingRobot robot;
   std::atomic<bool> stop{false};
@@ -271,17 +271,22 @@ TEST_CASE("after stop() has returned the callback is not called, and it is not r
     for (double i = 0; !stop; ++i) robot.angle.publish(i);
   });
   Watches watches(http_client(background()));
-  for (int round = 0; round < 20; ++round) {
-    std::atomic<bool> may_run{true}, ran_late{false};
-    std::atomic<int> calls{0};
-    Watch watch = watches.watch(robot.url(), by(round % 2 == 0 ? Via::websocket : Via::event_stream), [&](const Change&) {
-      ++calls;
-      if (!may_run) ran_late = true;
+  for (const Via via : {Via::websocket, Via::event_stream, Via::websocket, Via::event_stream}) {
+    std::atomic<bool> is_inside{false}, is_stopping{false}, was_called_late{false}, has_stopped{false};
+    Watch watch = watches.watch(robot.url(), by(via), [&](const Change&) {
+      if (has_stopped) was_called_late = true;
+      is_inside = true;
+      while (!is_stopping) std::this_thread::yield();
+      for (int i = 0; i < 10'000; ++i) std::this_thread::yield();
+      is_inside = false;
     }).value();
-    while (calls < 3) std::this_thread::yield();
+    while (!is_inside) std::this_thread::yield();
+    is_stopping = true;
     watch.stop();
-    may_run = false;
-    CHECK_FALSE(ran_late);
+    has_stopped = true;
+    CHECK_FALSE(is_inside);
+    for (int i = 0; i < 100; ++i) std::this_thread::yield();
+    CHECK_FALSE(was_called_late);
   }
   stop = true;
   publisher.join();
