@@ -228,7 +228,7 @@ struct WatchContext : std::enable_shared_from_this<WatchContext> {
   const std::shared_ptr<HttpClient> http;
   const Watches::Hooks hooks;
   const Clock& clock;
-  Names names;
+  NameResolver names;
   std::atomic<std::size_t> streams{0};
   std::atomic<bool> stopped{false};
 
