@@ -12,6 +12,7 @@
 #include <lrt/client/http.hpp>
 #include <lrt/client/options.hpp>
 #include <lrt/client/things.hpp>
+#include <lrt/client/typed.hpp>
 
 namespace lrt {
 

@@ -238,7 +238,7 @@ class HttpClientImpl final : public HttpClient {
   }
 
   const std::shared_ptr<const exchange::ClientTls> tls_;
-  Names names_;
+  NameResolver names_;
   std::mutex mutex_;
   std::string token_;
   std::set<std::string> trusted_;

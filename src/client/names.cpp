@@ -17,7 +17,7 @@ constexpr std::size_t max_known = 256;
 constexpr std::chrono::seconds known_time{30};
 }  // namespace
 
-struct Names::State {
+struct NameResolver::State {
   struct Known {
     Result<std::vector<Address>> addresses;
     Instant until;
@@ -33,9 +33,9 @@ struct Names::State {
   std::map<std::string, Known> known;
 };
 
-Names::Names(ThreadOptions threads, exchange::Resolve resolve) : state_(std::make_shared<State>(std::move(threads), std::move(resolve))) {}
+NameResolver::NameResolver(ThreadOptions threads, exchange::Resolve resolve) : state_(std::make_shared<State>(std::move(threads), std::move(resolve))) {}
 
-Result<std::vector<Address>> Names::find(const std::string& host, exchange::WaitLimit limit) {
+Result<std::vector<Address>> NameResolver::find(const std::string& host, exchange::WaitLimit limit) {
   if (std::optional<Address> literal = exchange::literal_address(host)) return std::vector<Address>{*std::move(literal)};
   std::unique_lock lock(state_->mutex);
   while (true) {

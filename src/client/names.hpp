@@ -17,9 +17,9 @@ namespace lrt::client {
 /// Resolves names within a time limit. The system's resolver cannot be interrupted: a thread that is still in it is left behind, ends when it
 /// returns, and uses memory of its own only.
 /// @par Threads  Any.
-class Names {
+class NameResolver {
  public:
-  explicit Names(ThreadOptions threads, exchange::Resolve resolve = exchange::resolve);
+  explicit NameResolver(ThreadOptions threads, exchange::Resolve resolve = exchange::resolve);
 
   /// The addresses of a host of a URL. A name is asked for again after 30 s.
   /// @par Errors  io_error, timed_out; limit_exceeded: too many names are being resolved

@@ -505,8 +505,10 @@ class DocumentReader {
 
   /// A number of CBOR has no digits: it is formatted as in write_value().
   TermId real(const Type& type, std::string_view digits) {
-    if (!is_binary_) return graph_.intern(literal(digits, type.datatype));
+    const bool has_exponent = type.datatype == vocab::xsd::decimal && (is_binary_ || !lexical::is_decimal(digits));  // a decimal has none
+    if (!is_binary_ && !has_exponent) return graph_.intern(literal(digits, type.datatype));
     const double number = lexical::parse_double(digits).value_or(0);
+    if (has_exponent) return graph_.intern(literal(std::isfinite(number) ? lexical_form(type, Value(number)) : std::string(digits), type.datatype));
     const auto narrow = static_cast<float>(number);
     const bool is_float = type.single && (static_cast<double>(narrow) == number || std::isnan(number));
     return graph_.intern(literal(is_float ? lexical::format(narrow) : lexical::format(number), type.datatype));

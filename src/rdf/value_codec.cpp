@@ -1,5 +1,6 @@
 #include <lrt/rdf/value_codec.hpp>
 
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -312,6 +313,7 @@ bool Completion::holds(const Type& type, const TermView& term) {
     const auto value = lexical::parse_uint64(term.text);
     return value && *value <= type.highest;
   }
+  if (type.datatype == vocab::xsd::decimal && !lexical::is_decimal(term.text)) return false;  // an exponent
   const std::string_view name = xsd_name(term);
   if (name == "float" ? !lexical::is_double(term.text) : name == "double" ? !lexical::is_double(term.text)
       : name == "decimal" ? !lexical::is_decimal(term.text) : form != IntegerForm::yes)
@@ -664,6 +666,17 @@ TermId ValueWriter::map_member(std::string_view name, TermId object) {
 
 void ValueWriter::present(TermId focus) { add(focus, vocab::rdf_::type, graph_.intern(vocab::rdfs::Resource)); }
 
+namespace {
+
+/// The shortest xsd:decimal that reads back bit-identically: without an exponent.
+std::string decimal_form(double number) {
+  char text[1100];  // the smallest double has 1074 decimals
+  const auto end = std::to_chars(text, text + sizeof text, number, std::chars_format::fixed).ptr;
+  return std::string(text, end);
+}
+
+}  // namespace
+
 std::string lexical_form(const Type& type, const Value& value) {
   switch (type.kind) {
     case Kind::boolean: return value.boolean() && *value.boolean() ? "true" : "false";
@@ -672,6 +685,7 @@ std::string lexical_form(const Type& type, const Value& value) {
       return value.large_integer() ? std::to_string(*value.large_integer()) : "0";
     case Kind::real: {
       const double number = value.real() ? *value.real() : 0;
+      if (type.datatype == vocab::xsd::decimal && std::isfinite(number)) return decimal_form(number);
       return type.single ? lexical::format(static_cast<float>(number)) : lexical::format(number);
     }
     case Kind::duration: return lexical::format(std::chrono::nanoseconds(value.integer() ? *value.integer() : 0));

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+#include <lrt/client/schema.hpp>
+#include <lrt/rdf/graph.hpp>
+
+namespace lrt {
+class Client;
+}
+
+namespace lrt::client {
+
+class Robot;
+
+/// Limits of what describe() reads. Beyond them: Errc::limit_exceeded, with the limit.
+struct DescribeOptions {
+  SchemaOptions schema;
+  std::size_t max_things = 10'000;
+  std::size_t max_members = 1'000;      ///< properties and actions of one Thing, and predicates of one member
+  std::size_t max_schemas = 5'000;      ///< different shapes
+  std::size_t max_warnings = 1'000;     ///< further ones are left out
+  std::size_t max_documents = 20'000;   ///< that are read from a robot
+  std::size_t max_triples = 2'000'000;  ///< of all these documents
+};
+
+/// A Property of a Thing, as its robot describes it.
+struct PropertyDescription {
+  std::string iri;
+  std::string name;                     ///< the part of its IRI after that of the Thing, "rotation"
+  std::string title;                    ///< dcterms:title, or empty
+  std::vector<std::string> predicates;  ///< by which the Thing links to it, without hybrit:property; sorted
+  bool writable = false;                ///< it has a binding with PUT
+  std::optional<Schema> schema;         ///< of its value, usable; nullopt: no shape says what it is
+};
+
+/// An Action of a Thing, as its robot describes it.
+struct ActionDescription {
+  std::string iri;
+  std::string name;  ///< as that of a Property, without "actions/"
+  std::string title;
+  std::vector<std::string> predicates;
+  bool asynchronous = false;
+  bool stop = false;                    ///< lrt:StopAction
+  bool has_input = false;               ///< it consumes something, or its document is missing
+  std::optional<Schema> input, output;  ///< usable
+};
+
+/// A Thing, as its robot describes it.
+struct ThingDescription {
+  std::string iri;
+  std::string title;
+  std::vector<std::string> classes;             ///< without hybrit:RoboticThing; sorted
+  std::string kind;                             ///< IRI of the Blueprint that it shares with Things of its kind; empty: it has none
+  std::vector<PropertyDescription> properties;  ///< in the order of their IRIs
+  std::vector<ActionDescription> actions;       ///< in the order of their IRIs
+};
+
+/// A shape of a file that describes no Thing.
+struct ShapeDescription {
+  std::string iri;
+  std::string name;  ///< the last part of its class, else of its IRI
+  Schema schema;     ///< usable
+};
+
+struct Description {
+  std::vector<ThingDescription> things;  ///< in the order of their IRIs
+  std::vector<ShapeDescription> shapes;  ///< in the order of their IRIs; only if there are no Things
+  std::vector<std::string> warnings;     ///< sentences: what was not found, and what no type can express
+};
+
+/// Describes the Things of a graph that has their documents, and those of their Properties, Actions and Blueprints: of one file, or merged by
+/// merge_document() from what a client has read. A document that is missing is a warning.
+///
+/// The shape of a Property's value is, in this order: one that targets it, the one that its binding says its body conforms to, and the
+/// one that a Blueprint of its Thing has for its predicate. If there is none, what the Property says itself is taken: qudt:dataType,
+/// lrt:elementType and unit, or the datatype of its rdf:value.
+///
+/// Of a graph without Things, its node shapes with IRIs are described.
+///
+/// A shape that is ill-formed or beyond the limits of a Schema is a warning.
+///
+/// @par Errors  limit_exceeded: DescribeOptions
+/// @par Time    Linear in the graph for a robot's own shapes
+Result<Description> describe(const rdf::Graph& graph, const DescribeOptions& options = {});
+
+/// Describes a live robot: reads the documents of its Things, Properties, Actions and Blueprints, and of shapes that these refer to. Only what
+/// has an origin of one of its Things is read. A document that cannot be read is a warning.
+/// @par Errors  limit_exceeded: DescribeOptions
+Result<Description> describe(lrt::Client& client, const Robot& robot, const DescribeOptions& options = {});
+/// The documents that describe() reads, as one graph: written to a file, it describes the robot without a connection.
+/// @param problems  receives a sentence for each document that cannot be read, at most DescribeOptions::max_warnings
+Result<rdf::Graph> read_documents(lrt::Client& client, const Robot& robot, std::vector<std::string>& problems, const DescribeOptions& options = {});
+
+/// Adds the triples of another document. Its blank nodes get labels that `to` does not have.
+void merge_document(rdf::Graph& to, const rdf::Graph& document);
+
+}  // namespace lrt::client

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+#include <lrt/rdf/graph.hpp>
+#include <lrt/rdf/plain.hpp>
+#include <lrt/rdf/term.hpp>
+#include <lrt/rdf/type.hpp>
+#include <lrt/rdf/value.hpp>
+#include <lrt/rdf/value_codec.hpp>
+
+namespace lrt::client {
+
+/// Limits of what is read from a stranger's shapes. Beyond them there is no Schema but Errc::limit_exceeded, with the limit.
+/// Facets keep the units that they name for the life of the process: of units that lrt does not know, the first 4,096 are kept, and a further one is a
+/// warning.
+struct SchemaOptions {
+  std::size_t max_shapes = 10'000;  ///< shapes that are visited; a shape counts each time that it is referred to
+  std::size_t max_fields = 1'000;   ///< of one record
+  std::size_t max_names = 1'000;    ///< of one sh:in
+  std::size_t max_depth = 24;       ///< nesting of records and lists, of sh:node and of sh:and
+  std::size_t max_text = 8'192;     ///< bytes of one IRI or literal that is kept
+  std::size_t max_warnings = 100;   ///< further ones are counted in the last warning
+};
+
+/// What a published shape says of a value, as an rdf::Type and rdf::Facets: values whose type is known only at run time are read, written and
+/// converted by them like values of C++ types. Owns all that type and facets point to.
+///
+/// These shapes are understood, whoever made them:
+///
+/// | shape of a node | type |
+/// |---|---|
+/// | vom:numericalValue, with or without a unit | number |
+/// | rdf:value alone | the scalar or the list that it has |
+/// | other properties | record; its unit by vom:unit, qudt:hasUnit or qudt:unit with sh:hasValue or sh:in |
+/// | vom:quantityValue alone | record whose fields are at that node |
+///
+/// | constraints of a value | type |
+/// |---|---|
+/// | sh:datatype | boolean, integer, real, duration (xsd:dayTimeDuration), instant (xsd:dateTime), text of any other datatype |
+/// | sh:or of datatypes | the widest number of them, the duration, or the first |
+/// | sh:in of texts | enumeration |
+/// | the path ([sh:zeroOrMorePath rdf:rest] rdf:first) | list; of nodes with schema:name and schema:value: map |
+/// | properties | number with a unit, or record |
+/// | sh:minCount 0 or none | optional |
+///
+/// sh:node and sh:and are followed. Bounds and lengths become facets. A field has the last part of its predicate as its name, or the sh:name
+/// that encodes to it. Two fields may have equal names: rdf::write_plain() tells them apart. All classes and predicates are absolute IRIs, so
+/// the vocabulary that the functions of rdf take does not matter.
+///
+/// What a type cannot express is a warning: one sentence with the path and the constraint. The value may then be refused by the shape although
+/// the type accepts it, so it should be validated (shacl::validate with shape()).
+///
+/// @par Threads  Any: immutable. Copies share their data.
+class Schema {
+ public:
+  /// Reads a shape.
+  /// @param shape  a node shape of `shapes`; a property shape is read for what it says of its values, as focus nodes
+  /// @par Errors  expected_value: an ill-formed shape, or no such shape, with the triple. limit_exceeded: SchemaOptions.
+  /// @par Time    Linear in the shapes that are visited. Allocates.
+  static Result<Schema> read(const rdf::Graph& shapes, const rdf::TermView& shape, const SchemaOptions& options = {});
+
+  /// False: the shape says nothing that a type can express. The last warning says so.
+  bool usable() const noexcept;
+  /// @pre usable()
+  const rdf::Type& type() const noexcept;
+  const rdf::Facets& facets() const noexcept;
+  const std::vector<std::string>& warnings() const noexcept;
+  /// The shape. A blank node has its label of the shapes graph.
+  rdf::TermView shape() const noexcept;
+  /// Its sh:name, or an empty text.
+  const std::string& name() const noexcept;
+
+  /// Reads the value of a focus node, as rdf::read_value(). A unit by qudt:unit counts as one by qudt:hasUnit.
+  /// @pre usable()
+  /// @par Errors  those of rdf::read_value()
+  Result<rdf::Value> read_value(const rdf::Graph& graph, rdf::TermId focus, std::vector<rdf::Mismatch>* mismatches = nullptr) const;
+  /// Adds the triples of a value, as rdf::write_value(), and what the shape wants besides: its classes, and qudt:unit if it asks for that.
+  /// @pre usable(), `value` is of type()
+  void write_value(rdf::Graph& graph, rdf::TermId focus, const rdf::Value& value) const;
+  /// Adds the triples of a value in JSON, text, CBOR or octets, as rdf::read_plain(), and what the shape wants besides.
+  /// @pre usable()
+  /// @par Errors  those of rdf::read_plain(); the graph must then be discarded
+  Result<void> write_plain_value(rdf::Graph& graph, rdf::TermId focus, std::string_view body, rdf::Plain format,
+                                 std::size_t max_values = 100'000) const;
+
+ private:
+  struct Data;
+  explicit Schema(std::shared_ptr<const Data> data) noexcept : data_(std::move(data)) {}
+  void complete(rdf::Graph& graph, rdf::TermId focus, std::size_t first_triple) const;
+  friend class SchemaReader;
+  std::shared_ptr<const Data> data_;
+};
+
+}  // namespace lrt::client

@@ -1,0 +1,201 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+#include <lrt/client/things.hpp>
+#include <lrt/rdf/traits.hpp>
+#include <lrt/rdf/type.hpp>
+#include <lrt/rdf/unit.hpp>
+
+/// What headers of generate() are made of: properties and actions whose C++ types are known.
+namespace lrt::client {
+
+/// The type with another datatype for its literals: xsd:date for a text, xsd:decimal for a double. Of a list, map or optional: for its values.
+/// Lives as long as the process. For constants of generated headers.
+const rdf::Type& with_datatype(const rdf::Type& type, Iri datatype);
+
+/// How the values of a C++ type are written.
+struct ValueForm {
+  ValueForm() = default;
+  ValueForm(const rdf::Type& t, const lrt::Unit& u) : type(&t), unit(u) {}
+  const rdf::Type* type = nullptr;
+  lrt::Unit unit{};
+};
+
+/// A Property without a C++ type.
+class Untyped {
+ public:
+  explicit Untyped(std::optional<Property> property) : property_(std::move(property)) {}
+  /// False: this Thing does not have it, though others of its kind do.
+  bool exists() const noexcept { return property_.has_value(); }
+  /// @par Errors  unknown_path: exists() is false
+  Result<Property> property() const {
+    if (property_) return *property_;
+    return unexpected(Errc::unknown_path, "this Thing does not have this property");
+  }
+
+ private:
+  std::optional<Property> property_;
+};
+
+/// A Property with values of type T.
+template <class T>
+class Readable : public Untyped {
+ public:
+  Readable(std::optional<Property> property, const rdf::Type& type, const lrt::Unit& unit) : Untyped(std::move(property)), form_(type, unit) {}
+
+  /// The value now. @par Errors  those of Property::read()
+  Result<T> read() const {
+    const Result<Property> property = this->property();
+    if (!property) return Unexpected{property.error()};
+    const Result<RepresentationPtr> found = property->get();
+    if (!found) return Unexpected{found.error()};
+    return decode(**found);
+  }
+  /// The value in a representation of this Property, such as a watch reports.
+  Result<T> decode(const Representation& representation) const {
+    const Result<Property> property = this->property();
+    if (!property) return Unexpected{property.error()};
+    const Result<rdf::Value> value = property->decode(representation, *form_.type, form_.unit);
+    if (!value) return Unexpected{value.error()};
+    return rdf::traits<T>::decode(*value);
+  }
+  /// In which its numbers are; unit::none: they have none.
+  const lrt::Unit& unit() const noexcept { return form_.unit; }
+
+ protected:
+  ValueForm form_;
+};
+
+/// A Property with values of type T that clients may write.
+template <class T>
+class Writable : public Readable<T> {
+ public:
+  using Readable<T>::Readable;
+
+  /// @param if_match  an entity tag: written only if the representation still has it
+  /// @par Errors  those of Property::write()
+  Result<void> write(const T& value, const std::string& if_match = {}) const {
+    const Result<Property> property = this->property();
+    if (!property) return Unexpected{property.error()};
+    return property->write(*this->form_.type, rdf::traits<T>::encode(value), WriteOptions{this->form_.unit, if_match});
+  }
+};
+
+/// One run of an action that produces a T.
+template <class T>
+class TypedInvocation {
+ public:
+  TypedInvocation(Invocation invocation, ValueForm form) : invocation_(std::move(invocation)), form_(std::move(form)) {}
+
+  const Invocation& invocation() const noexcept { return invocation_; }
+  /// Waits until it has ended. @par Errors  those of Invocation::wait()
+  Result<Invocation::State> wait(std::chrono::milliseconds at_most, const std::function<void(const Invocation::State&)>& on_progress = {}) const {
+    return invocation_.wait(at_most, on_progress);
+  }
+  Result<void> cancel() const { return invocation_.cancel(); }
+  /// @pre it has succeeded. @par Errors  expected_value: there is no such result
+  template <class U = T>
+  Result<U> result() const {
+    const Result<rdf::Value> value = invocation_.result(*form_.type, form_.unit);
+    if (!value) return Unexpected{value.error()};
+    return rdf::traits<U>::decode(*value);
+  }
+
+ private:
+  Invocation invocation_;
+  ValueForm form_;
+};
+
+/// An Action whose input has no C++ type.
+class UntypedAction {
+ public:
+  explicit UntypedAction(std::optional<Action> action) : action_(std::move(action)) {}
+  /// False: this Thing does not have it now, though others of its kind do, or it is not available.
+  bool exists() const noexcept { return action_.has_value(); }
+  /// @par Errors  unknown_path: exists() is false
+  Result<Action> action() const {
+    if (action_) return *action_;
+    return unexpected(Errc::unknown_path, "this Thing does not have this action");
+  }
+
+ private:
+  std::optional<Action> action_;
+};
+
+/// An Action that takes an In and produces an Out; each may be void. Called like a function: `joint.rotate(43.6F)`.
+template <class In, class Out>
+class TypedAction : public UntypedAction {
+ public:
+  TypedAction(std::optional<Action> action, ValueForm input, ValueForm output)
+      : UntypedAction(std::move(action)), input_(std::move(input)), output_(std::move(output)) {}
+
+  /// @par Errors  those of Action::invoke()
+  Result<TypedInvocation<Out>> operator()(const In& input, InvokeOptions options = {}) const {
+    const Result<Action> action = this->action();
+    if (!action) return Unexpected{action.error()};
+    options.unit = input_.unit;
+    Result<Invocation> run = action->invoke(*input_.type, rdf::traits<In>::encode(input), options);
+    if (!run) return Unexpected{std::move(run).error()};
+    return TypedInvocation<Out>(*std::move(run), output_);
+  }
+
+ private:
+  ValueForm input_, output_;
+};
+template <class Out>
+class TypedAction<void, Out> : public UntypedAction {
+ public:
+  TypedAction(std::optional<Action> action, const ValueForm&, ValueForm output) : UntypedAction(std::move(action)), output_(std::move(output)) {}
+
+  /// @par Errors  those of Action::invoke()
+  Result<TypedInvocation<Out>> operator()(const InvokeOptions& options = {}) const {
+    const Result<Action> action = this->action();
+    if (!action) return Unexpected{action.error()};
+    Result<Invocation> run = action->invoke(options);
+    if (!run) return Unexpected{std::move(run).error()};
+    return TypedInvocation<Out>(*std::move(run), output_);
+  }
+
+ private:
+  ValueForm output_;
+};
+
+/// Finds the members of a Thing of a generated class, and notes what is missing.
+class Members {
+ public:
+  /// @param kind     name of the class, for messages
+  /// @param classes  IRIs that the Thing must have as rdf:type
+  Members(Thing thing, std::string kind, const std::vector<std::string>& classes);
+
+  const Thing& thing() const noexcept { return thing_; }
+  /// @param predicate  by which the Thing links to it; empty: only the name counts
+  std::optional<Property> property(std::string_view predicate, std::string_view name, bool required);
+  std::optional<Action> action(std::string_view predicate, std::string_view name, bool required);
+  /// @par Errors  expected_value: what is missing
+  Result<void> fits() const;
+
+ private:
+  void miss(const std::string& what);
+
+  Thing thing_;
+  std::string kind_, missing_;
+};
+
+/// The Things of a robot that are of a generated class.
+template <class T>
+std::vector<T> all_of(const Robot& robot) {
+  std::vector<T> all;
+  for (const Thing& thing : robot.things())
+    if (Result<T> one = T::of(thing)) all.push_back(*std::move(one));
+  return all;
+}
+
+}  // namespace lrt::client

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <lrt/client/description.hpp>
+
+namespace lrt::client {
+
+/// A property or action that all Things of a kind have in the same form.
+template <class Description>
+struct Member {
+  const Description* first = nullptr;
+  std::size_t count = 0;     ///< Things that have it
+  std::string form;          ///< what its values are, without bounds
+  std::string bounded_form;  ///< with those of the first Thing
+  bool equal_bounds = true;  ///< all Things have these
+};
+using PropertyMember = Member<PropertyDescription>;
+using ActionMember = Member<ActionDescription>;
+
+/// Things that become one class.
+struct ThingKind {
+  std::string name;
+  std::vector<const ThingDescription*> things;
+  std::vector<std::string> classes;  ///< that all have
+  std::map<std::string, PropertyMember> properties;
+  std::map<std::string, ActionMember> actions;
+};
+
+/// Groups Things by Blueprint. Things with one Blueprint whose values differ by more than bounds are of different kinds. Kinds that differ only in
+/// what has no place in C++, such as links between Things, are one.
+/// @return  in the order of their names; several may have one name
+std::vector<ThingKind> kinds_of(const Description& robot);
+
+}  // namespace lrt::client

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+#include <lrt/client/description.hpp>
+#include <lrt/client/generate.hpp>
+
+#include "src/client/cpp_text.hpp"
+#include "src/client/kinds.hpp"
+
+namespace lrt::client {
+
+/// What a header is made of: kind of Thing, part, path of a field -> what it is.
+using Parts = std::map<std::vector<std::string>, std::string>;
+
+/// The names of the classes of kinds, in a scope from which types then take other ones.
+std::vector<std::string> kind_names(const std::vector<ThingKind>& kinds, cpp::Scope& scope, const GenerateOptions& options);
+Parts parts_of(const std::vector<ThingKind>& kinds, const std::vector<std::string>& names, const std::vector<ShapeDescription>& shapes);
+/// The last lines of a header: comments with the parts, and a digest of them.
+std::string list_of(const Parts& parts);
+/// The parts of a header.
+/// @par Errors  expected_value: there are none, or they have been changed
+Result<Parts> read_list(std::string_view header);
+
+}  // namespace lrt::client

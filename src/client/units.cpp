@@ -1,0 +1,309 @@
+#include <lrt/client/units.hpp>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include <lrt/base/immortal.hpp>
+#include <lrt/rdf/lexical.hpp>
+#include <lrt/rdf/value_codec.hpp>
+
+namespace lrt::client {
+namespace {
+
+enum class Of : std::uint8_t {
+  angle,
+  angular_velocity,
+  length,
+  velocity,
+  time,
+  force,
+  torque,
+  mass,
+  temperature,
+  voltage,
+  current,
+  frequency,
+  ratio
+};
+
+/// A unit as (a x + b) / c of the base unit of its kind, for those with `per_two_pi` divided by 2 pi.
+struct Scale {
+  std::string_view code;                 ///< UCUM
+  std::array<std::string_view, 4> also;  ///< further names; the first is shown to people instead of the code
+  std::string_view qudt;                 ///< local name in QUDT
+  Of of;
+  std::int64_t a, b, c;
+  bool per_two_pi = false;
+};
+
+constexpr Scale scales[] = {
+    {"rad", {}, "RAD", Of::angle, 1, 0, 1, true},
+    {"deg", {"deg", "\xC2\xB0"}, "DEG", Of::angle, 1, 0, 360},
+    {"circ", {"turn", "rev"}, "REV", Of::angle, 1, 0, 1},
+    {"rad/s", {}, "RAD-PER-SEC", Of::angular_velocity, 1, 0, 1, true},
+    {"deg/s", {"deg/s", "\xC2\xB0/s"}, "DEG-PER-SEC", Of::angular_velocity, 1, 0, 360},
+    {"circ/min", {"rpm", "rev/min", "{rev}/min"}, "REV-PER-MIN", Of::angular_velocity, 1, 0, 60},
+    {"m", {}, "M", Of::length, 1, 0, 1},
+    {"mm", {}, "MilliM", Of::length, 1, 0, 1000},
+    {"cm", {}, "CentiM", Of::length, 1, 0, 100},
+    {"km", {}, "KiloM", Of::length, 1000, 0, 1},
+    {"um", {"um", "\xC2\xB5m"}, "MicroM", Of::length, 1, 0, 1'000'000},
+    {"[in_i]", {"in"}, "IN", Of::length, 254, 0, 10'000},
+    {"[ft_i]", {"ft"}, "FT", Of::length, 3048, 0, 10'000},
+    {"m/s", {}, "M-PER-SEC", Of::velocity, 1, 0, 1},
+    {"mm/s", {}, "MilliM-PER-SEC", Of::velocity, 1, 0, 1000},
+    {"km/h", {"km/h", "kph"}, "KiloM-PER-HR", Of::velocity, 10, 0, 36},
+    {"s", {}, "SEC", Of::time, 1, 0, 1},
+    {"ms", {}, "MilliSEC", Of::time, 1, 0, 1000},
+    {"us", {"us", "\xC2\xB5s"}, "MicroSEC", Of::time, 1, 0, 1'000'000},
+    {"min", {}, "MIN", Of::time, 60, 0, 1},
+    {"h", {}, "HR", Of::time, 3600, 0, 1},
+    {"N", {}, "N", Of::force, 1, 0, 1},
+    {"kN", {}, "KiloN", Of::force, 1000, 0, 1},
+    {"N.m", {"N.m", "Nm", "N*m"}, "N-M", Of::torque, 1, 0, 1},
+    {"kN.m", {"kN.m", "kNm"}, "KiloN-M", Of::torque, 1000, 0, 1},
+    {"kg", {}, "KiloGM", Of::mass, 1, 0, 1},
+    {"g", {}, "GM", Of::mass, 1, 0, 1000},
+    {"Cel",
+     {"Cel",
+      "\xC2\xB0"
+      "C",
+      "degC", "C"},
+     "DEG_C",
+     Of::temperature,
+     1,
+     0,
+     1},
+    {"K", {}, "K", Of::temperature, 100, -27'315, 100},
+    {"[degF]",
+     {"degF",
+      "\xC2\xB0"
+      "F"},
+     "DEG_F",
+     Of::temperature,
+     5,
+     -160,
+     9},
+    {"V", {}, "V", Of::voltage, 1, 0, 1},
+    {"mV", {}, "MilliV", Of::voltage, 1, 0, 1000},
+    {"A", {}, "A", Of::current, 1, 0, 1},
+    {"mA", {}, "MilliA", Of::current, 1, 0, 1000},
+    {"Hz", {}, "HZ", Of::frequency, 1, 0, 1},
+    {"kHz", {}, "KiloHZ", Of::frequency, 1000, 0, 1},
+    {"1", {}, "UNITLESS", Of::ratio, 1, 0, 1},
+    {"%", {}, "PERCENT", Of::ratio, 1, 0, 100},
+};
+
+constexpr long double two_pi = 6.283185307179586476925286766559005768L;
+
+std::string_view shown(const Scale& s) noexcept { return s.also[0].empty() ? s.code : s.also[0]; }
+
+const Scale* find_scale(std::string_view name) noexcept {
+  if (name.empty()) return nullptr;
+  for (const Scale& s : scales)
+    if (s.code == name || std::find(s.also.begin(), s.also.end(), name) != s.also.end()) return &s;
+  return nullptr;
+}
+
+const Scale* scale_of(const Unit& unit) noexcept {
+  if (const Scale* s = find_scale(unit.ucum)) return s;
+  constexpr std::string_view space = "http://qudt.org/vocab/unit/";
+  if (unit.qudt.text.substr(0, space.size()) == space)
+    for (const Scale& s : scales)
+      if (s.qudt == unit.qudt.text.substr(space.size())) return &s;
+  return nullptr;
+}
+
+/// The names of the units of a kind, or of all: "rad, deg, turn".
+std::string names_of(std::optional<Of> kind) {
+  std::string text;
+  for (const Scale& s : scales)
+    if (!kind || s.of == *kind) text.append(text.empty() ? "" : ", ").append(shown(s));
+  return text;
+}
+
+std::string quoted(std::string_view text) {
+  constexpr std::size_t longest = 40;
+  std::string out = "\"";
+  for (const char c : text.substr(0, longest)) out += static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? '?' : c;
+  return out + (text.size() > longest ? "...\"" : "\"");
+}
+
+Unexpected unknown(std::string_view unit, std::optional<Of> fitting = {}) {
+  return unexpected(Errc::expected_value,
+                    "unknown unit " + quoted(unit) + ", expected " + (fitting ? "one of " : "none or one of ") + names_of(fitting));
+}
+
+/// How far (a x + b) / c is from y, times c.
+double residual(double x, double a, double b, double c, double y) noexcept {
+  const double p = x * a, p_rest = std::fma(x, a, -p);
+  const double s = p + b, s_b = s - p, s_rest = (p - (s - s_b)) + (b - s_b);
+  const double h = y * c, h_rest = std::fma(y, c, -h);
+  return std::abs((s - h) + (s_rest + p_rest - h_rest));
+}
+
+/// The double nearest to (a x + b) / c.
+double affine(double x, std::int64_t a, std::int64_t b, std::int64_t c) noexcept {
+  const auto fa = static_cast<double>(a), fb = static_cast<double>(b), fc = static_cast<double>(c);
+  const double first = static_cast<double>((static_cast<long double>(x) * fa + fb) / fc);
+  double best = first, best_residual = residual(x, fa, fb, fc, first);
+  if (!std::isfinite(best_residual)) return first;
+  for (const double other : {std::nextafter(first, -HUGE_VAL), std::nextafter(first, HUGE_VAL)}) {
+    const double r = residual(x, fa, fb, fc, other);
+    if (r < best_residual) best = other, best_residual = r;
+  }
+  return best;
+}
+
+/// The decimal of at most 15 digits that is meant, if it converts back to x: 0.29 is 29 %, although the double 0.29 is a little less.
+double as_meant(double x, std::int64_t a, std::int64_t b, std::int64_t c) noexcept {
+  const double result = affine(x, a, b, c);
+  const double size = std::max(std::abs(result), std::abs(static_cast<double>(b) / static_cast<double>(c)));
+  if (!std::isfinite(result) || size == 0) return result;
+  const int digits = 14 - static_cast<int>(std::floor(std::log10(size)));
+  if (digits < 0 || digits > 300) return result;
+  char text[700];
+  const auto [end, error] = std::to_chars(text, text + sizeof text, result, std::chars_format::fixed, digits);
+  if (error != std::errc()) return result;
+  const auto decimal = rdf::lexical::parse_double(std::string_view(text, static_cast<std::size_t>(end - text)));
+  // y = (a x + b) / c is x = (c y - b) / a.
+  return decimal && affine(*decimal, c, -b, a) == x ? *decimal + 0.0 : result;
+}
+
+std::int64_t divisor(std::int64_t a, std::int64_t b) noexcept {
+  while (b != 0) a = std::exchange(b, a % b);
+  return a < 0 ? -a : a;
+}
+
+double convert(double number, const Scale& from, const Scale& to) noexcept {
+  if (&from == &to) return number;
+  if (from.per_two_pi != to.per_two_pi) {
+    const long double ratio = static_cast<long double>(from.a * to.c) / static_cast<long double>(from.c * to.a);
+    return static_cast<double>(from.per_two_pi ? number * ratio / two_pi : number * ratio * two_pi);
+  }
+  const std::int64_t a = to.c * from.a, b = to.c * from.b - to.b * from.c, c = to.a * from.c;
+  const std::int64_t common = divisor(divisor(a, b), c);
+  return as_meant(number, a / common, b / common, c / common);
+}
+
+std::string_view trimmed(std::string_view text) noexcept {
+  const auto is_space = [](char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; };
+  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+/// The length of the number at the beginning of a text.
+std::size_t number_length(std::string_view text) noexcept {
+  std::size_t i = 0;
+  const auto digits = [&] {
+    const std::size_t first = i;
+    while (i < text.size() && text[i] >= '0' && text[i] <= '9') ++i;
+    return i - first;
+  };
+  if (i < text.size() && (text[i] == '+' || text[i] == '-')) ++i;
+  std::size_t count = digits();
+  if (i < text.size() && text[i] == '.') ++i, count += digits();
+  if (count == 0) return 0;
+  const std::size_t mantissa = i;
+  if (i < text.size() && (text[i] == 'e' || text[i] == 'E')) {
+    ++i;
+    if (i < text.size() && (text[i] == '+' || text[i] == '-')) ++i;
+    if (digits() == 0) i = mantissa;
+  }
+  return i;
+}
+
+struct Split {
+  double number;
+  std::string_view unit;
+};
+
+Result<Split> split(std::string_view text) {
+  const std::string_view body = trimmed(text);
+  const std::size_t length = number_length(body);
+  const std::optional<double> number = length > 0 ? rdf::lexical::parse_double(body.substr(0, length)) : std::nullopt;
+  if (!number) return unexpected(Error{Errc::expected_value, "expected a number, with or without a unit, found " + quoted(body), 0});
+  if (!std::isfinite(*number)) return unexpected(Error{Errc::expected_value, "expected a finite number, found " + quoted(body), 0});
+  return Split{*number, trimmed(body.substr(length))};
+}
+
+}  // namespace
+
+Result<Quantity> parse_quantity(std::string_view text) {
+  const Result<Split> parts = split(text);
+  if (!parts) return Unexpected{parts.error()};
+  if (parts->unit.empty()) return Quantity{parts->number, {}};
+  const Scale* scale = find_scale(parts->unit);
+  if (!scale) return unknown(parts->unit);
+  return Quantity{parts->number, std::string(scale->code)};
+}
+
+Result<double> convert(double number, std::string_view from, std::string_view to) {
+  if (from == to) return number;
+  const Scale *source = find_scale(from), *target = find_scale(to);
+  if (!target) return unexpected(Errc::expected_value, "cannot convert " + quoted(from) + " to " + quoted(to) + ": the second unit is unknown");
+  if (!source) return unknown(from, target->of);
+  if (source->of != target->of)
+    return unexpected(Errc::expected_value, "cannot convert " + quoted(from) + " to " + quoted(to) + ", expected one of " + names_of(target->of));
+  return convert(number, *source, *target);
+}
+
+Result<double> number_in(std::string_view text, const Unit& unit) {
+  const Result<Split> parts = split(text);
+  if (!parts) return Unexpected{parts.error()};
+  if (parts->unit.empty() || (!unit.ucum.empty() && parts->unit == unit.ucum)) return parts->number;
+  if (unit.empty()) return unexpected(Errc::expected_value, "expected a number without a unit, found the unit " + quoted(parts->unit));
+  const Scale* target = scale_of(unit);
+  if (!target)
+    return unexpected(Errc::expected_value,
+                      "cannot convert " + quoted(parts->unit) + " to " + quoted(unit_label(unit)) + ": write the number without a unit");
+  return convert(parts->number, parts->unit, target->code);
+}
+
+const std::vector<std::string_view>& known_units() {
+  static const Immortal<std::vector<std::string_view>> all([] {
+    std::vector<std::string_view> codes;
+    for (const Scale& s : scales) codes.push_back(s.code);
+    return codes;
+  }());
+  return *all;
+}
+
+std::vector<std::string_view> units_like(std::string_view unit) {
+  std::vector<std::string_view> codes;
+  if (const Scale* scale = find_scale(unit))
+    for (const Scale& s : scales)
+      if (s.of == scale->of) codes.push_back(s.code);
+  return codes;
+}
+
+Unit find_unit(std::string_view vom, std::string_view qudt) {
+  constexpr Unit known[] = {unit::radian, unit::degree,       unit::radian_per_second, unit::degree_per_second,
+                            unit::metre,  unit::millimetre,   unit::metre_per_second,  unit::second,
+                            unit::newton, unit::newton_metre, unit::kilogram,          unit::degree_celsius,
+                            unit::volt,   unit::ampere,       unit::percent,           unit::one};
+  if (!vom.empty() || !qudt.empty())
+    for (const Unit& u : known)
+      if ((vom.empty() || u.vom.text == vom) && (qudt.empty() || u.qudt.text == qudt)) return u;
+  Unit other;
+  other.vom = Iri(vom);
+  other.qudt = Iri(qudt);
+  return other;
+}
+
+std::string unit_label(const Unit& unit) {
+  if (!unit.ucum.empty()) return std::string(unit.ucum);
+  if (const Scale* scale = scale_of(unit)) return std::string(scale->code);
+  const std::string_view iri = unit.qudt.empty() ? unit.vom.text : unit.qudt.text;
+  const std::string_view last = iri.substr(iri.find_last_of("#/") + 1);
+  return std::string(last.empty() ? iri : last);
+}
+
+}  // namespace lrt::client

@@ -1,0 +1,378 @@
+// Made by `lrt generate` of the Blueprints of a robot. Changes are lost when it is made again; `lrt generate --check` tells whether the
+// robot still has these Blueprints.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <lrt/client.hpp>
+#include <lrt/rdf/traits.hpp>
+
+namespace baxter {
+
+/// spatial:Translation3D
+struct Translation3D {
+  double x = 0;
+  double y = 0;
+  double z = 0;
+};
+
+/// spatial:Rotation3D
+struct Rotation3D {
+  double x = 0;
+  double y = 0;
+  double z = 0;
+  double w = 0;
+};
+
+/// spatial:SpatialRelationship
+struct SpatialRelationship {
+  Translation3D translation;  ///< [m]
+  Rotation3D rotation;
+  std::optional<std::array<std::array<double, 3>, 3>> matrix;  ///< may be absent
+};
+
+/// maths:Vector3D
+struct Vector3D {
+  double x = 0;
+  double y = 0;
+  double z = 0;
+};
+
+/// lrt:JointDynamics
+struct JointDynamics {
+  double damping = 0;  ///< [N-M-SEC-PER-RAD]
+  double staticFriction = 0;  ///< [N.m]
+};
+
+/// lrt:JointLimits
+struct JointLimits {
+  std::optional<double> lowerLimit;  ///< [rad], may be absent
+  std::optional<double> upperLimit;  ///< [rad], may be absent
+  std::optional<double> velocityLimit;  ///< [rad/s], may be absent
+  std::optional<double> effortLimit;  ///< [N.m], may be absent
+};
+
+/// maths:Vector3D
+struct Vector3D2 {
+  float x = 0;
+  float y = 0;
+  float z = 0;
+};
+
+/// spatial:AxisAngle
+struct AxisAngle {
+  float rotationAngle = 0;  ///< [rad]
+  Vector3D2 rotationAxis;
+};
+
+/// ~/ns/vocabulary#JointAngles
+struct JointAngles {
+  float right_s0 = 0;  ///< [deg], at least 0, below 360
+  float right_s1 = 0;  ///< [deg], at least 0, below 360
+  float right_e0 = 0;  ///< [deg], at least 0, below 360
+  float right_e1 = 0;  ///< [deg], at least 0, below 360
+  float right_w0 = 0;  ///< [deg], at least 0, below 360
+  float right_w1 = 0;  ///< [deg], at least 0, below 360
+  float right_w2 = 0;  ///< [deg], at least 0, below 360
+};
+
+}  // namespace baxter
+
+template <>
+struct lrt::rdf::traits<::baxter::Translation3D> : lrt::rdf::Record<::baxter::Translation3D> {
+  static void describe(Record<::baxter::Translation3D>& r) {
+    r.is(lrt::Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#Translation3D"});
+    r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/maths/vocab#x"}, &::baxter::Translation3D::x).allow_non_finite();
+    r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/maths/vocab#y"}, &::baxter::Translation3D::y).allow_non_finite();
+    r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/maths/vocab#z"}, &::baxter::Translation3D::z).allow_non_finite();
+  }
+  static const Type& type() {
+    static const lrt::Immortal<Type> changed([] {
+      Type t = Record<::baxter::Translation3D>::type();
+      t.value_predicate = "http://vocab.arvida.de/2015/06/vom/vocab#quantityValue";
+      t.value_classes = {"http://vocab.arvida.de/2015/06/maths/vocab#Vector3D"};
+      return t;
+    }());
+    return *changed;
+  }
+};
+
+template <>
+struct lrt::rdf::traits<::baxter::Rotation3D> : lrt::rdf::Record<::baxter::Rotation3D> {
+  static void describe(Record<::baxter::Rotation3D>& r) {
+    r.is(lrt::Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#Rotation3D"});
+    r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/maths/vocab#x"}, &::baxter::Rotation3D::x).allow_non_finite();
+    r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/maths/vocab#y"}, &::baxter::Rotation3D::y).allow_non_finite();
+    r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/maths/vocab#z"}, &::baxter::Rotation3D::z).allow_non_finite();
+    r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/maths/vocab#w"}, &::baxter::Rotation3D::w).allow_non_finite();
+  }
+  static const Type& type() {
+    static const lrt::Immortal<Type> changed([] {
+      Type t = Record<::baxter::Rotation3D>::type();
+      t.value_predicate = "http://vocab.arvida.de/2015/06/vom/vocab#quantityValue";
+      t.value_classes = {"http://vocab.arvida.de/2015/06/maths/vocab#Quaternion", "http://vocab.arvida.de/2015/06/maths/vocab#Vector4D"};
+      return t;
+    }());
+    return *changed;
+  }
+};
+
+template <>
+struct lrt::rdf::traits<::baxter::SpatialRelationship> : lrt::rdf::Record<::baxter::SpatialRelationship> {
+  static void describe(Record<::baxter::SpatialRelationship>& r) {
+    r.is(lrt::Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#SpatialRelationship"});
+    r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#translation"}, &::baxter::SpatialRelationship::translation).unit(lrt::unit::metre);
+    r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#rotation"}, &::baxter::SpatialRelationship::rotation);
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#matrix"}, &::baxter::SpatialRelationship::matrix).allow_non_finite();
+  }
+};
+
+template <>
+struct lrt::rdf::traits<::baxter::Vector3D> : lrt::rdf::Record<::baxter::Vector3D> {
+  static void describe(Record<::baxter::Vector3D>& r) {
+    r.is(lrt::Iri{"http://vocab.arvida.de/2015/06/maths/vocab#Vector3D"});
+    r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/maths/vocab#x"}, &::baxter::Vector3D::x).allow_non_finite();
+    r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/maths/vocab#y"}, &::baxter::Vector3D::y).allow_non_finite();
+    r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/maths/vocab#z"}, &::baxter::Vector3D::z).allow_non_finite();
+  }
+};
+
+template <>
+struct lrt::rdf::traits<::baxter::JointDynamics> : lrt::rdf::Record<::baxter::JointDynamics> {
+  static void describe(Record<::baxter::JointDynamics>& r) {
+    r.is(lrt::Iri{"https://w3id.org/lrt/ns#JointDynamics"});
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#damping"}, &::baxter::JointDynamics::damping).unit(lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/N-M-SEC-PER-RAD"}, lrt::Iri{""}, "", {}}).allow_non_finite();
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#staticFriction"}, &::baxter::JointDynamics::staticFriction).unit(lrt::unit::newton_metre).allow_non_finite();
+  }
+};
+
+template <>
+struct lrt::rdf::traits<::baxter::JointLimits> : lrt::rdf::Record<::baxter::JointLimits> {
+  static void describe(Record<::baxter::JointLimits>& r) {
+    r.is(lrt::Iri{"https://w3id.org/lrt/ns#JointLimits"});
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#lowerLimit"}, &::baxter::JointLimits::lowerLimit).unit(lrt::unit::radian).allow_non_finite();
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#upperLimit"}, &::baxter::JointLimits::upperLimit).unit(lrt::unit::radian).allow_non_finite();
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#velocityLimit"}, &::baxter::JointLimits::velocityLimit).unit(lrt::unit::radian_per_second).allow_non_finite();
+    r.field(lrt::Iri{"https://w3id.org/lrt/ns#effortLimit"}, &::baxter::JointLimits::effortLimit).unit(lrt::unit::newton_metre).allow_non_finite();
+  }
+};
+
+template <>
+struct lrt::rdf::traits<::baxter::Vector3D2> : lrt::rdf::Record<::baxter::Vector3D2> {
+  static void describe(Record<::baxter::Vector3D2>& r) {
+    r.is(lrt::Iri{"http://vocab.arvida.de/2015/06/maths/vocab#Vector3D"});
+    r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/maths/vocab#x"}, &::baxter::Vector3D2::x).allow_non_finite();
+    r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/maths/vocab#y"}, &::baxter::Vector3D2::y).allow_non_finite();
+    r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/maths/vocab#z"}, &::baxter::Vector3D2::z).allow_non_finite();
+  }
+};
+
+template <>
+struct lrt::rdf::traits<::baxter::AxisAngle> : lrt::rdf::Record<::baxter::AxisAngle> {
+  static void describe(Record<::baxter::AxisAngle>& r) {
+    r.is(lrt::Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#AxisAngle"});
+    r.is(lrt::Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#Rotation3D"});
+    r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#rotationAngle"}, &::baxter::AxisAngle::rotationAngle).unit(lrt::unit::radian).allow_non_finite();
+    r.field(lrt::Iri{"http://vocab.arvida.de/2015/06/spatial/vocab#rotationAxis"}, &::baxter::AxisAngle::rotationAxis);
+  }
+};
+
+template <>
+struct lrt::rdf::traits<::baxter::JointAngles> : lrt::rdf::Record<::baxter::JointAngles> {
+  static void describe(Record<::baxter::JointAngles>& r) {
+    r.is(lrt::Iri{"#JointAngles"});
+    r.field(lrt::Iri{"#JointAngles/right_s0"}, &::baxter::JointAngles::right_s0).unit(lrt::unit::degree).at_least(0).below(360);
+    r.field(lrt::Iri{"#JointAngles/right_s1"}, &::baxter::JointAngles::right_s1).unit(lrt::unit::degree).at_least(0).below(360);
+    r.field(lrt::Iri{"#JointAngles/right_e0"}, &::baxter::JointAngles::right_e0).unit(lrt::unit::degree).at_least(0).below(360);
+    r.field(lrt::Iri{"#JointAngles/right_e1"}, &::baxter::JointAngles::right_e1).unit(lrt::unit::degree).at_least(0).below(360);
+    r.field(lrt::Iri{"#JointAngles/right_w0"}, &::baxter::JointAngles::right_w0).unit(lrt::unit::degree).at_least(0).below(360);
+    r.field(lrt::Iri{"#JointAngles/right_w1"}, &::baxter::JointAngles::right_w1).unit(lrt::unit::degree).at_least(0).below(360);
+    r.field(lrt::Iri{"#JointAngles/right_w2"}, &::baxter::JointAngles::right_w2).unit(lrt::unit::degree).at_least(0).below(360);
+  }
+};
+
+namespace baxter {
+
+/// right_arm_mount, right_lower_elbow, right_lower_forearm, right_lower_shoulder, right_upper_elbow, right_upper_forearm, right_upper_shoulder, right_wrist.
+class Link {
+ public:
+  /// Takes a Thing of this kind, which has the classes, properties and actions.
+  /// @par Errors  expected_value: it is of another kind
+  static lrt::Result<Link> of(lrt::client::Thing thing) {
+    lrt::client::Members members(std::move(thing), "Link", {"http://ros.org/#Link"});
+    Link made(members);
+    if (lrt::Result<void> fits = members.fits(); !fits) return lrt::unexpected(std::move(fits).error());
+    return made;
+  }
+  /// All Things of this kind that a robot has.
+  static std::vector<Link> all(const lrt::client::Robot& robot) { return lrt::client::all_of<Link>(robot); }
+
+  lrt::client::Thing thing;
+  /// pose.
+  lrt::client::Readable<SpatialRelationship> pose;
+
+ private:
+  explicit Link(lrt::client::Members& members)
+      : thing(members.thing()),
+        pose(members.property("https://w3id.org/lrt/ns#pose", "pose", true), lrt::rdf::traits<SpatialRelationship>::type(), lrt::unit::none) {}
+};
+
+/// right_e0, right_e1, right_s0, right_s1, right_w0, right_w1, right_w2.
+class RevoluteJoint {
+ public:
+  /// Takes a Thing of this kind, which has the classes, properties and actions.
+  /// @par Errors  expected_value: it is of another kind
+  static lrt::Result<RevoluteJoint> of(lrt::client::Thing thing) {
+    lrt::client::Members members(std::move(thing), "RevoluteJoint", {"http://ros.org/#Joint", "http://ros.org/#RevoluteJoint"});
+    RevoluteJoint made(members);
+    if (lrt::Result<void> fits = members.fits(); !fits) return lrt::unexpected(std::move(fits).error());
+    return made;
+  }
+  /// All Things of this kind that a robot has.
+  static std::vector<RevoluteJoint> all(const lrt::client::Robot& robot) { return lrt::client::all_of<RevoluteJoint>(robot); }
+
+  lrt::client::Thing thing;
+  /// axis.
+  lrt::client::Readable<Vector3D> axis;
+  /// dynamics.
+  lrt::client::Readable<JointDynamics> dynamics;
+  /// effort: [N.m], may be absent.
+  lrt::client::Readable<std::optional<double>> effort;
+  /// friction: [N-M-SEC-PER-RAD]. Each Thing has its own bounds.
+  lrt::client::Writable<double> friction;
+  /// jointReferenceFrame.
+  lrt::client::Readable<SpatialRelationship> jointReferenceFrame;
+  /// limits.
+  lrt::client::Readable<JointLimits> limits;
+  /// position: [rad]. Each Thing has its own bounds.
+  lrt::client::Writable<double> position;
+  /// rotation.
+  lrt::client::Readable<AxisAngle> rotation;
+  /// velocity: [rad/s].
+  lrt::client::Readable<double> velocity;
+  /// rotate. It takes time: wait for the invocation. Input: [deg], at least 0, below 360.
+  lrt::client::TypedAction<float, void> rotate;
+
+ private:
+  explicit RevoluteJoint(lrt::client::Members& members)
+      : thing(members.thing()),
+        axis(members.property("https://w3id.org/lrt/ns#axis", "axis", true), lrt::rdf::traits<Vector3D>::type(), lrt::unit::none),
+        dynamics(members.property("https://w3id.org/lrt/ns#dynamics", "dynamics", true), lrt::rdf::traits<JointDynamics>::type(), lrt::unit::none),
+        effort(members.property("http://ros.org/#effort", "effort", true), lrt::rdf::traits<std::optional<double>>::type(), lrt::unit::newton_metre),
+        friction(members.property("http://ros.org/#friction", "friction", true), lrt::rdf::traits<double>::type(), lrt::Unit{lrt::Iri{"http://qudt.org/vocab/unit/N-M-SEC-PER-RAD"}, lrt::Iri{""}, "", {}}),
+        jointReferenceFrame(members.property("http://ros.org/#jointReferenceFrame", "jointReferenceFrame", true), lrt::rdf::traits<SpatialRelationship>::type(), lrt::unit::none),
+        limits(members.property("https://w3id.org/lrt/ns#limits", "limits", true), lrt::rdf::traits<JointLimits>::type(), lrt::unit::none),
+        position(members.property("http://ros.org/#position", "position", true), lrt::rdf::traits<double>::type(), lrt::unit::radian),
+        rotation(members.property("http://ros.org/#rotation", "rotation", true), lrt::rdf::traits<AxisAngle>::type(), lrt::unit::none),
+        velocity(members.property("http://ros.org/#velocity", "velocity", true), lrt::rdf::traits<double>::type(), lrt::unit::radian_per_second),
+        rotate(members.action("", "rotate", true), {lrt::rdf::traits<float>::type(), lrt::unit::degree}, {}) {}
+};
+
+/// Baxter's right arm.
+class Robot {
+ public:
+  /// Takes a Thing of this kind, which has the classes, properties and actions.
+  /// @par Errors  expected_value: it is of another kind
+  static lrt::Result<Robot> of(lrt::client::Thing thing) {
+    lrt::client::Members members(std::move(thing), "Robot", {"http://ros.org/#Robot"});
+    Robot made(members);
+    if (lrt::Result<void> fits = members.fits(); !fits) return lrt::unexpected(std::move(fits).error());
+    return made;
+  }
+  /// All Things of this kind that a robot has.
+  static std::vector<Robot> all(const lrt::client::Robot& robot) { return lrt::client::all_of<Robot>(robot); }
+
+  lrt::client::Thing thing;
+  /// the positions of all joints: at most 512 members.
+  lrt::client::Readable<std::vector<double>> positions;
+  /// Move all joints. It takes time: wait for the invocation.
+  lrt::client::TypedAction<JointAngles, void> moveTo;
+
+ private:
+  explicit Robot(lrt::client::Members& members)
+      : thing(members.thing()),
+        positions(members.property("https://w3id.org/lrt/ns#positions", "positions", true), lrt::rdf::traits<std::vector<double>>::type(), lrt::unit::none),
+        moveTo(members.action("", "moveTo", true), {lrt::rdf::traits<JointAngles>::type(), lrt::unit::none}, {}) {}
+};
+
+}  // namespace baxter
+
+// Made of:
+//   Link |  |  | ros:Link
+//   Link | property pose |  | record spatial:SpatialRelationship
+//   Link | property pose | by | read-only lrt:pose
+//   Link | property pose | lrt:matrix | optional list[3] of list[3] of xsd:double
+//   Link | property pose | spatial:rotation | record spatial:Rotation3D by vom:quantityValue maths:Quaternion maths:Vector4D
+//   Link | property pose | spatial:rotation maths:w | xsd:double
+//   Link | property pose | spatial:rotation maths:x | xsd:double
+//   Link | property pose | spatial:rotation maths:y | xsd:double
+//   Link | property pose | spatial:rotation maths:z | xsd:double
+//   Link | property pose | spatial:translation | record spatial:Translation3D by vom:quantityValue maths:Vector3D [m unit:M]
+//   Link | property pose | spatial:translation maths:x | xsd:double
+//   Link | property pose | spatial:translation maths:y | xsd:double
+//   Link | property pose | spatial:translation maths:z | xsd:double
+//   RevoluteJoint |  |  | ros:Joint ros:RevoluteJoint
+//   RevoluteJoint | action rotate | by | asynchronous
+//   RevoluteJoint | input of action rotate |  | xsd:float [deg unit:DEG], at least 0, below 360
+//   RevoluteJoint | property axis |  | record maths:Vector3D
+//   RevoluteJoint | property axis | by | read-only lrt:axis
+//   RevoluteJoint | property axis | maths:x | xsd:double
+//   RevoluteJoint | property axis | maths:y | xsd:double
+//   RevoluteJoint | property axis | maths:z | xsd:double
+//   RevoluteJoint | property dynamics |  | record lrt:JointDynamics
+//   RevoluteJoint | property dynamics | by | read-only lrt:dynamics
+//   RevoluteJoint | property dynamics | lrt:damping | xsd:double [N-M-SEC-PER-RAD unit:N-M-SEC-PER-RAD]
+//   RevoluteJoint | property dynamics | lrt:staticFriction | xsd:double [N.m unit:N-M]
+//   RevoluteJoint | property effort |  | optional xsd:double [N.m unit:N-M]
+//   RevoluteJoint | property effort | by | read-only ros:effort
+//   RevoluteJoint | property friction |  | xsd:double [N-M-SEC-PER-RAD unit:N-M-SEC-PER-RAD]
+//   RevoluteJoint | property friction | by | writable ros:friction
+//   RevoluteJoint | property jointReferenceFrame |  | record spatial:SpatialRelationship
+//   RevoluteJoint | property jointReferenceFrame | by | read-only ros:jointReferenceFrame
+//   RevoluteJoint | property jointReferenceFrame | lrt:matrix | optional list[3] of list[3] of xsd:double
+//   RevoluteJoint | property jointReferenceFrame | spatial:rotation | record spatial:Rotation3D by vom:quantityValue maths:Quaternion maths:Vector4D
+//   RevoluteJoint | property jointReferenceFrame | spatial:rotation maths:w | xsd:double
+//   RevoluteJoint | property jointReferenceFrame | spatial:rotation maths:x | xsd:double
+//   RevoluteJoint | property jointReferenceFrame | spatial:rotation maths:y | xsd:double
+//   RevoluteJoint | property jointReferenceFrame | spatial:rotation maths:z | xsd:double
+//   RevoluteJoint | property jointReferenceFrame | spatial:translation | record spatial:Translation3D by vom:quantityValue maths:Vector3D [m unit:M]
+//   RevoluteJoint | property jointReferenceFrame | spatial:translation maths:x | xsd:double
+//   RevoluteJoint | property jointReferenceFrame | spatial:translation maths:y | xsd:double
+//   RevoluteJoint | property jointReferenceFrame | spatial:translation maths:z | xsd:double
+//   RevoluteJoint | property limits |  | record lrt:JointLimits
+//   RevoluteJoint | property limits | by | read-only lrt:limits
+//   RevoluteJoint | property limits | lrt:effortLimit | optional xsd:double [N.m unit:N-M]
+//   RevoluteJoint | property limits | lrt:lowerLimit | optional xsd:double [rad unit:RAD]
+//   RevoluteJoint | property limits | lrt:upperLimit | optional xsd:double [rad unit:RAD]
+//   RevoluteJoint | property limits | lrt:velocityLimit | optional xsd:double [rad/s unit:RAD-PER-SEC]
+//   RevoluteJoint | property position |  | xsd:double [rad unit:RAD]
+//   RevoluteJoint | property position | by | writable ros:position
+//   RevoluteJoint | property rotation |  | record spatial:AxisAngle spatial:Rotation3D
+//   RevoluteJoint | property rotation | by | read-only ros:rotation
+//   RevoluteJoint | property rotation | spatial:rotationAngle | xsd:float [rad unit:RAD]
+//   RevoluteJoint | property rotation | spatial:rotationAxis | record maths:Vector3D
+//   RevoluteJoint | property rotation | spatial:rotationAxis maths:x | xsd:float
+//   RevoluteJoint | property rotation | spatial:rotationAxis maths:y | xsd:float
+//   RevoluteJoint | property rotation | spatial:rotationAxis maths:z | xsd:float
+//   RevoluteJoint | property velocity |  | xsd:double [rad/s unit:RAD-PER-SEC]
+//   RevoluteJoint | property velocity | by | read-only ros:velocity
+//   Robot |  |  | ros:Robot
+//   Robot | action moveTo | by | asynchronous
+//   Robot | input of action moveTo |  | record ~/ns/vocabulary#JointAngles
+//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_e0 | xsd:float [deg unit:DEG], at least 0, below 360
+//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_e1 | xsd:float [deg unit:DEG], at least 0, below 360
+//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_s0 | xsd:float [deg unit:DEG], at least 0, below 360
+//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_s1 | xsd:float [deg unit:DEG], at least 0, below 360
+//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_w0 | xsd:float [deg unit:DEG], at least 0, below 360
+//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_w1 | xsd:float [deg unit:DEG], at least 0, below 360
+//   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_w2 | xsd:float [deg unit:DEG], at least 0, below 360
+//   Robot | property positions |  | list[0..512] of xsd:double
+//   Robot | property positions | by | read-only lrt:positions
+// Digest: 3c69f56e055992f5
