@@ -76,10 +76,13 @@ http::Response text_response(int status, std::string text) {
   return response;
 }
 
-class Receiver final : public CallbackReceiver, private engine::Handler {
+using Counts = CallbackReceiver::Counts;
+using Notification = CallbackReceiver::Notification;
+
+/// What a receiver is. Its thread owns it, too: a notification may end the last watch of a receiver, and so the receiver, on that thread.
+class State final : public engine::Handler, public std::enable_shared_from_this<State> {
  public:
-  explicit Receiver(CallbackReceiverOptions options) : options_(std::move(options)) {}
-  ~Receiver() override { stop(); }
+  explicit State(CallbackReceiverOptions options) : options_(std::move(options)) {}
 
   Result<void> start() {
     std::string url = options_.public_url;
@@ -103,17 +106,17 @@ class Receiver final : public CallbackReceiver, private engine::Handler {
     url_ = url;
     path_ = parsed->target;
     if (!transport_) return {};
-    Result<Thread> thread = start_thread("lrt-client", options_.threads, [this] { run(); });
+    Result<Thread> thread = start_thread("lrt-client", options_.threads, [self = shared_from_this()] { self->run(); });
     if (!thread) return unexpected(std::move(thread).error());
     thread_ = *std::move(thread);
     return {};
   }
 
-  std::string url() const override { return url_; }
-  std::uint16_t port() const noexcept override { return port_; }
-  Counts counts() const noexcept override { return {notifications_.load(), unsigned_.load(), unknown_.load()}; }
+  const std::string& url() const noexcept { return url_; }
+  std::uint16_t port() const noexcept { return port_; }
+  Counts counts() const noexcept { return {notifications_.load(), unsigned_.load(), unknown_.load()}; }
 
-  http::Response handle(const http::Request& request) override {
+  http::Response respond(const http::Request& request) {
     const std::string_view target = request.target.substr(0, std::min(request.target.find('?'), request.target.size()));
     std::string_view query = request.target.substr(target.size());
     if (!query.empty()) query.remove_prefix(1);
@@ -154,7 +157,7 @@ class Receiver final : public CallbackReceiver, private engine::Handler {
     return response;
   }
 
-  void stop() noexcept override {
+  void stop() noexcept {
     stopping_ = true;
     if (transport_) transport_->waker()->wake();
     Thread thread;
@@ -166,7 +169,7 @@ class Receiver final : public CallbackReceiver, private engine::Handler {
     if (thread.is_current()) thread.detach();
   }
 
-  Result<std::string> add(std::string secret, std::function<void(const Notification&)> take) override {
+  Result<std::string> add(std::string secret, std::function<void(const Notification&)> take) {
     const std::lock_guard lock(mutex_);
     if (stopping_) return unexpected(Errc::closed, "the callback receiver is stopped");
     if (callbacks_.size() >= options_.max_callbacks)
@@ -175,7 +178,7 @@ class Receiver final : public CallbackReceiver, private engine::Handler {
     callbacks_.emplace(name, std::make_shared<const Callback>(Callback{std::move(secret), std::move(take)}));
     return url_ + name;
   }
-  void remove(const std::string& callback_url) noexcept override {
+  void remove(const std::string& callback_url) noexcept {
     std::shared_ptr<const Callback> removed;  // destroyed without the lock
     const std::lock_guard lock(mutex_);
     if (callback_url.size() < name_bytes) return;
@@ -200,7 +203,7 @@ class Receiver final : public CallbackReceiver, private engine::Handler {
 
   engine::Outcome handle(const http::Request& request, TimePoint) override {
     try {
-      return handle(request);
+      return respond(request);
     } catch (...) { return text_response(500, "out of memory\n"); }
   }
   std::optional<engine::Reply> next_reply(TimePoint) override { return std::nullopt; }
@@ -227,12 +230,29 @@ class Receiver final : public CallbackReceiver, private engine::Handler {
   Thread thread_;
 };
 
+class Receiver final : public CallbackReceiver {
+ public:
+  explicit Receiver(std::shared_ptr<State> state) : state_(std::move(state)) {}
+  ~Receiver() override { state_->stop(); }
+
+  std::string url() const override { return state_->url(); }
+  std::uint16_t port() const noexcept override { return state_->port(); }
+  Counts counts() const noexcept override { return state_->counts(); }
+  http::Response handle(const http::Request& request) override { return state_->respond(request); }
+  void stop() noexcept override { state_->stop(); }
+  Result<std::string> add(std::string secret, std::function<void(const Notification&)> take) override { return state_->add(std::move(secret), std::move(take)); }
+  void remove(const std::string& callback_url) noexcept override { state_->remove(callback_url); }
+
+ private:
+  const std::shared_ptr<State> state_;
+};
+
 }  // namespace
 
 Result<std::shared_ptr<CallbackReceiver>> CallbackReceiver::create(CallbackReceiverOptions options) {
-  auto made = std::make_shared<Receiver>(std::move(options));
-  if (Result<void> started = made->start(); !started) return unexpected(std::move(started).error());
-  return std::shared_ptr<CallbackReceiver>(std::move(made));
+  auto state = std::make_shared<State>(std::move(options));
+  if (Result<void> started = state->start(); !started) return unexpected(std::move(started).error());
+  return std::shared_ptr<CallbackReceiver>(std::make_shared<Receiver>(std::move(state)));
 }
 
 }  // namespace lrt::client

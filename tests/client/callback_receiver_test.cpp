@@ -246,6 +246,21 @@ TEST_CASE("a server that may not call the receiver says so", "[client][R0.13]") 
   CHECK(watches.watch(robot.url(), options, changes.callback()).error().code == Errc::invalid_option);
 }
 
+TEST_CASE("a notification can end its receiver", "[client][threads]") {
+  const test::Watchdog watchdog("callbacks");
+  auto receiver = CallbackReceiver::create().value();
+  std::atomic<bool> is_gone{false};
+  const std::string url = receiver->add("", [&](const CallbackReceiver::Notification&) {
+    receiver.reset();
+    is_gone = true;
+  }).value();
+  const Result<http::Url> parsed = http::parse_url(url);
+  test::Socket socket(parsed->port);
+  socket.send("POST " + parsed->target + "\nHost: " + parsed->authority + "\nContent-Type: text/plain\n\nx");
+  while (!is_gone) std::this_thread::yield();
+  while (!socket.ended()) socket.receive(std::chrono::milliseconds(10));
+}
+
 TEST_CASE("a receiver listens on its own port", "[client]") {
   const auto receiver = CallbackReceiver::create().value();
   CallbackReceiverOptions same;
