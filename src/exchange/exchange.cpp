@@ -126,6 +126,10 @@ class Messages final : public httplib::ClientImpl {
   using ClientImpl::process_request;
 };
 
+bool is_token(std::string_view name) noexcept {
+  return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) { return lrt::detail::is(c, lrt::detail::tchar); });
+}
+
 bool has_connection_close(const httplib::Response& response) {
   const auto range = response.headers.equal_range("Connection");
   for (auto it = range.first; it != range.second; ++it) {
@@ -171,7 +175,8 @@ Outcome exchange(Wire& wire, const Request& request, const Limits& limits, WaitL
   const auto take_header = [&](const httplib::Response& response) {
     has_header = true;
     header.status = response.status;
-    for (const auto& [name, value] : response.headers) header.fields.add(name, value);
+    for (const auto& [name, value] : response.headers)
+      if (is_token(name)) header.fields.add(name, value);  // cpp-httplib does not judge names
     const bool has_body = http::may_have_body(response.status) && request.method != "HEAD";
     stream.end_header_section(has_body);
     refused = response.status >= 200 && !has_ambiguous_framing(response) && receiver.header && !receiver.header(header);

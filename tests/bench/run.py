@@ -1,6 +1,6 @@
 """What lrt costs, beside the least that any program could do on this machine, in one run.
 
-  run.py BUILD_FOLDER [--json FILE] [--parts get,push,rates,publish,memory,scale,read,compile,rights] [--rounds 3] [--seconds 3]
+  run.py BUILD_FOLDER [--json FILE] [--parts get,push,rates,publish,memory,scale,read,compile,rights,client] [--rounds 3] [--seconds 3]
 
 tests/bench/run.sh builds the programs and calls this. Each row is a figure of lrt, the same figure of a bare program that does nothing but the
 system calls ("limit"), and their ratio: the median of the ratios of rounds, in each of which both run one after the other. Servers run on
@@ -240,7 +240,18 @@ def rights(bench):
                 bench.row("rights", f"GET with a token and rules, {connections} connections", "CPU us", with_token, without, 1.05)
 
 
-PARTS = {part.__name__: part for part in (get, push, rates, publish, memory, scale, read, compile, rights)}
+def client(bench):
+    """A client that watches 100 robots of one process at 10 Hz, and the way of a value from one robot into the loop of another at 1 kHz."""
+    runs = [json.loads(bench.client("client_bench", "--robots", 100, "--seconds", max(1, int(bench.seconds)), "--json")) for _ in range(bench.rounds)]
+    for name, work, unit in (("messages_per_second", "100 robots watched at 10 Hz", "1/s"), ("server_cpu_us", "each robot: CPU of its server", "us/s"),
+                             ("client_cpu_us", "each robot: CPU of the client", "us/s"), ("server_kib", "each robot: memory of its server", "KiB"),
+                             ("client_kib", "each robot: memory of the client", "KiB"), ("received_p50_us", "1 kHz, robot to robot: decoded, p50", "us"),
+                             ("received_p99_us", "1 kHz, robot to robot: decoded, p99", "us"), ("taken_p50_us", "1 kHz, robot to robot: in its loop, p50", "us"),
+                             ("taken_p99_us", "1 kHz, robot to robot: in its loop, p99", "us")):
+        bench.row("client", work, unit, [run[name] for run in runs])
+
+
+PARTS = {part.__name__: part for part in (get, push, rates, publish, memory, scale, read, compile, rights, client)}
 
 
 def main():

@@ -257,6 +257,15 @@ TEST_CASE("responses that are too long, too slow or no HTTP are errors", "[clien
   }
 }
 
+TEST_CASE("fields without a valid name are left out", "[client]") {
+  Site site({{"/", turtle("<> a hybrit:RoboticThing .", "Bad Name: x\r\n: y\r\nGood: z\r\n")}});
+  Client client = Client::create(quick()).value();
+  const client::Response response = client.send({"GET", site.url(), {}, {}}).value();
+  CHECK(response.status == 200);
+  CHECK(response.fields.find("Good") == "z");
+  CHECK(client.open(site.url()).has_value());
+}
+
 TEST_CASE("a server that sends byte by byte gets no more time than one exchange has", "[client]") {
   Receiver slow([](Peer& peer) {
     peer.read_request();

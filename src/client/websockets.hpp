@@ -1,0 +1,75 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+#include <lrt/client/options.hpp>
+#include <lrt/http/url.hpp>
+
+#include "src/exchange/resolve.hpp"
+
+namespace lrt::client {
+
+/// Why a WebSocket has ended.
+struct WebSocketEnd {
+  int status = 0;           ///< of a response that is not 101; 0: there was none
+  std::optional<std::chrono::seconds> retry_after{};  ///< of that response
+  std::uint16_t code = 0;   ///< of the server's close frame (RFC 6455 7.4); 1005: it has none; 0: no close frame was received
+  std::string reason{};     ///< of the close frame
+  Error error{Errc::closed, {}};
+};
+
+/// What happens to a WebSocket. Called on the thread of WebSockets, without a lock, in this order: opened() at most once, received(), and ended()
+/// once. None of them may block.
+class WebSocketEvents {
+ public:
+  virtual ~WebSocketEvents() = default;
+  /// @param location  value of Location in the opening response; empty: it has none
+  virtual void opened(std::string location) = 0;
+  /// A complete message; text is UTF-8.
+  virtual void received(std::string message) = 0;
+  virtual void ended(const WebSocketEnd& end) = 0;
+};
+
+struct WebSocketRequest {
+  http::Url url;                             ///< secure: TLS
+  std::vector<exchange::Address> addresses;  ///< of the host, tried in this order
+  std::vector<std::pair<std::string, std::string>> fields{};  ///< Accept, Authorization, ...
+  std::chrono::milliseconds idle_time{60'000};  ///< a ping is sent after half of it without a frame; all of it: the connection has ended
+};
+
+/// WebSocket connections of a client, on libwebsockets: one lws_context on one thread, which starts with the first connection.
+///
+/// What it does not do: redirects (a 3xx has its status in the end), extensions, sub-protocols, proxies. A target above 2000 bytes, a host above
+/// 110 bytes, and TLS to an IPv6 address are refused, because libwebsockets 4.1 would cut the first two and check the certificate of the third for
+/// the host "[". libwebsockets accepts frames that a server has masked.
+/// @par Threads  Any.
+class WebSockets {
+ public:
+  /// @par Time  Starts nothing.
+  explicit WebSockets(const Options& options);
+  /// Calls stop(). Must not run on the own thread.
+  ~WebSockets();
+  WebSockets(const WebSockets&) = delete;
+  WebSockets& operator=(const WebSockets&) = delete;
+
+  /// Begins to connect. The events report everything, errors of the request included.
+  /// @return  0: the thread cannot be started, and there will be no event
+  std::uint64_t open(WebSocketRequest request, std::shared_ptr<WebSocketEvents> events);
+  /// Begins to close with 1000, for at most 2 s. ended() follows.
+  void close(std::uint64_t connection);
+  /// Closes all connections with 1001, waits for the thread, at most 2 s, and drops what is still open. On the own thread it does not wait.
+  void stop() noexcept;
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace lrt::client
