@@ -139,6 +139,18 @@ TEST_CASE("the header is the same at each run, on each port and from a file", "[
   CHECK(all(check(header_of(shuffled), describe(graph).value()).value()) == "");
 }
 
+TEST_CASE("a shape that several documents repeat is understood as one", "[client][R1.6]") {
+  lrt::test::SampleRobot sample;
+  const Graph graph = documents_of(lrt::test::one_thing(sample.arm()));
+  Graph twice;
+  lrt::client::merge_document(twice, graph);
+  lrt::client::merge_document(twice, graph);
+  CHECK(twice.size() > graph.size());
+  const Description one = describe(graph).value(), two = describe(twice).value();
+  CHECK(all(two.warnings) == all(one.warnings));
+  CHECK(generate(two).value().header == generate(one).value().header);
+}
+
 TEST_CASE("Things of one kind give one class, and bounds that differ are left out", "[client][R1.6]") {
   const auto joint = [](const std::string& path, double low, bool other_unit = false) {
     lrt::Thing t{path};

@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <random>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -266,6 +267,42 @@ TEST_CASE("the shape derived from a C++ type gives a schema that reads and write
   check_round_trip<std::map<std::string, Point>>({{{"a", {1, 2}}}});
   check_round_trip<std::map<std::string, std::vector<int>>>({{{"a", {1, 2}}, {"", {}}}});
   check_round_trip<std::vector<std::map<std::string, int>>>({{{{"a", 1}}, {}}});
+}
+
+TEST_CASE("random values survive the schema of their type", "[client][R1.6]") {
+  using namespace schema_test;
+  std::mt19937_64 random(11);
+  const auto below = [&](std::uint64_t n) { return random() % n; };
+  const auto number = [&] { return std::ldexp(static_cast<double>(static_cast<std::int64_t>(random())), static_cast<int>(below(80)) - 100); };
+  const auto text = [&] {
+    static const char* const pieces[] = {"a", "\"", "\\", "\n", "\xC3\xA9", " ", "<", "1"};
+    std::string out = "x";
+    for (std::uint64_t i = below(10); i > 0; --i) out += pieces[below(8)];
+    return out;
+  };
+  const auto inner = [&] {
+    Inner v;
+    v.angle = static_cast<float>(below(3'600)) / 10;
+    if (below(2) == 0) v.label = text();
+    for (std::uint64_t i = below(4); i > 0; --i) v.tags.push_back(static_cast<std::int8_t>(static_cast<int>(below(100)) - 5));
+    return v;
+  };
+  std::vector<Outer> values;
+  for (int i = 0; i < 200; ++i) {
+    Outer v;
+    v.gear = below(2) == 0 ? Gear::park : Gear::drive;
+    v.inner = inner();
+    v.range = {static_cast<double>(below(1'000)) / 1'000, -static_cast<double>(below(1'000)) / 1'000};
+    for (std::uint64_t n = below(4); n > 0; --n) v.way.push_back(inner());
+    for (std::uint64_t n = below(4); n > 0; --n) v.gains[text()] = number();
+    v.after = std::chrono::milliseconds(static_cast<std::int64_t>(below(1'000'000)) - 500'000);
+    v.when = std::chrono::system_clock::time_point(std::chrono::milliseconds(static_cast<std::int64_t>(below(4'000'000'000'000))));
+    if (below(2) == 0) v.goal = Point{number(), number()};
+    v.on = below(2) == 0;
+    v.count = random();
+    values.push_back(std::move(v));
+  }
+  check_round_trip<Outer>(values);
 }
 
 TEST_CASE("values that may be absent are optional in the schema", "[client][R1.6]") {
