@@ -1,6 +1,7 @@
 # What a host can choose. A guest (add_subdirectory) builds the library and nothing else.
 option(LRT_BUILD_TESTS "Build the tests" ${PROJECT_IS_TOP_LEVEL})
 option(LRT_BUILD_EXAMPLES "Build the examples" ${PROJECT_IS_TOP_LEVEL})
+option(LRT_BUILD_TOOLS "Build the command lrt, where CLI11 is found; needs LRT_CLIENT" ${PROJECT_IS_TOP_LEVEL})
 option(LRT_BUILD_BENCH "Build the timings in tests/bench" OFF)
 option(LRT_BUILD_FUZZERS "Build the fuzzers in tests/fuzz (needs clang)" OFF)
 option(LRT_INSTALL "Add install rules for the library, its headers and its CMake package" ${PROJECT_IS_TOP_LEVEL})

@@ -35,7 +35,7 @@ function(is_allowed file places result)
   endforeach()
 endfunction()
 
-find_sources(files src include tests examples)
+find_sources(files src include tests examples tools)
 foreach(file IN LISTS files)
   get_filename_component(directory ${file} DIRECTORY)
   find_includes(${file} includes)

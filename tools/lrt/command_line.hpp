@@ -1,0 +1,126 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include <lrt/client.hpp>
+
+#include "tools/lrt/terminal.hpp"
+#include "tools/lrt/values.hpp"
+
+namespace lrt::tool {
+
+/// What the command says to the shell.
+enum Exit : int {
+  success = 0,
+  failure = 1,      ///< the robot refused or failed, or there is no such name
+  usage = 2,        ///< the command line is wrong, or a file of it cannot be used
+  unreachable = 3,  ///< there is no response, or none in HTTP
+  cancelled = 4,    ///< the invocation was cancelled, by the robot or by somebody else
+  interrupted = 130,  ///< Ctrl-C
+  pipe_closed = 141,  ///< the reader of standard output has gone
+};
+int exit_of(Errc code) noexcept;
+
+/// The options that all commands have.
+struct GlobalOptions {
+  std::string robot, token_file, user, password_file, ca, certificate, key;
+  std::vector<std::string> fields;
+  double timeout = 10;
+  Terminal::Colour colour = Terminal::Colour::automatic;
+  bool verbose = false;
+};
+
+/// What a command works with: the terminal, a client, and the robot, which is found when it is needed.
+class Session {
+ public:
+  explicit Session(GlobalOptions& options) : options_(options) {}
+
+  Terminal& terminal() noexcept { return terminal_; }
+  const GlobalOptions& options() const noexcept { return options_; }
+
+  /// A first word that is a URL is that of the robot, if more words follow than are needed.
+  void take_robot(std::vector<std::string>& words, std::size_t needed);
+
+  /// The robot is another one than that of --robot.
+  void use_robot(const std::string& url) { options_.robot = url; }
+
+  /// What the options say of the client.
+  /// @par Errors  invalid_option
+  Result<client::Options> client_options() const;
+  /// @par Errors  invalid_option
+  Result<Client*> client();
+  /// @par Errors  invalid_option: no URL is given; those of Client::open()
+  Result<const client::Robot*> robot();
+  /// By a name, or by a URL: then nothing else of the robot is read.
+  Result<client::Property> property(const std::string& name);
+  Result<client::Action> action(const std::string& name);
+  Result<client::Thing> thing(const std::string& name);
+  /// "right_s1/friction"; of what is known by its URL alone, the path of that.
+  std::string label(const std::string& url) const;
+
+  /// A sentence on standard error.
+  void warn(const std::string& sentence) const;
+
+ private:
+  GlobalOptions& options_;
+  Terminal terminal_;
+  std::optional<Client> client_;
+  std::optional<client::Robot> robot_;
+};
+
+bool is_url(std::string_view text) noexcept;
+
+/// The text of --help: what follows a command is said by the type of its positional option, "[ROBOT] NAME VALUE".
+class Help : public CLI::Formatter {
+ public:
+  std::string make_usage(const CLI::App* app, std::string name) const override;
+  std::string make_positionals(const CLI::App* app) const override;
+  std::string make_option_opts(const CLI::Option* option) const override;
+};
+
+/// The options, the commands, and which one was given.
+struct CommandLine {
+  CLI::App app{"Uses robots that are Linked Robotic Things.", "lrt"};
+  GlobalOptions options;
+  std::function<Result<int>(Session&)> run;
+
+  /// Adds a command. `Options` is made once and lives as long as the command line.
+  template <class Options>
+  CLI::App* add(const std::string& name, const std::string& summary, const std::string& examples, std::shared_ptr<Options> given,
+                Result<int> (*command)(Session&, Options&)) {
+    CLI::App* const added = app.add_subcommand(name, summary);
+    added->fallthrough();
+    added->footer(examples + "\n\nOptions of all commands: lrt --help");
+    added->callback([this, given, command] { run = [given, command](Session& session) { return command(session, *given); }; });
+    return added;
+  }
+};
+
+// One file each in commands/.
+void add_ls(CommandLine& line);
+void add_get(CommandLine& line);
+void add_set(CommandLine& line);
+void add_invoke(CommandLine& line);
+void add_watch(CommandLine& line);
+void add_record(CommandLine& line);
+void add_replay(CommandLine& line);
+void add_subs(CommandLine& line);
+void add_blueprint(CommandLine& line);
+void add_validate(CommandLine& line);
+void add_generate(CommandLine& line);
+void add_check(CommandLine& line);
+void add_completion(CommandLine& line);
+
+/// What the scripts of `lrt completion` call: prints the words that the last one can become, one a line.
+int complete(CommandLine& line, Session& session, const std::vector<std::string>& words);
+
+}  // namespace lrt::tool

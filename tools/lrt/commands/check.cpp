@@ -1,0 +1,80 @@
+#include <lrt/client/check.hpp>
+
+#include "tools/lrt/command_line.hpp"
+
+namespace lrt::tool {
+namespace {
+
+namespace conformance = client::conformance;
+
+struct CheckOptions {
+  std::vector<std::string> words, write;
+  std::vector<std::pair<std::string, std::string>> invoke;  // URL and file
+  std::string format = "text", root, callback_address;
+  bool strict = false, all = false, no_subscriptions = false;
+  double seconds = 120;
+};
+
+Result<int> check(Session& session, CheckOptions& options) {
+  if (!options.words.empty()) session.use_robot(options.words.front());
+  const std::string url = session.options().robot;
+  if (url.empty()) return unexpected(Errc::invalid_option, "which server? Give its URL, --robot, or set LRT_ROBOT");
+  conformance::CheckOptions how;
+  Result<client::Options> client = session.client_options();
+  if (!client) return unexpected(std::move(client).error());
+  how.client = *std::move(client);
+  how.root = options.root;
+  how.callback_address = options.callback_address;
+  how.subscribe = !options.no_subscriptions;
+  how.write = options.write;
+  how.total_time = std::chrono::milliseconds(static_cast<std::int64_t>(options.seconds * 1000));
+  for (const auto& [action, file] : options.invoke) {
+    conformance::Invocation invocation;
+    invocation.url = action;
+    invocation.send_empty = file.empty();
+    if (!file.empty()) {
+      const Result<Body> body = body_of(file == "-" ? file : "@" + file, {});
+      if (!body) return unexpected(body.error());
+      invocation.body = body->bytes;
+      if (!body->media_type.empty()) invocation.media_type = body->media_type;
+    }
+    how.invoke.push_back(std::move(invocation));
+  }
+  const Result<conformance::Report> report = conformance::run(url, how);
+  if (!report) return unexpected(report.error());
+  Terminal& terminal = session.terminal();
+  conformance::TextOptions text;
+  text.colour = terminal.has_colours();
+  text.all = options.all;
+  std::string shown;
+  if (options.format == "json") shown = printable_json(conformance::to_json(*report));
+  else if (options.format == "earl") shown = printable_lines(conformance::to_earl(*report));
+  else shown = printable_styled(conformance::to_text(*report, text));
+  if (!shown.empty() && shown.back() != '\n') shown += '\n';
+  if (!terminal.print(shown)) return Exit::failure;
+  return conformance::exit_status(report, options.strict);
+}
+
+}  // namespace
+
+void add_check(CommandLine& line) {
+  auto options = std::make_shared<CheckOptions>();
+  CLI::App* const command = line.add("check", "Tell whether a server is a Linked Robotic Thing, requirement by requirement",
+                                     "Nothing is written or invoked but what is named. Exit status: 0 fulfilled; 1 not; 2 usage; 3 no response. Examples:\n"
+                                     "  lrt check http://127.0.0.1:8080/baxter/right_s1\n"
+                                     "  lrt check URL --write URL/friction --invoke URL/actions/rotate input.ttl\n"
+                                     "  lrt check URL --format earl > report.ttl",
+                                     options, check);
+  command->add_option("FROM", options->words, "A URL of the server, or better of one of its Things; default: --robot")->type_name("[URL]")->expected(0, 1);
+  command->add_option("--format", options->format, "text, json or earl (EARL in Turtle)")->type_name("FORMAT")->check(CLI::IsMember({"text", "json", "earl"}));
+  command->add_flag("--all", options->all, "Also what is fulfilled, with its evidence");
+  command->add_flag("--strict", options->strict, "Exit status 1 also if a SHOULD is not fulfilled");
+  command->add_option("--write", options->write, "A resource whose present representation may be sent back")->type_name("URL")->take_all()->type_size(1)->expected(1);
+  command->add_option("--invoke", options->invoke, "An action that may be invoked, and a file with a valid input; \"\": it has none")->type_name("URL FILE");
+  command->add_option("--root", options->root, "The URL of the root resource, where it is not found by itself")->type_name("URL");
+  command->add_option("--callback-address", options->callback_address, "Where this machine receives callbacks of the server")->type_name("ADDRESS:PORT");
+  command->add_flag("--no-subscriptions", options->no_subscriptions, "Open no subscriptions");
+  command->add_option("--for", options->seconds, "The time of the whole check, 120 s by default")->type_name("SECONDS")->check(CLI::Range(1.0, 86400.0));
+}
+
+}  // namespace lrt::tool

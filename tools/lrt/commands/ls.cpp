@@ -1,0 +1,182 @@
+#include <algorithm>
+
+#include <lrt/rdf/codec.hpp>
+#include <lrt/rdf/value_codec.hpp>
+
+#include "tools/lrt/command_line.hpp"
+
+namespace lrt::tool {
+namespace {
+
+struct LsOptions {
+  std::vector<std::string> words;
+  std::string type;
+  bool details = false, json = false;
+};
+
+std::string_view local_name(std::string_view iri) noexcept {
+  const std::size_t at = iri.find_last_of("#/");
+  return at == std::string_view::npos ? iri : iri.substr(at + 1);
+}
+
+/// Whether a class is the one that a person means: by its IRI, with a prefix, or by its local name.
+bool is_meant(std::string_view iri, const std::string& name) {
+  return iri == name || rdf::abbreviate(iri) == name || local_name(iri) == name;
+}
+
+/// The types of a Thing without hybrit:RoboticThing, which all have.
+std::vector<std::string> kinds_of(const client::Thing& thing) {
+  std::vector<std::string> kinds;
+  for (const std::string& type : thing.types())
+    if (type != vocab::hybrit::RoboticThing.text) kinds.push_back(type);
+  return kinds;
+}
+
+std::string joined(const std::vector<std::string>& texts, const char* between) {
+  std::string result;
+  for (const std::string& text : texts) result += (result.empty() ? "" : between) + text;
+  return result;
+}
+
+/// A property with what ls says of it.
+struct Shown {
+  PlainValue value;
+  bool writable = false;
+  std::string problem;
+};
+Shown shown(const client::Property& property) {
+  Shown result;
+  const Result<client::RepresentationPtr> found = property.get();
+  const Result<rdf::TermId> node = found ? property.value_node((*found)->graph, (*found)->focus) : Result<rdf::TermId>(unexpected(found.error()));
+  if (!node) {
+    result.problem = printable(node.error().message);
+    return result;
+  }
+  const std::optional<client::Schema> schema = schema_of(property.value_shape());
+  result.value = value_at((*found)->graph, *node, schema ? &*schema : nullptr);
+  const Result<bool> writable = property.is_writable();
+  result.writable = writable && *writable;
+  return result;
+}
+
+/// "available", "not available: the brake is on"
+struct Availability {
+  bool is_available = false;
+  std::string text = "unreadable";
+};
+Availability availability_of(const client::Action& action) {
+  const Result<client::RepresentationPtr> found = action.get();
+  if (!found) return {};
+  const rdf::Graph& graph = (*found)->graph;
+  const auto predicate = graph.find(vocab::lrt_::unavailable);
+  const auto reason = predicate && (*found)->focus ? graph.object(*(*found)->focus, *predicate) : std::nullopt;
+  if (!reason) return {true, "available"};
+  return {false, "not available: " + printable(graph.term(*reason).text)};
+}
+
+std::string input_of(const client::Action& action) {
+  const Result<std::optional<client::Shape>> shape = action.input_shape();
+  if (!shape || !*shape) return {};
+  const std::optional<client::Schema> schema = schema_of(shape);
+  return schema ? description_of(*schema) : "an input";
+}
+
+Result<int> list_thing(Session& session, const client::Thing& thing, const LsOptions& options) {
+  Table table;
+  std::string json = "{\"name\":" + json_string(thing.name()) + ",\"url\":" + json_string(thing.url()) + ",\"types\":[";
+  for (const std::string& type : thing.types()) json += (json.back() == '[' ? "" : ",") + json_string(type);
+  json += "],\"properties\":[";
+  for (const client::Property& property : thing.properties()) {
+    const Shown found = shown(property);
+    const std::string access = !found.problem.empty() ? "unreadable" : found.writable ? "read, write" : "read";
+    const bool shows_unit = session.terminal().is_for_people();
+    std::vector<Table::Cell> row{{printable(property.name()), Style::strong}};
+    if (shows_unit) row.push_back({!found.problem.empty() ? found.problem : found.value.text.empty() ? "-" : found.value.text + (found.value.unit.empty() ? "" : " " + found.value.unit),
+                                   found.problem.empty() ? Style::plain : Style::bad});
+    else row.insert(row.end(), {{found.value.text}, {found.value.unit}});
+    row.push_back({access, Style::faint});
+    if (options.details) row.push_back({printable(property.url()), Style::faint});
+    table.add(std::move(row));
+    json += (json.back() == '[' ? "" : ",") + std::string("{\"name\":") + json_string(property.name()) + ",\"url\":" + json_string(property.url());
+    if (found.problem.empty()) json += ",\"value\":" + found.value.json;
+    else json += ",\"problem\":" + json_string(found.problem);
+    if (!found.value.unit.empty()) json += ",\"unit\":" + json_string(found.value.unit);
+    json += std::string(",\"writable\":") + (found.writable ? "true" : "false") + "}";
+  }
+  json += "],\"actions\":[";
+  for (const client::Action& action : thing.actions()) {
+    const Availability available = availability_of(action);
+    const std::string input = input_of(action);
+    std::vector<Table::Cell> row{{printable(action.name()) + "()", Style::strong}, {input.empty() ? "" : "takes " + input}};
+    if (!session.terminal().is_for_people()) row.push_back({});
+    row.push_back({available.text, available.is_available ? Style::faint : Style::warning});
+    if (options.details) row.push_back({printable(action.url()), Style::faint});
+    table.add(std::move(row));
+    json += (json.back() == '[' ? "" : ",") + std::string("{\"name\":") + json_string(action.name()) + ",\"url\":" + json_string(action.url());
+    if (!input.empty()) json += ",\"input\":" + json_string(input);
+    json += std::string(",\"available\":") + (available.is_available ? "true" : "false") + "}";
+  }
+  json += "]}";
+  const bool printed = options.json ? session.terminal().print_line(json) : table.print(session.terminal());
+  return printed ? Exit::success : Exit::failure;
+}
+
+Result<int> list_robot(Session& session, const client::Robot& robot, const LsOptions& options) {
+  Table table;
+  std::string json = "[", names;
+  bool found_any = false;
+  for (const client::Thing& thing : robot.things()) {
+    const std::vector<std::string> types = thing.types();
+    if (!options.type.empty() && std::none_of(types.begin(), types.end(), [&](const std::string& type) { return is_meant(type, options.type); })) continue;
+    found_any = true;
+    names += printable(thing.name()) + "\n";
+    std::vector<std::string> kinds;
+    for (const std::string& kind : kinds_of(thing)) kinds.push_back(printable(rdf::abbreviate(kind)));
+    table.add({{printable(thing.name()), Style::strong},
+               {std::to_string(thing.properties().size())},
+               {std::to_string(thing.actions().size())},
+               {joined(kinds, " ")},
+               {printable(thing.url()), Style::faint}});
+    json += (json.size() > 1 ? "," : "") + std::string("{\"name\":") + json_string(thing.name()) + ",\"url\":" + json_string(thing.url()) + ",\"types\":[";
+    for (const std::string& type : types) json += (json.back() == '[' ? "" : ",") + json_string(type);
+    json += "],\"properties\":" + std::to_string(thing.properties().size()) + ",\"actions\":" + std::to_string(thing.actions().size()) + "}";
+  }
+  if (!found_any && !options.type.empty()) return unexpected(Errc::unknown_path, "\"" + robot.url() + "\" has no Thing of type \"" + options.type + "\"");
+  if (!found_any) return unexpected(Errc::unknown_path, "\"" + robot.url() + "\" leads to no Thing");
+  const bool printed = options.json      ? session.terminal().print_line(json + "]")
+                       : options.details ? table.print(session.terminal(), {"name", "properties", "actions", "types", "URL"})
+                                         : session.terminal().print(names);
+  return printed ? Exit::success : Exit::failure;
+}
+
+Result<int> ls(Session& session, LsOptions& options) {
+  session.take_robot(options.words, session.options().robot.empty() ? 0 : 1);
+  if (options.words.size() > 1) return unexpected(Errc::invalid_option, "ls takes one name");
+  if (!options.words.empty()) {
+    const Result<client::Thing> thing = session.thing(options.words.front());
+    if (!thing) return unexpected(thing.error());
+    return list_thing(session, *thing, options);
+  }
+  const Result<const client::Robot*> robot = session.robot();
+  if (!robot) return unexpected(robot.error());
+  for (const std::string& problem : (*robot)->problems()) session.warn(problem);
+  return list_robot(session, **robot, options);
+}
+
+}  // namespace
+
+void add_ls(CommandLine& line) {
+  auto options = std::make_shared<LsOptions>();
+  CLI::App* const command = line.add("ls", "List the Things of a robot, or what a Thing has",
+                                     "Examples:\n"
+                                     "  lrt ls                                 # the names of all Things\n"
+                                     "  lrt ls -l --type ros:RevoluteJoint     # also by IRI, or as RevoluteJoint\n"
+                                     "  lrt ls right_s1                        # its properties with their values, and its actions",
+                                     options, ls);
+  command->add_option("NAME", options->words, "The name of a Thing, or its URL")->type_name("[ROBOT] [NAME]")->expected(0, 2);
+  command->add_flag("-l,--long", options->details, "With types and URLs");
+  command->add_option("--type", options->type, "Only Things of this type")->type_name("TYPE");
+  command->add_flag("--json", options->json, "Print JSON");
+}
+
+}  // namespace lrt::tool

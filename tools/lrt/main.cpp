@@ -1,0 +1,104 @@
+// The command lrt: robots that are Linked Robotic Things, from a shell. docs/command.md has a tour, lrt.1 all options.
+
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <exception>
+#include <string>
+#include <string_view>
+
+#include <lrt/version.hpp>
+
+#include "tools/lrt/command_line.hpp"
+
+namespace {
+
+using namespace lrt::tool;
+
+void add_global_options(CommandLine& line) {
+  CLI::App& app = line.app;
+  GlobalOptions& options = line.options;
+  app.set_version_flag("--version", "lrt " LRT_VERSION);
+  app.formatter(std::make_shared<Help>());
+  app.require_subcommand(1);
+  app.option_defaults()->group("Options");
+  app.add_option("-r,--robot", options.robot, "A URL of the robot, or of one of its Things")->envname("LRT_ROBOT")->type_name("URL");
+  app.add_option("--token-file", options.token_file, "A file whose first line is a bearer token")->envname("LRT_TOKEN_FILE")->type_name("FILE");
+  app.add_option("--user", options.user, "A user of HTTP Basic; the password is that of LRT_PASSWORD, --password-file, or asked for")->type_name("NAME");
+  app.add_option("--password-file", options.password_file, "A file whose first line is the password")->type_name("FILE");
+  app.add_option("--ca", options.ca, "Certificate authorities, PEM, instead of the system's")->type_name("FILE");
+  app.add_option("--cert", options.certificate, "A certificate of the client, PEM")->type_name("FILE");
+  app.add_option("--key", options.key, "Its private key, PEM; default: in the file of --cert")->type_name("FILE");
+  app.add_option("--header", options.fields, "A further header field of each request")->type_name("NAME:VALUE")->take_all()->type_size(1)->expected(1);
+  app.add_option("--timeout", options.timeout, "The time for one response, 10 s by default")->type_name("SECONDS")->check(CLI::Range(0.001, 86400.0));
+  app.add_option("--color", options.colour, "Colours: auto, always or never")
+      ->type_name("WHEN")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Terminal::Colour>{{"auto", Terminal::Colour::automatic},
+                                                                                 {"always", Terminal::Colour::always},
+                                                                                 {"never", Terminal::Colour::never}}).description("auto|always|never"));
+  app.add_flag("-v,--verbose", options.verbose, "Requests and statuses on standard error");
+  app.footer(
+      "Examples:\n"
+      "  export LRT_ROBOT=http://127.0.0.1:8080/\n"
+      "  lrt ls                                  # the Things of the robot\n"
+      "  lrt ls right_s1                         # its properties and actions\n"
+      "  lrt get right_s1/position --unit deg\n"
+      "  lrt set right_s1/friction 1.5\n"
+      "  lrt invoke right_s1/rotate 0.5rad       # Ctrl-C cancels\n"
+      "  lrt watch right_s1/position --plot\n\n"
+      "Exit status: 0 success; 1 refused or failed; 2 usage; 3 the robot does not respond; 4 the invocation was cancelled; 130 Ctrl-C.");
+  add_ls(line);
+  add_get(line);
+  add_set(line);
+  add_invoke(line);
+  add_watch(line);
+  add_record(line);
+  add_replay(line);
+  add_subs(line);
+  add_blueprint(line);
+  add_validate(line);
+  add_generate(line);
+  add_check(line);
+  add_completion(line);
+}
+
+int report(const Terminal& terminal, const std::string& sentence, int status) {
+  terminal.print_error("lrt: " + printable(sentence) + "\n");
+  return status;
+}
+
+int run(int argc, char** argv) {
+  CommandLine line;
+  add_global_options(line);
+  Session session(line.options);
+  Terminal& terminal = session.terminal();
+  if (argc > 1 && std::string_view(argv[1]) == "__complete") return complete(line, session, {argv + 2, argv + argc});
+  try {
+    line.app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    return terminal.print(line.app.help()) ? Exit::success : Exit::failure;
+  } catch (const CLI::CallForVersion& version) {
+    return terminal.print_line(version.what()) ? Exit::success : Exit::failure;
+  } catch (const CLI::ParseError& error) {
+    std::string sentence = error.what();
+    if (const std::size_t end = sentence.find_last_not_of(" \n."); end != std::string::npos) sentence.resize(end + 1);
+    return report(terminal, sentence + "; see lrt --help", Exit::usage);
+  }
+  terminal.set_colour(line.options.colour);
+  const lrt::Result<int> result = line.run(session);
+  if (terminal.failed() == EPIPE) return Exit::pipe_closed;
+  if (!result) return report(terminal, result.error().message, exit_of(result.error().code));
+  if (terminal.failed() != 0) return report(terminal, std::string("cannot write to standard output: ") + std::strerror(terminal.failed()), Exit::failure);
+  return *result;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // write() says so
+  try {
+    return run(argc, argv);
+  } catch (const std::exception& error) {
+    return report(Terminal(), error.what(), Exit::failure);
+  }
+}

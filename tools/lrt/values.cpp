@@ -1,0 +1,367 @@
+#include "tools/lrt/values.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/media_type.hpp>
+#include <lrt/client/units.hpp>
+#include <lrt/rdf/codec.hpp>
+#include <lrt/rdf/lexical.hpp>
+#include <lrt/rdf/plain.hpp>
+#include <lrt/rdf/traits.hpp>
+#include <lrt/rdf/vocab.hpp>
+
+#include "tools/lrt/terminal.hpp"
+
+namespace lrt::tool {
+
+using rdf::Graph;
+using rdf::TermId;
+using rdf::TermView;
+using rdf::Triple;
+using rdf::Type;
+
+namespace {
+
+constexpr unsigned max_depth = 16;
+constexpr std::size_t max_members = 10'000;
+
+std::string json_of(double number) {
+  const Result<std::string> text = rdf::write_plain(rdf::traits<double>::type(), {}, rdf::Value(number), rdf::Plain::json);
+  return text ? *text : "null";
+}
+
+std::string unquoted(const std::string& json) {
+  return json.size() >= 2 && json.front() == '"' && json.find('\\') == std::string::npos ? json.substr(1, json.size() - 2) : json;
+}
+
+std::string_view local_name(std::string_view iri) noexcept {
+  const std::size_t at = iri.find_last_of("#/");
+  return at == std::string_view::npos || at + 1 == iri.size() ? iri : iri.substr(at + 1);
+}
+
+/// Predicates that describe the resource and are no part of its value.
+bool describes_resource(std::string_view predicate) {
+  static constexpr std::string_view own[] = {"https://hybr-it-projekt.de/ns/hybr-it#", "http://purl.org/dc/terms/", "http://www.w3.org/1999/xhtml/vocab#",
+                                             "http://www.w3.org/ns/ldp#"};
+  for (const std::string_view space : own)
+    if (predicate.substr(0, space.size()) == space) return true;
+  for (const Iri one : {vocab::rdf_::type, vocab::rdfs::seeAlso, vocab::vom::unit, vocab::qudt::hasUnit, vocab::lrt_::frame, vocab::vom::quantityKind})
+    if (predicate == one.text) return true;
+  return predicate == "http://qudt.org/schema/qudt/dataType" || predicate == "http://qudt.org/schema/qudt/hasQuantityKind" ||
+         predicate == "http://qudt.org/schema/qudt/unit" || predicate == "https://w3id.org/lrt/ns#elementType";
+}
+
+/// Reads a value from what its node says.
+class Reader {
+ public:
+  explicit Reader(const Graph& graph) : graph_(graph) {}
+
+  std::string node(TermId id, unsigned depth) {
+    const TermView term = graph_.term(id);
+    if (term.is_literal()) return literal(term);
+    if (++members_ > max_members || depth > max_depth || !open_.insert(id).second) return "\"...\"";
+    std::string result = resource(id, depth);
+    open_.erase(id);
+    return result;
+  }
+
+  std::string unit(TermId id) const {
+    std::string_view vom, qudt;
+    if (const auto found = object(id, vocab::vom::unit)) vom = graph_.term(*found).text;
+    for (const Iri predicate : {vocab::qudt::hasUnit, Iri{"http://qudt.org/schema/qudt/unit"}})
+      if (const auto found = object(id, predicate)) qudt = graph_.term(*found).text;
+    if (vom.empty() && qudt.empty()) return {};
+    return printable(client::unit_label(client::find_unit(vom, qudt)));
+  }
+
+  std::optional<TermId> number(TermId id) const {
+    for (const Iri predicate : {vocab::vom::numericalValue, Iri{"http://qudt.org/schema/qudt/numericValue"}, vocab::rdf_::value,
+                                Iri{"http://www.w3.org/ns/sosa/hasSimpleResult"}, vocab::schema::value})
+      if (const auto found = object(id, predicate)) return found;
+    return std::nullopt;
+  }
+
+ private:
+  std::optional<TermId> object(TermId subject, Iri predicate) const {
+    const auto id = graph_.find(predicate);
+    return id ? graph_.object(subject, *id) : std::nullopt;
+  }
+
+  std::string resource(TermId id, unsigned depth) {
+    if (const auto list = graph_.list(id); list && (graph_.term(id).is_blank() || graph_.term(id).text == vocab::rdf_::nil.text)) {
+      std::string text = "[";
+      for (const TermId member : *list) text += (text.size() > 1 ? "," : "") + node(member, depth + 1);
+      return text + "]";
+    }
+    if (const auto value = number(id)) {
+      const std::string label = depth == 0 ? std::string() : unit(id);
+      const std::string text = node(*value, depth + 1);
+      return label.empty() ? text : "{\"value\":" + text + ",\"unit\":" + json_string(label) + "}";
+    }
+    if (const auto value = object(id, vocab::vom::quantityValue)) return node(*value, depth + 1);
+    std::vector<std::pair<std::string, std::vector<TermId>>> members;
+    for (const Triple& t : graph_.match(id, std::nullopt, std::nullopt)) {
+      const std::string_view predicate = graph_.term(t.predicate).text;
+      if (describes_resource(predicate)) continue;
+      const auto known = std::find_if(members.begin(), members.end(), [&](const auto& m) { return m.first == predicate; });
+      if (known != members.end()) known->second.push_back(t.object);
+      else members.emplace_back(predicate, std::vector{t.object});
+    }
+    if (members.empty() && depth == 0) return "null";  // it has no value at present
+    if (members.empty() && graph_.term(id).is_iri()) return json_string(graph_.term(id).text);
+    std::string text = "{";
+    for (const auto& [predicate, objects] : members) {
+      const std::string_view name = local_name(predicate);
+      const auto same = [&](const auto& m) { return local_name(m.first) == name; };
+      const bool is_unique = std::count_if(members.begin(), members.end(), same) == 1;
+      text += (text.size() > 1 ? "," : "") + json_string(is_unique ? name : std::string_view(predicate)) + ":";
+      if (objects.size() == 1) {
+        text += node(objects.front(), depth + 1);
+        continue;
+      }
+      text += '[';
+      for (std::size_t i = 0; i < objects.size(); ++i) text += (i == 0 ? "" : ",") + node(objects[i], depth + 1);
+      text += ']';
+    }
+    return text + "}";
+  }
+
+  std::string literal(const TermView& term) const {
+    const auto is_one_of = [&](std::initializer_list<Iri> all) {
+      return std::any_of(all.begin(), all.end(), [&](Iri one) { return one.text == term.datatype; });
+    };
+    namespace xsd = vocab::xsd;
+    if (is_one_of({xsd::double_, xsd::decimal}))
+      if (const auto number = rdf::lexical::parse_double(term.text)) return json_of(*number);
+    if (is_one_of({xsd::float_}))
+      if (const auto number = rdf::lexical::parse_double(term.text)) {
+        const Result<std::string> text =
+            rdf::write_plain(rdf::traits<float>::type(), {}, rdf::Value(static_cast<double>(static_cast<float>(*number))), rdf::Plain::json);
+        if (text) return *text;
+      }
+    if (is_one_of({xsd::integer, xsd::byte_, xsd::short_, xsd::int_, xsd::long_, xsd::unsignedByte, xsd::unsignedShort, xsd::unsignedInt, xsd::unsignedLong})) {
+      std::string_view digits = term.text;
+      const bool negative = !digits.empty() && digits.front() == '-';
+      if (!digits.empty() && (digits.front() == '-' || digits.front() == '+')) digits.remove_prefix(1);
+      while (digits.size() > 1 && digits.front() == '0') digits.remove_prefix(1);
+      if (!digits.empty() && digits.find_first_not_of("0123456789") == std::string_view::npos) return (negative ? "-" : "") + std::string(digits);
+    }
+    if (is_one_of({xsd::boolean})) return term.text == "true" || term.text == "1" ? "true" : "false";
+    return json_string(term.text);
+  }
+
+  const Graph& graph_;
+  std::size_t members_ = 0;
+  std::set<TermId> open_;  // nodes that are being read: a graph may have cycles
+};
+
+std::string number_text(double number) {
+  std::string text = json_of(number);
+  return unquoted(text);
+}
+
+std::string media_type_of_name(std::string_view name) {
+  const std::size_t dot = name.rfind('.');
+  const std::string_view suffix = dot == std::string_view::npos ? std::string_view() : name.substr(dot + 1);
+  constexpr std::pair<std::string_view, std::string_view> known[] = {
+      {"ttl", "text/turtle"}, {"nt", "application/n-triples"}, {"rdf", "application/rdf+xml"}, {"jsonld", "application/ld+json"},
+      {"json", "application/json"}, {"cbor", "application/cbor"}, {"bin", "application/octet-stream"}};
+  for (const auto& [end, type] : known)
+    if (suffix == end) return std::string(type);
+  return {};
+}
+
+std::string trimmed(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  if (first == std::string_view::npos) return {};
+  return std::string(text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1));
+}
+
+}  // namespace
+
+PlainValue value_at(const Graph& graph, TermId node, const client::Schema* schema) {
+  PlainValue result;
+  Reader reader(graph);
+  if (schema) {
+    if (const Result<rdf::Value> value = schema->read_value(graph, node)) {
+      const Type& type = schema->type();
+      const bool nested = type.kind == Type::Kind::record || type.kind == Type::Kind::map;
+      const Result<std::string> json = rdf::write_plain(type, nested ? schema->facets() : rdf::Facets(), *value, nested ? rdf::Plain::json_with_units : rdf::Plain::json);
+      if (json) {
+        result.json = printable_json(*json);
+        if (const double* real = value->real()) result.number = *real;
+        if (const std::int64_t* integer = value->integer(); integer && type.kind == Type::Kind::integer) result.number = static_cast<double>(*integer);
+        if (const std::string* text = value->text()) result.text = printable_lines(*text);
+        if (!nested) result.unit = printable(client::unit_label(schema->facets().unit()));
+      }
+    }
+  }
+  if (result.json.empty()) {
+    result.json = printable_json(reader.node(node, 0));
+    if (const auto number = graph.term(node).is_literal() ? std::optional(node) : reader.number(node)) {
+      const TermView term = graph.term(*number);
+      if (term.is_literal() && result.json.front() != '"') result.number = rdf::lexical::parse_double(term.text);
+      else if (term.is_literal()) result.text = printable_lines(term.text);
+    }
+  }
+  if (result.unit.empty() && !graph.term(node).is_literal() && result.json.front() != '{') result.unit = reader.unit(node);
+  if (result.text.empty() && result.json != "null") result.text = unquoted(result.json);
+  return result;
+}
+
+Result<PlainValue> converted(const PlainValue& value, const std::string& unit) {
+  if (!value.number) return unexpected(Errc::expected_value, "expected a number, found " + value.text.substr(0, 200));
+  const Result<double> number = client::convert(*value.number, value.unit, unit);
+  if (!number) return unexpected(number.error());
+  // Conversion by pi is exact to about 15 digits: 30 deg, not 30.000000000000004.
+  char digits[40];
+  std::snprintf(digits, sizeof digits, "%.15g", *number);
+  const double shown = unit == value.unit ? *number : rdf::lexical::parse_double(digits).value_or(*number);
+  return PlainValue{json_of(shown), number_text(shown), printable(unit), shown};
+}
+
+std::optional<client::Schema> schema_of(const Result<std::optional<client::Shape>>& shape) {
+  if (!shape || !*shape) return std::nullopt;
+  Result<client::Schema> schema = client::Schema::read((*shape)->graph, (*shape)->node);
+  if (!schema || !schema->usable()) return std::nullopt;
+  return *std::move(schema);
+}
+
+std::string bounds_of(const Type& type, const rdf::Facets& facets) {
+  std::string text;
+  if (const auto min = facets.min()) text += std::string(facets.min_exclusive() ? "above " : "from ") + number_text(*min);
+  if (const auto max = facets.max()) text += (text.empty() ? "" : " ") + std::string(facets.max_exclusive() ? "below " : "to ") + number_text(*max);
+  if (facets.min() && facets.max() && facets.max_exclusive()) text.insert(text.rfind("below"), "to ");
+  if (facets.max_length() != std::numeric_limits<std::size_t>::max()) text += (text.empty() ? "" : ", ") + std::string("at most ") + std::to_string(facets.max_length()) + " characters";
+  if (type.kind == Type::Kind::list && (type.shortest > 0 || type.longest != std::numeric_limits<std::size_t>::max())) {
+    text += text.empty() ? "" : ", ";
+    if (type.shortest == type.longest) text += std::to_string(type.shortest) + " members";
+    else if (type.longest == std::numeric_limits<std::size_t>::max()) text += "at least " + std::to_string(type.shortest) + " members";
+    else text += std::to_string(type.shortest) + " to " + std::to_string(type.longest) + " members";
+  }
+  return text;
+}
+
+std::string name_of(const Type& type) {
+  switch (type.kind) {
+    case Type::Kind::boolean: return "true | false";
+    case Type::Kind::integer: return "integer";
+    case Type::Kind::real: return "number";
+    case Type::Kind::text: return "text";
+    case Type::Kind::duration: return "duration";
+    case Type::Kind::instant: return "time";
+    case Type::Kind::list: return "list of " + (type.element ? name_of(*type.element) : std::string("values"));
+    case Type::Kind::optional: return type.element ? name_of(*type.element) : "value";
+    case Type::Kind::map: return "map to " + (type.element ? name_of(*type.element) : std::string("values"));
+    case Type::Kind::enumeration: {
+      std::string text;
+      for (const std::string& name : type.names) {
+        if (text.size() > 200) return text + " | ...";
+        text += (text.empty() ? "" : " | ") + printable(name);
+      }
+      return text;
+    }
+    case Type::Kind::record: {
+      std::string text = "{";
+      for (const rdf::FieldType& field : type.fields) {
+        if (text.size() > 200) return text + ", ...}";
+        text += (text.size() > 1 ? ", " : "") + printable(field.name);
+      }
+      return text + "}";
+    }
+  }
+  return "value";
+}
+
+std::string description_of(const client::Schema& schema) {
+  const Type* type = &schema.type();
+  while (type->kind == Type::Kind::optional && type->element) type = type->element;
+  const std::string unit = printable(client::unit_label(schema.facets().unit())), bounds = bounds_of(*type, schema.facets());
+  std::string text = type->kind == Type::Kind::record ? "a record " + name_of(*type)
+                     : type->kind == Type::Kind::enumeration || type->kind == Type::Kind::boolean ? "one of " + name_of(*type)
+                     : type->kind == Type::Kind::integer ? "an integer"
+                                                         : "a " + name_of(*type);
+  if (!unit.empty()) text += " in " + unit;
+  if (!bounds.empty()) text += ", " + bounds;
+  return text;
+}
+
+Result<Body> body_of(const std::string& argument, const std::string& media_type) {
+  if (argument != "-" && (argument.empty() || argument.front() != '@')) return Body{argument, media_type};
+  constexpr std::size_t max_bytes = 64 * 1024 * 1024;
+  const std::string name = argument == "-" ? "standard input" : argument.substr(1);
+  std::ifstream file;
+  if (argument != "-") {
+    file.open(name, std::ios::binary);
+    if (!file) return unexpected(Errc::invalid_option, "cannot read \"" + name + "\": " + std::strerror(errno));
+  }
+  std::istream& in = argument == "-" ? std::cin : file;
+  Body body{{}, media_type.empty() && argument != "-" ? media_type_of_name(name) : media_type};
+  char buffer[65536];
+  while (in.read(buffer, sizeof buffer), in.gcount() > 0) {
+    body.bytes.append(buffer, static_cast<std::size_t>(in.gcount()));
+    if (body.bytes.size() > max_bytes) return unexpected(Errc::invalid_option, "\"" + name + "\" has more than 64 MiB");
+  }
+  if (in.bad()) return unexpected(Errc::invalid_option, "cannot read \"" + name + "\"");
+  if (body.media_type.empty() && !body.bytes.empty() && body.bytes.back() == '\n') body.bytes.pop_back();  // of echo
+  return body;
+}
+
+Result<Input> input_of(const Body& body, const std::string& url, const std::optional<client::Schema>& schema) {
+  std::optional<rdf::Plain> format;
+  if (body.media_type.empty()) {
+    format = rdf::Plain::text;
+  } else {
+    const std::string type = body.media_type.substr(0, body.media_type.find(';'));
+    if (const std::optional<rdf::Syntax> syntax = rdf::syntax_of(type)) {
+      rdf::ReadOptions options;
+      options.base = url;
+      Result<Graph> graph = rdf::read(body.bytes, *syntax, options);
+      if (!graph) {
+        const Error& error = graph.error();
+        return unexpected(Errc::expected_value, (error.line ? "line " + std::to_string(error.line) + ": " : std::string()) + error.message);
+      }
+      const std::optional<TermId> focus = client::find_focus(*graph, url);
+      if (!focus) return unexpected(Errc::expected_value, "it is not clear which node of the body is the value; write it as <>");
+      return Input{*std::move(graph), *focus};
+    }
+    if (const auto parsed = MediaType::parse(type)) format = rdf::plain_of(*parsed);
+    if (!format) return unexpected(Errc::invalid_option, "\"" + type + "\" is neither RDF nor a plain value; expected text/turtle, application/json, text/plain ...");
+  }
+  if (!schema) {
+    return unexpected(Errc::expected_value, "\"" + url + "\" publishes no shape that says what a plain value means; give RDF, such as @value.ttl");
+  }
+  std::string bytes = body.bytes;
+  const Type* type = &schema->type();
+  while (type->kind == Type::Kind::optional && type->element) type = type->element;
+  if (*format == rdf::Plain::text && type->is_number()) {
+    const Result<client::Quantity> quantity = client::parse_quantity(trimmed(bytes));
+    if (quantity && !quantity->unit.empty()) {
+      const Result<double> number = client::number_in(trimmed(bytes), schema->facets().unit());
+      if (!number) return unexpected(number.error());
+      const bool is_integer = type->kind == Type::Kind::integer && std::abs(*number) < 9e15 && *number == std::floor(*number);
+      bytes = is_integer ? std::to_string(static_cast<std::int64_t>(*number)) : number_text(*number);
+    } else if (!quantity && bytes.find_first_of("0123456789") != std::string::npos && trimmed(bytes).find_first_of("0123456789.+-") == 0) {
+      return unexpected(quantity.error());  // a number, but with a unit that is not known
+    }
+  }
+  Input input;
+  input.focus = input.graph.intern(rdf::iri(url));
+  if (Result<void> written = schema->write_plain_value(input.graph, input.focus, bytes, *format); !written) {
+    Error error = std::move(written).error();
+    if (error.message.find("expected") == std::string::npos) error.message = "expected " + description_of(*schema) + ": " + error.message;
+    return unexpected(Errc::expected_value, std::move(error.message));
+  }
+  return input;
+}
+
+}  // namespace lrt::tool

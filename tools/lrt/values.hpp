@@ -1,0 +1,58 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <lrt/client.hpp>
+#include <lrt/client/schema.hpp>
+
+/// Values whose types are known only at run time, between graphs and what a person types and reads.
+namespace lrt::tool {
+
+/// A value without RDF.
+struct PlainValue {
+  std::string json;  ///< printable
+  std::string text;  ///< of a number or a text without quotes; else as `json`. Printable
+  std::string unit;  ///< UCUM code, or the last part of its IRI; empty: none
+  std::optional<double> number{};  ///< if it is one
+};
+
+/// The value of a node. Without a schema, or if the value does not fit it, it is read from what the node says: a number by the predicates that numbers have,
+/// else a record of its properties by their local names, without those that describe the resource.
+PlainValue value_at(const rdf::Graph& graph, rdf::TermId node, const client::Schema* schema);
+
+/// The number in another unit.
+/// @par Errors  expected_value: it is no number, or the units are of different kinds
+Result<PlainValue> converted(const PlainValue& value, const std::string& unit);
+
+/// What a shape says; nullopt: there is none, or none that can be used.
+std::optional<client::Schema> schema_of(const Result<std::optional<client::Shape>>& shape);
+
+/// "a number in deg, from 0 to below 360"
+std::string description_of(const client::Schema& schema);
+/// "from 0 to below 360"; empty: no bounds
+std::string bounds_of(const rdf::Type& type, const rdf::Facets& facets);
+/// "number", "text", "list of number", "idle | active", a record's name
+std::string name_of(const rdf::Type& type);
+
+/// A body as a person gives it: its bytes and what they are.
+struct Body {
+  std::string bytes;
+  std::string media_type;  ///< empty: a value as text, or JSON
+};
+/// "@FILE" and "-" are read (at most 64 MiB), and `media_type` is that of the suffix; all else is the body itself.
+/// @par Errors  io_error, limit_exceeded
+Result<Body> body_of(const std::string& argument, const std::string& media_type);
+
+/// A graph with the node that stands for the value.
+struct Input {
+  rdf::Graph graph;
+  rdf::TermId focus;
+};
+/// Reads a body for a resource. A number may have a unit, which is converted to that of the schema.
+/// @param url  of the resource
+/// @par Errors  expected_value and expected_rdf: with what was expected
+Result<Input> input_of(const Body& body, const std::string& url, const std::optional<client::Schema>& schema);
+
+}  // namespace lrt::tool
