@@ -267,7 +267,9 @@ Result<rdf::Value> value_at(const Graph& given, TermId node, const rdf::Type& ty
     }
   }
   std::vector<rdf::Mismatch> mismatches;
-  return rdf::read_value(*graph, node, type, rdf::Facets(unit), vocabulary_of(type, *graph), mismatches);
+  // A caller may name the unit by one of its IRIs only. What a robot says may be NaN or infinite.
+  const lrt::Unit whole = unit_of(unit.qudt.text, unit.vom.text).value_or(unit);
+  return rdf::read_value(*graph, node, type, rdf::Facets(whole).allow_non_finite(), vocabulary_of(type, *graph), mismatches);
 }
 
 Graph with_datatypes_of(const Shape& shape, const Graph& graph) {
