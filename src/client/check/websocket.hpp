@@ -1,0 +1,55 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "src/client/check/probe.hpp"
+
+namespace lrt::client::conformance {
+
+/// The client's side of a WebSocket (RFC 6455), as strict about the server as the RFC is.
+class WebSocket {
+ public:
+  struct Message {
+    bool text = true;
+    std::string payload;
+  };
+
+  /// Sends the opening handshake. Whatever comes back is in exchange(); is_open() tells whether it is a 101.
+  WebSocket(Probe& probe, const CheckOptions& options, const std::string& url, const FieldList& fields);
+
+  const Exchange& exchange() const noexcept { return exchange_; }
+  bool is_open() const noexcept { return connection_.has_value() && exchange_.reply.status == 101; }
+  /// What is wrong with the fields of the 101 besides Sec-WebSocket-Accept; empty: nothing.
+  std::string field_fault() const;
+  bool accept_is_right() const;
+
+  /// The next complete message; nullopt: none in time, or fault() or the end. A ping of the server is answered.
+  std::optional<Message> message(exchange::Instant until);
+  /// Whether a ping has its pong. Messages meanwhile are dropped.
+  bool ping(exchange::Instant until);
+  /// Whether a close has its close.
+  bool close(exchange::Instant until);
+  /// The server has closed the WebSocket, or ended the connection.
+  bool is_closed() const noexcept { return closed_; }
+  /// What is wrong with a frame; empty: nothing.
+  const std::string& fault() const noexcept { return fault_; }
+
+ private:
+  struct Frame {
+    unsigned opcode;
+    bool fin;
+    std::string payload;
+  };
+  std::optional<Frame> frame(exchange::Instant until);
+  void send(unsigned opcode, std::string_view payload, exchange::Instant until);
+
+  const CheckOptions& options_;
+  Exchange exchange_;
+  std::optional<Connection> connection_;
+  std::string key_, fault_;
+  std::optional<std::string> pong_;
+  bool closed_ = false;
+};
+
+}  // namespace lrt::client::conformance
