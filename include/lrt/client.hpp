@@ -12,6 +12,7 @@
 #include <lrt/client/http.hpp>
 #include <lrt/client/options.hpp>
 #include <lrt/client/things.hpp>
+#include <lrt/client/watch.hpp>
 #include <lrt/client/typed.hpp>
 
 namespace lrt {
@@ -43,10 +44,22 @@ class Client {
   /// containers, and by any other predicate whose object is of the same origin. The identity of the options is sent to this origin.
   /// @par Errors  of the exchange with this URL; limit_exceeded. What else cannot be read is in Robot::problems()
   Result<client::Robot> open(const std::string& url);
+  /// A Property or an Action whose URL the program knows: nothing is read. The identity of the options is sent to its origin.
+  /// @par Errors  expected_iri
+  Result<client::Property> property(const std::string& url);
+  Result<client::Action> action(const std::string& url);
+  /// An invocation whose URL the program has kept.
+  /// @par Errors  expected_iri
+  Result<client::Invocation> invocation(const std::string& url);
   /// One resource. @par Errors  of the exchange; refused ... with the server's reason; unsupported_syntax: it has no RDF
   Result<client::RepresentationPtr> get(const std::string& url);
   /// Any request, within the limits.
   Result<client::Response> send(const client::Request& request);
+
+  /// Begins to watch a resource. `on_change` gets its values, gaps, and the end, where Options::callbacks says: a refusal by the server is an end, too.
+  /// The identity of the options is sent to its origin.
+  /// @par Errors  expected_iri, invalid_option; closed: after stop()
+  Result<client::Watch> watch(const std::string& url, const client::WatchOptions& options, client::OnChange on_change);
 
   /// Runs `work`, which may wait, on a thread of the client, and hands its result to `done` in poll(). At most 1,000 wait; then `work` gets no thread,
   /// and false is returned.
@@ -76,6 +89,7 @@ class Client {
   void stop() noexcept;
 
  private:
+  Result<void> trust(const std::string& url);
   explicit Client(std::shared_ptr<client::Session> session) noexcept;
   bool post(UniqueFunction<UniqueFunction<void()>()> work);
 

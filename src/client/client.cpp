@@ -40,14 +40,48 @@ Client& Client::operator=(Client&& other) noexcept {
 Client::~Client() { stop(); }
 
 Result<client::Robot> Client::open(const std::string& url) {
+  if (Result<void> good = trust(url); !good) return unexpected(std::move(good).error());
+  return session_->open(url);
+}
+
+Result<void> Client::trust(const std::string& url) {
   const Result<http::Url> parsed = http::parse_url(client::document_of(url));
   if (!parsed) return unexpected(parsed.error().code, "\"" + url + "\": " + parsed.error().message);
   session_->http().trust(*parsed);
-  return session_->open(url);
+  return {};
+}
+
+Result<client::Property> Client::property(const std::string& url) {
+  if (Result<void> good = trust(url); !good) return unexpected(std::move(good).error());
+  client::Property property;
+  property.session_ = session_;
+  property.url_ = url;
+  return property;
+}
+
+Result<client::Action> Client::action(const std::string& url) {
+  if (Result<void> good = trust(url); !good) return unexpected(std::move(good).error());
+  client::Action action;
+  action.session_ = session_;
+  action.url_ = client::document_of(url);
+  return action;
+}
+
+Result<client::Invocation> Client::invocation(const std::string& url) {
+  if (Result<void> good = trust(url); !good) return unexpected(std::move(good).error());
+  client::Invocation invocation;
+  invocation.session_ = session_;
+  invocation.url_ = client::document_of(url);
+  return invocation;
 }
 
 Result<client::RepresentationPtr> Client::get(const std::string& url) { return session_->get(url); }
 Result<client::Response> Client::send(const client::Request& request) { return session_->http().send(request); }
+
+Result<client::Watch> Client::watch(const std::string& url, const client::WatchOptions& options, client::OnChange on_change) {
+  if (Result<void> good = trust(url); !good) return unexpected(std::move(good).error());
+  return session_->watches().watch(url, options, std::move(on_change));
+}
 
 bool Client::post(UniqueFunction<UniqueFunction<void()>()> work) { return session_->workers().post(std::move(work)); }
 
@@ -61,7 +95,10 @@ bool Client::poll(std::chrono::microseconds budget) noexcept {
     workers.waker().wake();  // the rest is for the next call
     return true;
   }
-  return false;
+  const auto rest = std::chrono::duration_cast<std::chrono::microseconds>(end - std::chrono::steady_clock::now());
+  if (!session_->watches().poll(std::max(rest, std::chrono::microseconds(0)))) return false;
+  workers.waker().wake();
+  return true;
 }
 
 void Client::wait(std::chrono::milliseconds at_most) noexcept {

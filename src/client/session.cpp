@@ -128,9 +128,15 @@ Session::Session(std::shared_ptr<HttpClient> http, const Options& options)
     : options_(options),
       http_(std::move(http)),
       cache_(options.limits.max_cached_bytes),
-      workers_(options.threads, options.callbacks == Callbacks::in_background) {}
+      workers_(options.threads, options.callbacks == Callbacks::in_background),
+      watches_(http_, [this] {
+        Watches::Hooks hooks;
+        hooks.wake = [this] { workers_.waker().wake(); };
+        return hooks;
+      }()) {}
 
 void Session::stop() noexcept {
+  watches_.stop();  // may still delete callbacks on servers
   http_->stop();
   workers_.stop();
 }

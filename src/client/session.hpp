@@ -18,6 +18,7 @@
 #include "src/base/event_waker.hpp"
 #include "src/base/thread.hpp"
 #include "src/client/http_client.hpp"
+#include "src/client/watches.hpp"
 
 namespace lrt::client {
 
@@ -105,6 +106,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::string accept() const { return options_.accept + ", application/problem+json"; }
   HttpClient& http() noexcept { return *http_; }
   Workers& workers() noexcept { return workers_; }
+  Watches& watches() noexcept { return watches_; }
   const Options& options() const noexcept { return options_; }
   void stop() noexcept;
 
@@ -114,6 +116,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::mutex mutex_;
   RepresentationCache cache_;
   Workers workers_;
+  Watches watches_;
 };
 
 /// The error that a response with a status of 400 or more is.
