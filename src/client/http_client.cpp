@@ -157,6 +157,7 @@ class HttpClientImpl final : public HttpClient {
       const Result<http::Url> url = http::parse_url(request.url);
       if (!url) return unexpected(url.error().code, "\"" + request.url + "\": " + url.error().message);
       Result<Response> response = once(request, *url, is_elsewhere, exchange);
+      log(request, response);
       if (!response) return response;
       response->url = request.url;
       if (response->status == 401 && !has_new_token && !is_elsewhere && reload_token(*url)) {
@@ -187,6 +188,14 @@ class HttpClientImpl final : public HttpClient {
       request.method = method;
       request.url = *std::move(target);
     }
+  }
+
+  /// "GET http://robot/arm: 200"
+  void log(const Request& request, const Result<Response>& response) const {
+    if (!options_.log) return;
+    try {
+      options_.log(LogLevel::debug, request.method + " " + request.url + ": " + (response ? std::to_string(response->status) : std::string(to_string(response.error().code))));
+    } catch (...) {}  // of the user: it has nobody to be told
   }
 
   template <class Exchange>
