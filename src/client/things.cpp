@@ -59,12 +59,15 @@ Result<T> find_named(const std::vector<T>& all, std::string_view name, const cha
     if (found) return *found;
   }
   std::string list;
+  std::vector<std::string> listed;  // Things of one kind have equal names
   for (const T& one : all) {
+    if (std::string known = one.name(); std::find(listed.begin(), listed.end(), known) == listed.end()) listed.push_back(std::move(known));
+    else continue;
     if (list.size() > 300) {
       list += ", ...";
       break;
     }
-    list += (list.empty() ? "" : ", ") + one.name();
+    list += (list.empty() ? "" : ", ") + listed.back();
   }
   return unexpected(Errc::unknown_path, where + " has no " + kind + " \"" + std::string(name) + "\"" + (list.empty() ? "" : "; it has " + list));
 }
@@ -203,11 +206,16 @@ std::optional<TermId> Property::node_in(const Graph& graph, std::optional<TermId
   return predicate ? graph.object(*focus, *predicate) : std::nullopt;
 }
 
-Result<rdf::Value> Property::decode(const Graph& graph, std::optional<TermId> focus, const rdf::Type& type, const lrt::Unit& unit) const {
-  const std::optional<TermId> node = node_in(graph, focus);
-  if (!node && focus && !predicate_.empty())
+Result<TermId> Property::value_node(const Graph& graph, std::optional<TermId> focus) const {
+  if (const std::optional<TermId> node = node_in(graph, focus)) return *node;
+  if (focus && !predicate_.empty())
     return unexpected(Errc::unknown_path, "\"" + url_ + "\" no longer has the property " + rdf::abbreviate(predicate_));
-  if (!node) return no_node(url_);
+  return no_node(url_);
+}
+
+Result<rdf::Value> Property::decode(const Graph& graph, std::optional<TermId> focus, const rdf::Type& type, const lrt::Unit& unit) const {
+  const Result<TermId> node = value_node(graph, focus);
+  if (!node) return unexpected(node.error());
   Result<rdf::Value> value = value_at(graph, *node, type, unit);
   if (value) return value;
   Error error = std::move(value).error();
@@ -238,6 +246,30 @@ Result<std::optional<Shape>> Property::shape() const {
     for (const TermView& node : graph.subjects(vocab::sh::targetNode, rdf::iri(url_))) {
       Result<Shape> shape = session_->shape(node, **document);
       if (shape) return std::optional<Shape>(*std::move(shape));
+    }
+  }
+  return std::optional<Shape>();
+}
+
+Result<std::optional<Shape>> Property::value_shape() const {
+  Result<std::optional<Shape>> own = shape();
+  if (!own || *own) return own;
+  const Result<RepresentationPtr> found = session_->described(url_);
+  if (!found) return unexpected(found.error());
+  for (const Link& link : (*found)->links) {
+    if (link.relation != "describedby" || !same_origin(link.target, url_)) continue;
+    const Result<RepresentationPtr> document = session_->described(link.target);
+    if (!document) continue;
+    const Graph& graph = (*document)->graph;
+    for (const std::string& predicate : names_.predicates) {
+      for (const TermView& node : graph.subjects(vocab::sh::path, rdf::iri(predicate))) {
+        // Beside the shape of the value, which has a name, stands what all resources of a server have.
+        const std::vector<TermView> parts = graph.objects(node, vocab::sh::node);
+        const auto named = std::find_if(parts.begin(), parts.end(), [](const TermView& part) { return part.is_iri(); });
+        if (named == parts.end() && !parts.empty()) continue;
+        Result<Shape> shape = session_->shape(named == parts.end() ? node : *named, **document);
+        if (shape) return std::optional<Shape>(*std::move(shape));
+      }
     }
   }
   return std::optional<Shape>();
@@ -476,10 +508,10 @@ Result<void> Invocation::cancel() const {
   return {};
 }
 
-Result<rdf::Value> Invocation::result(const rdf::Type& type, const lrt::Unit& unit) const {
+Result<Invocation::ResultNode> Invocation::result_node() const {
   Result<State> found = state();
   if (!found) return unexpected(std::move(found).error());
-  const RepresentationPtr& representation = found->representation ? found->representation : ended_.representation;
+  RepresentationPtr representation = found->representation ? found->representation : ended_.representation;
   if (!representation) return unexpected(Errc::expected_value, "the action has given no result");
   if (!representation->focus) return no_node(representation->url);
   const Graph& graph = representation->graph;
@@ -489,7 +521,13 @@ Result<rdf::Value> Invocation::result(const rdf::Type& type, const lrt::Unit& un
   } else if (!url_.empty()) {
     return unexpected(Errc::expected_value, "\"" + url_ + "\" has no result");
   }
-  return value_at(graph, node, type, unit);
+  return ResultNode{std::move(representation), node};
+}
+
+Result<rdf::Value> Invocation::result(const rdf::Type& type, const lrt::Unit& unit) const {
+  const Result<ResultNode> found = result_node();
+  if (!found) return unexpected(found.error());
+  return value_at(found->representation->graph, found->node, type, unit);
 }
 
 // --- Thing ---
@@ -528,9 +566,11 @@ Result<T> find_part(const std::vector<Thing>& things, const std::vector<T>& (Thi
   std::vector<T> all;
   const std::size_t slash = name.rfind('/');
   const bool is_iri = name.find("://") != std::string_view::npos;
+  const Thing* owner = nullptr;  // the only Thing with the first name
   if (!is_iri && slash != std::string_view::npos) {
     for (const Thing& thing : things) {
       if (fits(thing.url(), thing.names(), name.substr(0, slash)) == 0) continue;
+      owner = owner ? nullptr : &thing;
       for (const T& part : (thing.*parts)())
         if (fits(part.url(), part.names(), name.substr(slash + 1)) > 0) all.push_back(part);
     }
@@ -538,7 +578,10 @@ Result<T> find_part(const std::vector<Thing>& things, const std::vector<T>& (Thi
     all.clear();
   }
   for (const Thing& thing : things) all.insert(all.end(), (thing.*parts)().begin(), (thing.*parts)().end());
-  return find_named(all, name, kind, where);
+  Result<T> found = find_named(all, name, kind, where);
+  if (!found && found.error().code == Errc::unknown_path && owner)  // says what that Thing has
+    return find_named((owner->*parts)(), name.substr(slash + 1), kind, "\"" + owner->name() + "\"");
+  return found;
 }
 
 }  // namespace

@@ -15,6 +15,10 @@
 #include <lrt/rdf/unit.hpp>
 #include <lrt/rdf/value_codec.hpp>
 
+namespace lrt {
+class Client;
+}
+
 namespace lrt::client {
 
 class Session;
@@ -75,13 +79,19 @@ class Property {
   Result<lrt::Unit> unit() const;
   /// The shape by which the server judges what is written. nullopt: it publishes none.
   Result<std::optional<Shape>> shape() const;
+  /// The shape of its value, also if it cannot be written: shape(), else what a linked Blueprint says of its predicate. nullopt: there is none.
+  Result<std::optional<Shape>> value_shape() const;
 
+  /// The node of a graph of this property that has the value: the focus node or, of an inline property, the object of its predicate.
+  /// @par Errors  expected_value: it is not clear; unknown_path: the Thing no longer has the property
+  Result<rdf::TermId> value_node(const rdf::Graph& graph, std::optional<rdf::TermId> focus) const;
   /// The value in a representation of this property.
   Result<rdf::Value> decode(const Representation& representation, const rdf::Type& type, const lrt::Unit& unit = lrt::unit::none) const;
 
  private:
   friend class Session;
   friend class Discovery;
+  friend class lrt::Client;
   Property() = default;
   /// False: it is a node in the graph of its Thing, and has no representation of its own.
   bool is_resource() const noexcept;
@@ -124,9 +134,17 @@ class Invocation {
     return rdf::traits<T>::decode(*value);
   }
   Result<rdf::Value> result(const rdf::Type& type, const lrt::Unit& unit = lrt::unit::none) const;
+  /// The node that has the result, in the graph where it stands.
+  /// @par Errors  expected_value: there is no result
+  struct ResultNode {
+    RepresentationPtr representation;
+    rdf::TermId node;
+  };
+  Result<ResultNode> result_node() const;
 
  private:
   friend class Action;
+  friend class lrt::Client;
   Invocation() = default;
   std::shared_ptr<Session> session_;
   std::string url_;
@@ -174,10 +192,10 @@ class Action {
   /// Running and past invocations, which the action links to.
   Result<std::vector<std::string>> invocations() const;
 
-
  private:
   friend class Session;
   friend class Discovery;
+  friend class lrt::Client;
   Action() = default;
   Result<std::vector<std::string>> classes_of(Iri predicate) const;
   Result<Invocation> send(const rdf::Graph* input, const InvokeOptions& options) const;
