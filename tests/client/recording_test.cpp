@@ -1,0 +1,96 @@
+#include <lrt/client/recording.hpp>
+
+#include "tests/support/catch.hpp"
+
+using namespace lrt;
+using client::Playback;
+using client::RecordedChange;
+using client::Recording;
+using std::chrono::microseconds;
+
+namespace {
+
+const std::string header = "{\"lrt\":\"recording\",\"version\":1,\"robot\":\"http://robot/\",\"started\":\"2026-11-23T15:31:19Z\"}\n";
+
+std::vector<std::string> names(const Recording& recording) {
+  std::vector<std::string> result;
+  for (const RecordedChange& change : recording.changes()) result.push_back(change.name);
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("a recording reads back what was written", "[client]") {
+  const std::vector<RecordedChange> changes = {{microseconds(12'300), "arm/angle", "0.27", "rad", {}},
+                                               {microseconds(2'000'001), "arm/\"pose\"\n", R"({"x":{"value":1.5,"unit":"m"},"name":"a\"b","on":[true,null]})", {}, {}},
+                                               {microseconds(3'000'000), "arm/angle", {}, {}, "the connection was lost"}};
+  std::string text = to_line(client::RecordingHeader{"http://robot/", "2026-11-23T15:31:19Z"});
+  CHECK(text == header);
+  for (const RecordedChange& change : changes) text += to_line(change);
+  const Recording read = Recording::parse(text).value();
+  CHECK(read.header().robot == "http://robot/");
+  CHECK(read.damaged_lines() == 0);
+  REQUIRE(read.changes().size() == changes.size());
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    CHECK(read.changes()[i].at == changes[i].at);
+    CHECK(read.changes()[i].name == changes[i].name);
+    CHECK(read.changes()[i].value == changes[i].value);
+    CHECK(read.changes()[i].unit == changes[i].unit);
+    CHECK(read.changes()[i].gap == changes[i].gap);
+  }
+}
+
+TEST_CASE("damaged lines of a recording are left out and counted", "[client]") {
+  const std::string good = "{\"at\":1,\"name\":\"a\",\"value\":1}\n";
+  for (const char* const bad : {"{\"at\":1,\"na", "null", "{\"at\":-1,\"name\":\"b\",\"value\":1}", "{\"at\":1e300,\"name\":\"b\",\"value\":1}",
+                                "{\"at\":\"1\",\"name\":\"b\",\"value\":1}", "{\"at\":1,\"name\":\"b\"}", "{\"at\":1,\"value\":1}", "\xff\xfe", "[[[["}) {
+    const Recording read = Recording::parse(header + good + bad + "\n" + good + bad).value();
+    CAPTURE(bad);
+    CHECK(names(read) == std::vector<std::string>{"a", "a"});
+    CHECK(read.damaged_lines() == 2);
+  }
+  client::RecordingLimits limits;
+  limits.max_line_bytes = 120;
+  CHECK(Recording::parse(header + "{\"at\":1,\"name\":\"" + std::string(200, 'n') + "\",\"value\":1}\n" + good, limits).value().damaged_lines() == 1);
+}
+
+TEST_CASE("what is no recording is an error", "[client]") {
+  CHECK(Recording::parse("").error().code == Errc::expected_value);
+  CHECK(Recording::parse("{\"at\":1,\"name\":\"a\",\"value\":1}\n").error().code == Errc::expected_value);
+  CHECK(Recording::parse("{\"lrt\":\"recording\",\"version\":2}\n").error().message == "a recording of another version: expected 1");
+  client::RecordingLimits limits;
+  limits.max_changes = 1;
+  CHECK(Recording::parse(header + "{\"at\":1,\"name\":\"a\",\"value\":1}\n{\"at\":1,\"name\":\"a\",\"value\":1}\n", limits).error().code == Errc::limit_exceeded);
+  limits.max_bytes = 10;
+  CHECK(Recording::parse(header, limits).error().code == Errc::limit_exceeded);
+}
+
+TEST_CASE("a playback gives changes in the order of their times when they are due", "[client]") {
+  const Recording recording =
+      Recording::parse(header + "{\"at\":2,\"name\":\"late\",\"value\":1}\n{\"at\":1,\"name\":\"early\",\"value\":1}\n{\"at\":2,\"name\":\"later\",\"value\":1}\n").value();
+  Playback playback(recording, 2);
+  CHECK(playback.next(microseconds(499'999)) == nullptr);
+  CHECK(playback.until_next(microseconds(0)) == microseconds(500'000));
+  CHECK(playback.next(microseconds(500'000))->name == "early");
+  CHECK(playback.next(microseconds(500'000)) == nullptr);
+  CHECK(playback.until_next(microseconds(600'000)) == microseconds(400'000));
+  CHECK(playback.next(microseconds(5'000'000))->name == "late");
+  CHECK(playback.until_next(microseconds(5'000'000)) == microseconds(0));
+  CHECK(playback.next(microseconds(5'000'000))->name == "later");
+  CHECK(playback.has_ended());
+  CHECK(playback.next(microseconds::max()) == nullptr);
+}
+
+TEST_CASE("a recorded value is read as a C++ value", "[client]") {
+  RecordedChange change{microseconds(0), "arm/angle", "0.27", "rad", {}};
+  CHECK(client::value_of<double>(change).value() == 0.27);
+  CHECK(client::value_of<double>(change, unit::radian).value() == 0.27);
+  CHECK(client::value_of<double>(change, unit::degree).error().message == "expected the unit deg, found rad");
+  CHECK_FALSE(client::value_of<bool>(change));
+  change.value = "[1,2.5]";
+  CHECK(client::value_of<std::vector<double>>(change).value() == std::vector<double>{1, 2.5});
+  change.value = "\"fast\"";
+  CHECK(client::value_of<std::string>(change).value() == "fast");
+  change.value.clear();
+  CHECK(client::value_of<double>(change).error().code == Errc::expected_value);
+}
