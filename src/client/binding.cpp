@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include <lrt/base/immortal.hpp>
+#include <lrt/client/units.hpp>
 #include <lrt/rdf/lexical.hpp>
 #include <lrt/rdf/vocab.hpp>
 #include <lrt/shacl/validator.hpp>
@@ -84,12 +85,8 @@ std::optional<Binding> binding_at(const Graph& graph, TermId node) {
 
 /// The unit with these IRIs: one of lrt's, or one that is kept for the life of the process. Servers cannot make that grow without end.
 std::optional<lrt::Unit> unit_of(std::string_view qudt, std::string_view vom) {
-  namespace u = lrt::unit;
-  for (const lrt::Unit& known : {u::radian, u::degree, u::radian_per_second, u::degree_per_second, u::metre, u::millimetre, u::metre_per_second, u::second,
-                                 u::newton, u::newton_metre, u::kilogram, u::degree_celsius, u::volt, u::ampere, u::percent, u::one}) {
-    if ((!qudt.empty() && known.qudt.text == qudt) || (qudt.empty() && !vom.empty() && known.vom.text == vom)) return known;
-  }
   if (qudt.empty() && vom.empty()) return std::nullopt;
+  if (const lrt::Unit known = find_unit(vom, qudt); !known.ucum.empty()) return known;
   struct Kept {
     std::mutex mutex;
     std::set<std::pair<std::string, std::string>> names;
@@ -267,7 +264,9 @@ Result<rdf::Value> value_at(const Graph& given, TermId node, const rdf::Type& ty
     }
   }
   std::vector<rdf::Mismatch> mismatches;
-  return rdf::read_value(*graph, node, type, rdf::Facets(unit), vocabulary_of(type, *graph), mismatches);
+  // A caller may name the unit by one of its IRIs only. What a robot says may be NaN or infinite.
+  const lrt::Unit whole = unit_of(unit.qudt.text, unit.vom.text).value_or(unit);
+  return rdf::read_value(*graph, node, type, rdf::Facets(whole).allow_non_finite(), vocabulary_of(type, *graph), mismatches);
 }
 
 Graph with_datatypes_of(const Shape& shape, const Graph& graph) {

@@ -65,8 +65,15 @@ std::string redirected_method(int status, const std::string& method) {
 
 class HttpClientImpl final : public HttpClient {
  public:
-  HttpClientImpl(const Options& options, std::shared_ptr<const exchange::ClientTls> tls, std::string token, int stop_descriptor)
-      : HttpClient(options), tls_(std::move(tls)), names_(options.threads), token_(std::move(token)), stop_descriptor_(stop_descriptor) {}
+  using Tls = std::shared_ptr<const exchange::ClientTls>;
+  /// @param own  with the client's certificate; @param anonymous  without
+  HttpClientImpl(const Options& options, Tls own, Tls anonymous, std::string token, int stop_descriptor)
+      : HttpClient(options),
+        own_tls_(std::move(own)),
+        anonymous_tls_(std::move(anonymous)),
+        names_(options.threads),
+        token_(std::move(token)),
+        stop_descriptor_(stop_descriptor) {}
   ~HttpClientImpl() override { ::close(stop_descriptor_); }
   HttpClientImpl(const HttpClientImpl&) = delete;
   HttpClientImpl& operator=(const HttpClientImpl&) = delete;
@@ -93,7 +100,15 @@ class HttpClientImpl final : public HttpClient {
     });
   }
 
-  Result<std::unique_ptr<Wire>> connect(const http::Url& url, WaitLimit limit) override {
+  Result<std::unique_ptr<Wire>> connect(const http::Url& url, WaitLimit limit) override { return connect(url, limit, !is_trusted(url)); }
+
+  bool is_trusted(const http::Url& url) const override {
+    const std::lock_guard lock(mutex_);
+    return trusted_.count(url.origin()) != 0;
+  }
+
+ private:
+  Result<std::unique_ptr<Wire>> connect(const http::Url& url, WaitLimit limit, bool anonymous) {
     const Instant now = std::chrono::steady_clock::now();
     const Result<std::vector<exchange::Address>> found =
         names_.find(url.host, {std::min(limit.until, now + options_.limits.resolve_time), stop_descriptor_});
@@ -102,10 +117,11 @@ class HttpClientImpl final : public HttpClient {
     for (const exchange::Address& address : *found) addresses.push_back(&address);
     const exchange::NoSigpipe guard(url.secure);
     return exchange::connect(
-        url, addresses, [this] { return Result<std::shared_ptr<const exchange::ClientTls>>(tls_); },
+        url, addresses, [&] { return Result<Tls>(anonymous ? anonymous_tls_ : own_tls_); },
         {std::min(limit.until, std::chrono::steady_clock::now() + options_.limits.connect_time), stop_descriptor_});
   }
 
+ public:
   std::vector<std::pair<std::string, std::string>> identity_fields(const http::Url& url) override {
     const std::lock_guard lock(mutex_);
     std::vector<std::pair<std::string, std::string>> result;
@@ -193,14 +209,16 @@ class HttpClientImpl final : public HttpClient {
       const bool given = std::any_of(request.fields.begin(), request.fields.end(), [&](const auto& f) { return iequals_ascii(f.first, own.first); });
       if (!given) sent.fields.push_back({own.first, own.second});
     }
-    const std::string peer = url.origin();
+    // A certificate is shown by the connection, so a request without the identity needs one of its own.
+    const bool anonymous = is_elsewhere || !is_trusted(url);
+    const std::string peer = (anonymous ? "anonymous " : "own ") + url.origin();
     // A server may close an idle connection at the moment when it is used again. A request that must not be sent twice gets a new one
     // (RFC 9112 9.3.1).
     std::unique_ptr<Wire> wire = is_idempotent(request.method) ? take_idle(peer) : nullptr;
     while (true) {
       const bool is_fresh = wire == nullptr;
       if (is_fresh) {
-        Result<std::unique_ptr<Wire>> made = connect(url, limit);
+        Result<std::unique_ptr<Wire>> made = connect(url, limit, anonymous);
         if (!made) return unexpected(std::move(made).error());
         wire = *std::move(made);
       }
@@ -246,9 +264,9 @@ class HttpClientImpl final : public HttpClient {
     return true;
   }
 
-  const std::shared_ptr<const exchange::ClientTls> tls_;
+  const Tls own_tls_, anonymous_tls_;
   NameResolver names_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::string token_;
   std::set<std::string> trusted_;
   exchange::IdleWires idle_;
@@ -280,9 +298,12 @@ Result<std::shared_ptr<HttpClient>> HttpClient::create(const Options& options) {
     if (!lrt::detail::is(c, lrt::detail::uri)) return unexpected(Errc::invalid_option, "token of a client: expected no white space or control character");
   Result<std::shared_ptr<const exchange::ClientTls>> tls = exchange::ClientTls::make(options.ca_file, identity.certificate_file, identity.key_file);
   if (!tls) return unexpected(std::move(tls).error());
+  auto anonymous = tls;
+  if (!identity.certificate_file.empty()) anonymous = exchange::ClientTls::make(options.ca_file);
+  if (!anonymous) return unexpected(std::move(anonymous).error());
   const int descriptor = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   if (descriptor < 0) return unexpected(Errc::io_error, "cannot create an event descriptor: " + std::system_category().message(errno));
-  auto client = std::make_shared<HttpClientImpl>(options, *std::move(tls), std::move(token), descriptor);
+  auto client = std::make_shared<HttpClientImpl>(options, *std::move(tls), *std::move(anonymous), std::move(token), descriptor);
   for (const std::string& origin : identity.trusted_origins) {
     const Result<http::Url> url = http::parse_url(origin);
     if (!url || url->target != "/") return unexpected(Errc::invalid_option, "trusted origin \"" + origin + "\": expected scheme, host and port");

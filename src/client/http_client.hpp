@@ -30,11 +30,13 @@ class HttpClient {
   /// The same for a response whose body goes on. Response::body stays empty. Returns when the server ends it.
   /// @param idle  the longest wait for the next bytes
   virtual Result<Response> stream(const Request& request, std::chrono::milliseconds idle, const exchange::Receiver& receiver) = 0;
-  /// A new connection for bytes of the caller's own: what a WebSocket or a check of a server sends.
+  /// A new connection for bytes of the caller's own: what a WebSocket or a check of a server sends. The client's certificate is shown to trusted
+  /// origins.
   virtual Result<std::unique_ptr<exchange::Wire>> connect(const http::Url& url, exchange::WaitLimit limit) = 0;
 
   /// The fields that the identity adds to a request to this origin; empty if it is not trusted.
   virtual std::vector<std::pair<std::string, std::string>> identity_fields(const http::Url& url) = 0;
+  virtual bool is_trusted(const http::Url& url) const = 0;
   /// Adds an origin that gets the identity.
   virtual void trust(const http::Url& url) = 0;
   /// Ends all exchanges with Errc::cancelled; later ones, too.

@@ -227,6 +227,20 @@ Result<rdf::Value> Property::decode(const Representation& representation, const 
   return decode(representation.graph, representation.focus, type, unit);
 }
 
+Result<rdf::Value> Property::decode(const Change& change, const rdf::Type& type, const lrt::Unit& unit) const {
+  const Result<Graph> graph = change.graph();
+  if (!graph) return unexpected(graph.error());
+  return decode(*graph, find_focus(*graph, document_of(url_)), type, unit);
+}
+
+Result<Watch> Property::watch(const WatchOptions& options, OnChange on_change) const {
+  return session_->watches().watch(std::string(document_of(url_)), options, std::move(on_change));
+}
+
+Result<Watch> Property::watch_at_once(const WatchOptions& options, OnChange on_change) const {
+  return session_->watches().watch(std::string(document_of(url_)), options, std::move(on_change), Watches::Delivery::at_once);
+}
+
 Result<std::optional<Shape>> Property::shape() const {
   const Result<RepresentationPtr> found = session_->described(url_);
   if (!found) return unexpected(found.error());

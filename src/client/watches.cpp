@@ -699,6 +699,10 @@ void Watch::Impl::open_websocket(Generation generation) {
   target = with_policy(std::move(target));
   const Result<http::Url> url = http::parse_url(target);
   if (!url) return refused(generation, 0, {url.error().code, "hybrit:websocketUrl \"" + target + "\": " + url.error().message}, {});
+  if (url->secure && !context_->options().identity.certificate_file.empty() && !context_->http->is_trusted(*url)) {
+    // libwebsockets shows the certificate to every server of its context.
+    return refused(generation, 0, {Errc::refused, "a WebSocket would show the client's certificate to \"" + url->origin() + "\""}, {});
+  }
   const Limits& limits = context_->options().limits;
   Result<std::vector<exchange::Address>> addresses =
       context_->names.find(url->host, {std::chrono::steady_clock::now() + limits.resolve_time, context_->http->stop_descriptor()});

@@ -125,6 +125,11 @@ TEST_CASE("a client shows its certificate", "[client][R0.2]") {
   options.identity.certificate_file = robot.folder.put("client.pem", {&own});
   options.identity.key_file = robot.folder.put_key("client.key", own);
   CHECK(open_with(options, robot.host.url()).has_value());
+  // Without being named by the program, the robot does not learn who asks.
+  Client client = Client::create(options).value();
+  CHECK(client.get(robot.host.url()).error().message.find("401") != std::string::npos);
+  CHECK(client.open(robot.host.url()).has_value());
+  CHECK(client.get(robot.host.url()).has_value());
 }
 
 TEST_CASE("HTTP Basic is sent over TLS and to this machine only", "[client][R0.2]") {

@@ -1,5 +1,6 @@
 #include <lrt/client.hpp>
 
+#include <cmath>
 #include <map>
 #include <mutex>
 
@@ -113,6 +114,18 @@ TEST_CASE("a Thing of unknown predicates is found by its types and values", "[cl
   CHECK_FALSE(arm.property("mass").value().is_writable().value());
   CHECK(robot.thing("Tool").value().actions().size() == 1);
   for (const std::string& request : site.requests()) CHECK(request.find("elsewhere") == std::string::npos);
+}
+
+TEST_CASE("what a robot says may be NaN, and its unit may be named by one IRI", "[client]") {
+  Site site({{"/", turtle("<> a hybrit:RoboticThing ; hybrit:property <v>, <w> .")},
+             {"/v", turtle("<> vom:numericalValue \"NaN\"^^<http://www.w3.org/2001/XMLSchema#double> .")},
+             {"/w", turtle("<> vom:numericalValue 2 ; vom:unit maths:Degree ; <http://qudt.org/schema/qudt/hasUnit> <http://qudt.org/vocab/unit/DEG> .")}});
+  Client client = Client::create(quick()).value();
+  const client::Robot robot = client.open(site.url()).value();
+  CHECK(std::isnan(robot.property("v").value().read<double>().value()));
+  CHECK(robot.property("w").value().read<double>({unit::degree.qudt, {}, {}}).value() == 2);
+  CHECK(robot.property("w").value().read<double>({{}, unit::degree.vom, {}}).value() == 2);
+  CHECK_FALSE(robot.property("w").value().read<double>({unit::radian.qudt, {}, {}}).has_value());
 }
 
 TEST_CASE("a server with N-Triples only and without ETags is read and written", "[client][R1.6]") {

@@ -45,6 +45,7 @@ class Scripted final : public client::HttpClient {
   }
   Result<std::unique_ptr<exchange::Wire>> connect(const http::Url&, exchange::WaitLimit) override { return unexpected(Errc::cancelled, "not here"); }
   std::vector<std::pair<std::string, std::string>> identity_fields(const http::Url&) override { return {}; }
+  bool is_trusted(const http::Url&) const override { return false; }
   void trust(const http::Url&) override {}
   void stop() noexcept override {}
   int stop_descriptor() const noexcept override { return -1; }

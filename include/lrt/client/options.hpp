@@ -17,7 +17,7 @@ struct Identity {
   std::string token;             ///< bearer token (RFC 6750)
   std::string token_file;        ///< a file whose first line is the token; read again when a server responds 401
   std::string user, password;    ///< HTTP Basic (RFC 7617), only over TLS or to this machine
-  std::string certificate_file;  ///< certificate of the client with its chain, PEM
+  std::string certificate_file;  ///< certificate of the client with its chain, PEM; shown to these origins only
   std::string key_file;          ///< its private key, PEM
   std::vector<std::string> trusted_origins;  ///< "https://robot.example:8443"
   std::vector<std::pair<std::string, std::string>> fields;  ///< further header fields of each request to these origins

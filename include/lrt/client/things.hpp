@@ -10,7 +10,9 @@
 #include <vector>
 
 #include <lrt/base/result.hpp>
+#include <lrt/client/latest.hpp>
 #include <lrt/client/representation.hpp>
+#include <lrt/client/watch.hpp>
 #include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/unit.hpp>
 #include <lrt/rdf/value_codec.hpp>
@@ -41,7 +43,7 @@ struct Names {
 };
 
 /// A Property of a Thing (R1.9): a resource of its own, or a node in the graph of its Thing.
-/// @par Threads  Any. Functions that return a Result wait for the server, at most the times of Limits. Not for a control loop.
+/// @par Threads  Any. Functions that return a Result wait for the server, at most the times of Limits. Not for a control loop; see latest().
 class Property {
  public:
   const std::string& url() const noexcept { return url_; }
@@ -82,6 +84,24 @@ class Property {
   /// The shape of its value, also if it cannot be written: shape(), else what a linked Blueprint says of its predicate. nullopt: there is none.
   Result<std::optional<Shape>> value_shape() const;
 
+  /// Begins to watch it; see Client::watch().
+  Result<Watch> watch(const WatchOptions& options, OnChange on_change) const;
+  /// The newest value for a control loop, decoded on a thread of the client: a joint that follows a joint of another robot.
+  /// @par Errors  expected_iri, invalid_option; closed: after Client::stop()
+  template <class T>
+  Result<Latest<T>> latest(const lrt::Unit& unit = lrt::unit::none, const WatchOptions& options = {}) const {
+    return Latest<T>::follow([&](OnChange on_change) { return watch_at_once(options, std::move(on_change)); },
+                             [self = *this, unit](const Change& change) { return self.value_of<T>(change, unit); });
+  }
+  /// The value in a change that a watch has reported.
+  template <class T>
+  Result<T> value_of(const Change& change, const lrt::Unit& unit = lrt::unit::none) const {
+    Result<rdf::Value> value = decode(change, rdf::traits<T>::type(), unit);
+    if (!value) return Unexpected{std::move(value).error()};
+    return rdf::traits<T>::decode(*value);
+  }
+  Result<rdf::Value> decode(const Change& change, const rdf::Type& type, const lrt::Unit& unit = lrt::unit::none) const;
+
   /// The node of a graph of this property that has the value: the focus node or, of an inline property, the object of its predicate.
   /// @par Errors  expected_value: it is not clear; unknown_path: the Thing no longer has the property
   Result<rdf::TermId> value_node(const rdf::Graph& graph, std::optional<rdf::TermId> focus) const;
@@ -93,6 +113,7 @@ class Property {
   friend class Discovery;
   friend class lrt::Client;
   Property() = default;
+  Result<Watch> watch_at_once(const WatchOptions& options, OnChange on_change) const;
   /// False: it is a node in the graph of its Thing, and has no representation of its own.
   bool is_resource() const noexcept;
   std::optional<rdf::TermId> node_in(const rdf::Graph& graph, std::optional<rdf::TermId> focus) const noexcept;
