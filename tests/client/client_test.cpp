@@ -208,6 +208,32 @@ TEST_CASE("work that waits is done elsewhere, and poll() hands over its result",
   CHECK(there == here);
 }
 
+TEST_CASE("a property is watched in poll(), and followed by a control loop", "[client][R0.14]") {
+  Rig rig{GENERATE(from_range(transport::names()))};
+  const client::Property angle = rig.arm().property("angle").value();
+  std::vector<double> seen;
+  const client::Watch watch = angle.watch({}, [&](const client::Change& change) {
+                                     if (change.kind == client::Change::Kind::value) seen.push_back(angle.value_of<double>(change, unit::degree).value());
+                                   }).value();
+  client::Latest<double> latest = angle.latest<double>(unit::degree).value();
+  const auto wait_for = [&](double wanted) {
+    double followed = -1;
+    while (seen.empty() || seen.back() != wanted || followed != wanted) {
+      rig.client.wait(milliseconds(20));
+      rig.client.poll();
+      latest.take(followed);
+    }
+  };
+  wait_for(10);
+  rig.robot.angle_handle->publish(20);
+  wait_for(20);
+  CHECK(watch.is_connected());
+  CHECK(latest.is_connected());
+  CHECK(latest.counts().unreadable == 0);
+  const client::Latest<double> wrong_unit = angle.latest<double>(unit::radian).value();
+  while (wrong_unit.counts().unreadable == 0) std::this_thread::yield();
+}
+
 TEST_CASE("a stopped client says so, and its handles do no harm", "[client]") {
   Rig rig;
   const client::Property angle = rig.arm().property("angle").value();
