@@ -22,9 +22,10 @@ import threading
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "conformance"))
-from robot_process import PATIENCE, Receiver, Robot, until  # noqa: E402
+from robot_process import PATIENCE, Receiver, Robot, http_request, until  # noqa: E402
 
 LRT = SOURCE = None
+LONG = "240"  # degrees: to the other end of the joint's range, two seconds
 UUID = r"[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}"
 
 
@@ -225,7 +226,7 @@ def killed_server():
     port = robot.port
     watching = Running(robot.url, "watch", "right_s1/friction", "--json")
     assert json.loads(watching.line())["value"] == 0.7
-    turning = Running(robot.url, "invoke", "right_s1/rotate", "359")
+    turning = Running(robot.url, "invoke", "right_s1/rotate", LONG)
     until(lambda: "running" in robot.n_triples("baxter/right_s1/actions/rotate") or "invocation" in robot.n_triples("baxter/right_s1/actions/rotate"), "an invocation")
     robot.kill()
     status, rest = turning.rest()
@@ -335,7 +336,7 @@ class Terminal:
 
 def progress_and_ctrl_c():
     with Robot() as robot:
-        terminal = Terminal(robot.url, "invoke", "right_s1/rotate", "359")
+        terminal = Terminal(robot.url, "invoke", "right_s1/rotate", LONG)
         terminal.read(lambda seen: re.search("rotate running [█▏▎▍▌▋▊▉]+ +[0-9]+ %".encode(), seen), "progress bar")
         terminal.write(b"\x03")
         assert terminal.end() == 130, terminal.seen
@@ -343,11 +344,11 @@ def progress_and_ctrl_c():
         ended = re.findall(f"actions/rotate/({UUID})", robot.n_triples("baxter/right_s1/actions/rotate"))
         assert "lrt/ns#cancelled" in robot.n_triples(f"baxter/right_s1/actions/rotate/{ended[0]}"), ended
         # Cancelled by somebody else.
-        terminal = Terminal(robot.url, "invoke", "right_s1/rotate", "359")
+        terminal = Terminal(robot.url, "invoke", "right_s1/rotate", LONG)
         terminal.read(lambda seen: b"running" in seen, "progress")
-        found = re.findall(f"actions/rotate/({UUID})", robot.n_triples("baxter/right_s1/actions/rotate"))
-        for one in set(found):
-            lrt(robot.url, "invoke", "--cancel", robot.at(f"baxter/right_s1/actions/rotate/{one}"))
+        found = set(re.findall(f"actions/rotate/({UUID})", robot.n_triples("baxter/right_s1/actions/rotate"))) - set(ended)
+        for one in found:
+            http_request("DELETE", robot.at(f"baxter/right_s1/actions/rotate/{one}")).expect(204)
         assert terminal.end() == 4, terminal.seen
         assert b"was cancelled" in terminal.seen, terminal.seen
         # To the end: the bar is gone.
