@@ -62,7 +62,9 @@ std::string Help::make_option_opts(const CLI::Option* option) const {
   if (option->get_type_size() == 0) return {};
   // Of a checked option the type is "SECONDS:FLOAT in [0 - 1]": what is not allowed is said where it was given.
   const std::string type = option->get_type_name();
-  return " " + type.substr(0, type.find(':', type.rfind("NAME:VALUE", 0) == 0 ? type.size() - 1 : 0));
+  for (const std::string_view own : {"NAME:VALUE", "ADDRESS:PORT"})
+    if (std::string_view(type).substr(0, own.size()) == own) return " " + std::string(own);
+  return " " + type.substr(0, type.find(':'));
 }
 
 int exit_of(Errc code) noexcept {
