@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""lrt-check on every example: no requirement fails, also with --strict.
+"""`lrt check` on every example: no requirement fails, also with --strict.
 
-    check_examples_test.py LRT_CHECK PROGRAM...
+    check_examples_test.py LRT PROGRAM...
 
-Starts each program, lets lrt-check read it, write the present values of its writable Properties back, and invoke its actions. baxter is checked
+Starts each program, lets `lrt check` read it, write the present values of its writable Properties back, and invoke its actions. baxter is checked
 on each transport. What an HTTP server that is not lrt's does otherwise is in check_differences.txt, and nothing else may fail there.
 """
 import json
@@ -56,11 +56,10 @@ def writable(program, headers):
     return found[:MAX_WRITTEN]
 
 
-def check(lrt_check, name, program, folder, headers, server=None):
+def check(lrt, name, program, folder, headers, server=None):
     allowed = differences(server)
-    command = [lrt_check, program.url, "--format", "json", "--strict", "--resources", "60", "--time", str(CHECK_TIME)]
-    for field, value in headers.items():
-        command += ["--header", field, value]
+    command = [lrt, *(word for field, value in headers.items() for word in ("--header", f"{field}:{value}")),
+               "check", program.url, "--format", "json", "--strict", "--resources", "60", "--for", str(CHECK_TIME)]
     for url in writable(program, headers):
         command += ["--write", url]
     for number, (target, turtle) in enumerate(ASKED.get(name, [])):
@@ -86,7 +85,7 @@ def check(lrt_check, name, program, folder, headers, server=None):
 
 
 def main():
-    lrt_check, programs = sys.argv[1], sys.argv[2:]
+    lrt, programs = sys.argv[1], sys.argv[2:]
     good = True
     with tempfile.TemporaryDirectory() as path:
         folder = pathlib.Path(path)
@@ -108,7 +107,7 @@ def main():
             else:
                 running = start(program, folder)
             with running:
-                good = check(lrt_check, name, running, folder, headers, SERVERS.get(name)) and good
+                good = check(lrt, name, running, folder, headers, SERVERS.get(name)) and good
             if name != "baxter":
                 continue
             Robot.program = program
@@ -119,7 +118,7 @@ def main():
                 print("baxter on libwebsockets is left out: this build has no such transport")
             else:
                 with running:
-                    good = check(lrt_check, "baxter on libwebsockets", running, folder, {}, "libwebsockets") and good
+                    good = check(lrt, "baxter on libwebsockets", running, folder, {}, "libwebsockets") and good
             Way.arguments, Way.transport = [], None
     return 0 if good else 1
 

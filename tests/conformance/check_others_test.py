@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""lrt-check on servers that are not lrt's: the findings must be what these servers really do.
+"""`lrt check` on servers that are not lrt's: the findings must be what these servers really do.
 
-    check_others_test.py LRT_CHECK DIR
+    check_others_test.py LRT DIR
 
 Python's http.server with files in Turtle, and the Community Solid Server, an LDP server, which npm installs once in DIR. Without node, npm or its
 registry the second part is left out, and the reason is printed.
@@ -21,7 +21,7 @@ import threading
 import time
 import urllib.request
 
-SOLID = "@solid/community-server@7.1.7"
+SOLID = "@solid/community-server@7.2.0"
 INSTALL_TIMEOUT = 400  # seconds
 START_TIMEOUT = 60
 CHECK_TIMEOUT = 150
@@ -31,10 +31,10 @@ FILES = {"arm.ttl": '<> a hybrit:RoboticThing ; rdfs:label "arm" ; hybrit:proper
          "angle.ttl": '<> a hybrit:Property ; rdfs:label "angle" .', "subscriptions.ttl": "<> a ldp:BasicContainer ."}
 
 
-def check(lrt_check, url, *, passes, fails, only=False):
+def check(lrt, url, *, passes, fails, only=False):
     """`only`: no other `must` has failed. `http.` is not counted there: versions of the servers differ."""
     def run(form):
-        return subprocess.run([lrt_check, url, "--format", form, "--time", "100"], capture_output=True, text=True, timeout=CHECK_TIMEOUT, check=False)
+        return subprocess.run([lrt, "check", url, "--format", form, "--for", "100"], capture_output=True, text=True, timeout=CHECK_TIMEOUT, check=False)
     done = run("json")
     assert done.returncode == 1, (done.returncode, done.stderr)
     report = json.loads(done.stdout)
@@ -61,7 +61,7 @@ def check(lrt_check, url, *, passes, fails, only=False):
         assert len(list(graph.subject_objects(outcome))) == len(of)
 
 
-def static_files(lrt_check):
+def static_files(lrt):
     class Handler(http.server.SimpleHTTPRequestHandler):
         extensions_map = {**http.server.SimpleHTTPRequestHandler.extensions_map, ".ttl": "text/turtle"}
 
@@ -74,7 +74,7 @@ def static_files(lrt_check):
         with http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Handler, directory=folder)) as server:
             thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True)
             thread.start()
-            check(lrt_check, f"http://127.0.0.1:{server.server_port}/arm.ttl", only=True,
+            check(lrt, f"http://127.0.0.1:{server.server_port}/arm.ttl", only=True,
                   passes=("root.get", "methods.get", "uri.get", "uri.named", "status.not-found", "rdf.turtle", "rdf.accept-turtle", "rdf.valid", "rdf.type",
                           "subscriptions.triple", "subscriptions.container", "property.triples", "rdf.vocabularies", "metadata", "http.head", "http.date"),
                   fails=("http.version", "http.host-missing", "link.related", "options.success", "etag.get", "ws.handshake", "callback.created"))
@@ -95,7 +95,7 @@ def installed(folder):
     return None if done.returncode == 0 else "npm cannot install it: " + done.stderr.strip()[-300:]
 
 
-def solid_server(lrt_check, folder):
+def solid_server(lrt, folder):
     reason = installed(folder)
     if reason:
         print("the Community Solid Server is left out: " + reason)
@@ -120,7 +120,7 @@ def solid_server(lrt_check, folder):
                         return
                 time.sleep(0.1)
             # An LDP server: representations, entity tags and containers are right; what is of Robotic Things is missing.
-            check(lrt_check, url,
+            check(lrt, url,
                   passes=("root.get", "methods.get", "uri.get", "status.not-found", "rdf.turtle", "rdf.accept-turtle", "rdf.valid", "rdf.type", "rdf.vocabularies",
                           "negotiate.accept", "negotiate.quality", "negotiate.vary", "etag.get", "etag.head", "etag.304", "etag.stable", "etag.media-types",
                           "http.version", "http.framing", "http.persistent", "http.pipelining", "http.host-missing", "http.two-lengths", "ws.accept"),
@@ -131,9 +131,9 @@ def solid_server(lrt_check, folder):
 
 
 def main():
-    lrt_check, folder = sys.argv[1], pathlib.Path(sys.argv[2]).resolve()
-    static_files(lrt_check)
-    solid_server(os.path.abspath(lrt_check), folder)
+    lrt, folder = sys.argv[1], pathlib.Path(sys.argv[2]).resolve()
+    static_files(lrt)
+    solid_server(os.path.abspath(lrt), folder)
     return 0
 
 

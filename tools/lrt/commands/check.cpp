@@ -13,6 +13,7 @@ struct CheckOptions {
   std::string format = "text", root, callback_address;
   bool strict = false, all = false, no_subscriptions = false;
   double seconds = 120;
+  std::size_t resources = conformance::CheckOptions{}.max_resources;
 };
 
 Result<int> check(Session& session, CheckOptions& options) {
@@ -27,6 +28,7 @@ Result<int> check(Session& session, CheckOptions& options) {
   how.callback_address = options.callback_address;
   how.subscribe = !options.no_subscriptions;
   how.write = options.write;
+  how.max_resources = options.resources;
   how.total_time = std::chrono::milliseconds(static_cast<std::int64_t>(options.seconds * 1000));
   for (const auto& [action, file] : options.invoke) {
     conformance::Invocation invocation;
@@ -37,6 +39,7 @@ Result<int> check(Session& session, CheckOptions& options) {
       if (!body) return unexpected(body.error());
       invocation.body = body->bytes;
       if (!body->media_type.empty()) invocation.media_type = body->media_type;
+      invocation.send_empty = invocation.body.empty();
     }
     how.invoke.push_back(std::move(invocation));
   }
@@ -74,6 +77,7 @@ void add_check(CommandLine& line) {
   command->add_option("--root", options->root, "The URL of the root resource, where it is not found by itself")->type_name("URL");
   command->add_option("--callback-address", options->callback_address, "Where this machine receives callbacks of the server")->type_name("ADDRESS:PORT");
   command->add_flag("--no-subscriptions", options->no_subscriptions, "Open no subscriptions");
+  command->add_option("--resources", options->resources, "How many resources it visits, 40 by default")->type_name("N")->check(CLI::Range(1, 100'000));
   command->add_option("--for", options->seconds, "The time of the whole check, 120 s by default")->type_name("SECONDS")->check(CLI::Range(1.0, 86400.0));
 }
 
