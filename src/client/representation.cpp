@@ -36,14 +36,17 @@ bool same_origin(std::string_view a, std::string_view b) {
   return of_a && of_a == origin(b);
 }
 
-void add_apart(Graph& graph, const Graph& other) {
+void add_apart(Graph& graph, const Graph& other, const std::function<bool(const TermView& subject)>& skip) {
+  std::vector<bool> skipped(other.term_count());
+  for (const Triple& t : other.triples()) skipped[static_cast<std::size_t>(t.subject)] = skip(other.term(t.subject));
   std::vector<std::optional<TermId>> ids(other.term_count());
   const auto translated = [&](TermId id) {
     std::optional<TermId>& known = ids[static_cast<std::size_t>(id)];
     if (!known) known = other.term(id).is_blank() ? graph.fresh_blank() : graph.intern(other.term(id));
     return *known;
   };
-  for (const Triple& t : other.triples()) graph.add(translated(t.subject), translated(t.predicate), translated(t.object));
+  for (const Triple& t : other.triples())
+    if (!skipped[static_cast<std::size_t>(t.subject)]) graph.add(translated(t.subject), translated(t.predicate), translated(t.object));
 }
 
 std::optional<TermId> find_focus(const Graph& graph, std::string_view url) {

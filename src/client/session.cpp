@@ -241,7 +241,8 @@ Result<Shape> Session::shape(const TermView& node, const Representation& known) 
     if (!same_origin(url, known.url)) continue;  // a shape of others is taken as it stands in ours
     const Result<RepresentationPtr> found = described(url);
     if (!found) return unexpected(found.error());
-    add_apart(shape.graph, (*found)->graph);
+    // What is described here already would be judged twice.
+    add_apart(shape.graph, (*found)->graph, [&](const TermView& subject) { return subject.is_iri() && is_described(subject); });
   }
   if (!is_described(shape.node.view())) {
     return unexpected(Errc::expected_value, "\"" + known.url + "\" refers to the shape " + rdf::to_string(node) + ", which is described nowhere");

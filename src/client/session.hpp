@@ -3,6 +3,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
+#include <functional>
 #include <list>
 #include <memory>
 #include <mutex>
@@ -125,8 +126,8 @@ Error error_of(const Response& response, const std::string& method, const std::s
 /// Reads the representation of a response.
 Result<RepresentationPtr> read_representation(const Response& response, const Options& options);
 
-/// Adds the triples of `other`, whose blank nodes stay apart.
-void add_apart(rdf::Graph& graph, const rdf::Graph& other);
+/// Adds the triples of `other`, whose blank nodes stay apart, but not those of subjects that `skip` names. It is asked before the first is added.
+void add_apart(rdf::Graph& graph, const rdf::Graph& other, const std::function<bool(const rdf::TermView& subject)>& skip);
 
 /// Whether two URLs have scheme, host and port in common.
 bool same_origin(std::string_view a, std::string_view b);

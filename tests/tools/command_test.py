@@ -107,7 +107,7 @@ def errors():
         url = robot.url
         expect_error(lrt(None, "ls"), 2, "which robot")
         expect_error(lrt(url), 2, "subcommand is required")
-        expect_error(lrt(url, "fly"), 2, "--help")
+        expect_error(lrt(url, "fly"), 2, 'there is no command "fly"')
         expect_error(lrt(url, "get", "right_s1/position", "--unit", "furlong"), 1, "furlong")
         expect_error(lrt(url, "get", "position"), 1, "ambiguous")
         expect_error(lrt(url, "get", "right_s1/position", "--accept", "image/png"), 1, "406")
@@ -117,6 +117,8 @@ def errors():
         expect_error(lrt(url, "set", "right_s1/friction", "<> a 1", "--type", "text/turtle"), 1, "expected")
         expect_error(lrt(url, "invoke", "right_s1/rotate"), 1, "takes a number in deg, from 0 to below 360")
         expect_error(lrt(url, "invoke", "--cancel", robot.at("baxter/nothing")), 1, "404")
+        judged = lrt(url, "validate", "right_s1/rotate", '{"value": 400, "unit": "deg"}')  # JSON by its form; each fault once
+        assert judged.status == 1 and judged.out.count("\n") == 1 and "expected less than 360, found 400" in judged.out, judged
         expect_error(lrt(url, "ls", "--type", "ros:Gripper"), 1, "no Thing of type")
         expect_error(lrt(url, "watch", "right_s1/position", "--plot"), 2, "terminal")
         expect_error(lrt(url, "watch", "right_s1/position", "--csv", "--json"), 2, "excludes")

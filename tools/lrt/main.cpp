@@ -1,5 +1,6 @@
 // The command lrt: robots that are Linked Robotic Things, from a shell. docs/command.md has a tour, lrt.1 all options.
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
@@ -81,6 +82,11 @@ int run(int argc, char** argv) {
     return terminal.print_line(version.what()) ? Exit::success : Exit::failure;
   } catch (const CLI::ParseError& error) {
     std::string sentence = error.what();
+    // CLI11 asks for a command where an unknown one is given.
+    const auto commands = line.app.get_subcommands([](CLI::App*) { return true; });
+    const auto is_named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
+    if (argc > 1 && argv[1][0] != '-' && std::none_of(commands.begin(), commands.end(), is_named))
+      sentence = "there is no command \"" + std::string(argv[1]) + "\"";
     if (const std::size_t end = sentence.find_last_not_of(" \n."); end != std::string::npos) sentence.resize(end + 1);
     return report(terminal, sentence + "; see lrt --help", Exit::usage);
   }

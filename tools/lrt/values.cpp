@@ -343,6 +343,9 @@ Result<Input> input_of(const Body& body, const std::string& url, const std::opti
   std::string bytes = body.bytes;
   const Type* type = &schema->type();
   while (type->kind == Type::Kind::optional && type->element) type = type->element;
+  const std::size_t begin = bytes.find_first_not_of(" \t\r\n");
+  const bool looks_like_json = begin != std::string::npos && (bytes[begin] == '{' || bytes[begin] == '[');
+  if (body.media_type.empty() && looks_like_json && type->kind != Type::Kind::text) format = rdf::Plain::json;
   if (*format == rdf::Plain::text && type->is_number()) {
     const Result<client::Quantity> quantity = client::parse_quantity(trimmed(bytes));
     if (quantity && !quantity->unit.empty()) {

@@ -9,6 +9,7 @@
 
 #include "src/base/ascii.hpp"
 #include "src/client/check/survey.hpp"
+#include "src/client/session.hpp"
 
 namespace lrt::client::conformance {
 namespace {
@@ -175,19 +176,6 @@ void check_subscriptions_container(Context& context) {
   if (!container) v.not_applicable("subscriptions.container", "no Subscriptions resource was found");
 }
 
-/// Adds a graph whose blank nodes are different from those of all others.
-void add_apart(rdf::Graph& to, const rdf::Graph& from, std::size_t number) {
-  const auto apart = [number](const rdf::TermView& view, std::string& label) {
-    if (!view.is_blank()) return view;
-    label = std::string(view.text) + "d" + std::to_string(number);
-    return rdf::blank(label);
-  };
-  for (const rdf::Triple& t : from.triples()) {
-    std::string subject, object;
-    to.add(apart(from.term(t.subject), subject), from.term(t.predicate), apart(from.term(t.object), object));
-  }
-}
-
 /// Validates a Thing by the Blueprints that it names. What they say of other Things, which a graph may describe in part, does not count.
 void check_conformance(Context& context, const Resource& thing) {
   Verdicts& v = context.verdicts;
@@ -195,7 +183,7 @@ void check_conformance(Context& context, const Resource& thing) {
   for (const rdf::TermView& blueprint : thing.graph->objects(rdf::iri(thing.url), vocab::hybrit::blueprint)) {
     const std::string url = without_fragment(std::string(blueprint.text));
     for (const Resource& r : context.resources)
-      if (r.url == url && r.graph) add_apart(shapes, *r.graph, static_cast<std::size_t>(&r - context.resources.data()));
+      if (r.url == url && r.graph) add_apart(shapes, *r.graph, [](const rdf::TermView&) { return false; });
   }
   if (shapes.empty() || context.probe.exhausted()) return;
   shacl::CompileOptions lenient;
