@@ -72,8 +72,6 @@ Result<T> find_named(const std::vector<T>& all, std::string_view name, const cha
   return unexpected(Errc::unknown_path, where + " has no " + kind + " \"" + std::string(name) + "\"" + (list.empty() ? "" : "; it has " + list));
 }
 
-Result<std::string> body_of(const Graph& graph, rdf::Syntax syntax) { return rdf::write(graph, syntax); }
-
 /// The RDF syntax of a Content-Type that a binding states.
 std::optional<rdf::Syntax> stated_syntax(const std::vector<std::pair<std::string, std::string>>& fields) {
   for (const auto& [name, value] : fields)
@@ -101,7 +99,7 @@ Result<Response> send_graph(Session& session, Request request, const Graph& grap
   request.fields.erase(std::remove_if(request.fields.begin(), request.fields.end(), is_accept), request.fields.end());
   request.fields.emplace_back("Accept", session.accept());
   for (int attempt = 0;; ++attempt) {
-    Result<std::string> body = body_of(graph, syntax);
+    Result<std::string> body = rdf::write(graph, syntax);
     if (!body) return unexpected(std::move(body).error());
     request.body = *std::move(body);
     request.fields.erase(std::remove_if(request.fields.begin(), request.fields.end(), is_type), request.fields.end());
@@ -175,6 +173,11 @@ Result<lrt::Unit> agreed_unit(const lrt::Unit& given, const std::optional<lrt::U
     return unit.ucum.empty() ? rdf::abbreviate(unit.qudt.empty() ? unit.vom.text : unit.qudt.text) : std::string(unit.ucum);
   };
   return unexpected(Errc::expected_value, "expected the unit " + name(*declared) + ", found " + name(given));
+}
+
+/// Judges what is to be sent, with Options::validate and if there is a shape.
+Result<void> judged(const Session& session, const Graph& graph, TermId focus, const std::optional<Shape>& shape) {
+  return session.options().validate && shape ? conforms(graph, focus, *shape) : Result<void>();
 }
 
 }  // namespace
@@ -321,17 +324,18 @@ Result<void> Property::write(const rdf::Type& type, const rdf::Value& value, con
   std::string vocabulary = *shape ? vocabulary_of(type, (*shape)->graph) : std::string();
   if (vocabulary.empty()) vocabulary = vocabulary_of(type, (*found)->graph);
   const Body body = body_of_value(url_, type, value, *unit, vocabulary, *shape);
-  return write(body.graph, body.focus, options);
+  return put(body.graph, body.focus, *shape, options);
 }
 
 Result<void> Property::write(const Graph& graph, TermId focus, const WriteOptions& options) const {
+  const Result<std::optional<Shape>> shape = session_->options().validate ? this->shape() : std::optional<Shape>();
+  if (!shape) return unexpected(shape.error());
+  return put(graph, focus, *shape, options);
+}
+
+Result<void> Property::put(const Graph& graph, TermId focus, const std::optional<Shape>& shape, const WriteOptions& options) const {
   if (!is_resource()) return unexpected(Errc::refused, "\"" + url_ + "\": the property is no resource of its own and cannot be written");
-  if (session_->options().validate) {
-    const Result<std::optional<Shape>> shape = this->shape();
-    if (!shape) return unexpected(shape.error());
-    if (*shape)
-      if (Result<void> good = conforms(graph, focus, **shape); !good) return good;
-  }
+  if (Result<void> good = judged(*session_, graph, focus, shape); !good) return good;
   const Result<RepresentationPtr> found = session_->described(url_);
   if (!found) return unexpected(found.error());
   Request request{"PUT", url_, {}, {}};
@@ -433,16 +437,14 @@ Result<Invocation> Action::invoke(const rdf::Type& type, const rdf::Value& input
   const Result<lrt::Unit> unit = agreed_unit(options.unit, *shape ? required_unit(**shape) : std::nullopt);
   if (!unit) return unexpected(unit.error());
   const Body body = body_of_value(url_, type, input, *unit, *shape ? vocabulary_of(type, (*shape)->graph) : std::string(), *shape);
-  return invoke(body.graph, body.focus, options);
+  if (Result<void> good = judged(*session_, body.graph, body.focus, *shape); !good) return unexpected(std::move(good).error());
+  return send(&body.graph, options);
 }
 
 Result<Invocation> Action::invoke(const Graph& input, TermId focus, const InvokeOptions& options) const {
-  if (session_->options().validate) {
-    const Result<std::optional<Shape>> shape = input_shape();
-    if (!shape) return unexpected(shape.error());
-    if (*shape)
-      if (Result<void> good = conforms(input, focus, **shape); !good) return unexpected(std::move(good).error());
-  }
+  const Result<std::optional<Shape>> shape = session_->options().validate ? input_shape() : std::optional<Shape>();
+  if (!shape) return unexpected(shape.error());
+  if (Result<void> good = judged(*session_, input, focus, *shape); !good) return unexpected(std::move(good).error());
   return send(&input, options);
 }
 

@@ -113,6 +113,7 @@ class Property {
   friend class Discovery;
   friend class lrt::Client;
   Property() = default;
+  Result<void> put(const rdf::Graph& graph, rdf::TermId focus, const std::optional<Shape>& shape, const WriteOptions& options) const;
   Result<Watch> watch_at_once(const WatchOptions& options, OnChange on_change) const;
   /// False: it is a node in the graph of its Thing, and has no representation of its own.
   bool is_resource() const noexcept;
