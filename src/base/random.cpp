@@ -2,6 +2,7 @@
 
 #include <cstring>
 #include <random>
+#include <vector>
 
 #if defined(__linux__)
 #include <sys/random.h>
@@ -22,6 +23,15 @@ void fill_random(unsigned char* bytes, std::size_t count) {
 #endif
   std::random_device device;
   for (; filled < count; ++filled) bytes[filled] = static_cast<unsigned char>(device());
+}
+
+std::string random_hex(std::size_t bytes) {
+  static constexpr char digits[] = "0123456789abcdef";
+  std::vector<unsigned char> random(bytes);
+  fill_random(random.data(), random.size());
+  std::string text;
+  for (const unsigned char byte : random) text += {digits[byte >> 4], digits[byte & 0x0FU]};
+  return text;
 }
 
 }  // namespace lrt

@@ -22,17 +22,6 @@ namespace {
 constexpr std::size_t name_bytes = 32;  // of hex
 constexpr std::size_t max_challenge_bytes = 1024;
 
-std::string random_name() {
-  std::array<unsigned char, name_bytes / 2> bytes{};
-  fill_random(bytes.data(), bytes.size());
-  std::string name;
-  for (const unsigned char byte : bytes) {
-    static constexpr char digits[] = "0123456789abcdef";
-    name += {digits[byte >> 4], digits[byte & 15U]};
-  }
-  return name;
-}
-
 bool has_form_of_name(std::string_view text) noexcept {
   return text.size() == name_bytes && std::all_of(text.begin(), text.end(), [](char c) { return lrt::detail::is_digit(c) || (c >= 'a' && c <= 'f'); });
 }
@@ -174,7 +163,7 @@ class State final : public engine::Handler, public std::enable_shared_from_this<
     if (stopping_) return unexpected(Errc::closed, "the callback receiver is stopped");
     if (callbacks_.size() >= options_.max_callbacks)
       return unexpected(Errc::limit_exceeded, "the callback receiver has " + std::to_string(options_.max_callbacks) + " callbacks");
-    const std::string name = random_name();
+    const std::string name = random_hex(name_bytes / 2);
     callbacks_.emplace(name, std::make_shared<const Callback>(Callback{std::move(secret), std::move(take)}));
     return url_ + name;
   }

@@ -126,10 +126,7 @@ Result<std::unique_ptr<Receiver>> Receiver::open(const std::string& address, std
       ::listen(receiver->listener_, 16) != 0 || ::getsockname(receiver->listener_, reinterpret_cast<sockaddr*>(&storage), &size) != 0)
     return unexpected(Errc::io_error, "callback_address " + address + ": " + system_message());
   port = ntohs(storage.ss_family == AF_INET ? v4.sin_port : v6.sin6_port);
-  unsigned char random[12];
-  fill_random(random, sizeof random);
-  receiver->path_ = "/lrt-check-";
-  for (const unsigned char byte : random) receiver->path_ += "0123456789abcdef"[byte % 16];
+  receiver->path_ = "/lrt-check-" + random_hex(6);
   receiver->url_ = "http://" + (storage.ss_family == AF_INET ? host : "[" + host + "]") + ":" + std::to_string(port) + receiver->path_;
   Result<Thread> thread = start_thread("lrt-receiver", threads, [r = receiver.get()] { r->run(); });
   if (!thread) return unexpected(std::move(thread).error());
