@@ -78,85 +78,14 @@ class HttpClientImpl final : public HttpClient {
   HttpClientImpl(const HttpClientImpl&) = delete;
   HttpClientImpl& operator=(const HttpClientImpl&) = delete;
 
-  Result<Response> send(const Request& request) override {
-    std::string body;
-    exchange::Receiver receiver;
-    receiver.body = [&](std::string_view bytes) {
-      body.append(bytes);
-      return true;
-    };
-    exchange::Limits limits{options_.limits.max_header_bytes, std::max<std::size_t>(options_.limits.max_body_bytes, 1)};
-    return follow(request, [&](Wire& wire, const exchange::Request& sent, WaitLimit limit) {
-      body.clear();
-      exchange::Outcome outcome = exchange::exchange(wire, sent, limits, limit, receiver);
-      return std::pair(std::move(outcome), std::move(body));
-    });
-  }
-  Result<Response> stream(const Request& request, std::chrono::milliseconds idle, const exchange::Receiver& receiver) override {
-    const exchange::Limits limits{options_.limits.max_header_bytes, 0};
-    return follow(request, [&](Wire& wire, const exchange::Request& sent, WaitLimit limit) {
-      limit.idle = idle;
-      return std::pair(exchange::exchange(wire, sent, limits, limit, receiver), std::string());
-    });
-  }
-
-  Result<std::unique_ptr<Wire>> connect(const http::Url& url, WaitLimit limit) override { return connect(url, limit, !is_trusted(url)); }
-
-  bool is_trusted(const http::Url& url) const override {
-    const std::lock_guard lock(mutex_);
-    return trusted_.count(url.origin()) != 0;
-  }
-
- private:
-  Result<std::unique_ptr<Wire>> connect(const http::Url& url, WaitLimit limit, bool anonymous) {
-    const Instant now = std::chrono::steady_clock::now();
-    const Result<std::vector<exchange::Address>> found =
-        names_.find(url.host, {std::min(limit.until, now + options_.limits.resolve_time), stop_descriptor_});
-    if (!found) return unexpected(found.error());
-    std::vector<const exchange::Address*> addresses;
-    for (const exchange::Address& address : *found) addresses.push_back(&address);
-    const exchange::NoSigpipe guard(url.secure);
-    return exchange::connect(
-        url, addresses, [&] { return Result<Tls>(anonymous ? anonymous_tls_ : own_tls_); },
-        {std::min(limit.until, std::chrono::steady_clock::now() + options_.limits.connect_time), stop_descriptor_});
-  }
-
- public:
-  std::vector<std::pair<std::string, std::string>> identity_fields(const http::Url& url) override {
-    const std::lock_guard lock(mutex_);
-    std::vector<std::pair<std::string, std::string>> result;
-    if (trusted_.count(url.origin()) == 0) return result;
-    const Identity& identity = options_.identity;
-    if (!token_.empty()) {
-      result.emplace_back("Authorization", "Bearer " + token_);
-    } else if (!identity.user.empty() && (url.secure || is_this_machine(url))) {
-      result.emplace_back("Authorization", "Basic " + lrt::detail::base64(identity.user + ":" + identity.password));
-    }
-    result.insert(result.end(), identity.fields.begin(), identity.fields.end());
-    return result;
-  }
-  void trust(const http::Url& url) override {
-    const std::lock_guard lock(mutex_);
-    trusted_.insert(url.origin());
-  }
-  void stop() noexcept override {
-    stopped_ = true;
-    const std::uint64_t one = 1;
-    [[maybe_unused]] const auto written = ::write(stop_descriptor_, &one, sizeof one);
-  }
-  int stop_descriptor() const noexcept override { return stop_descriptor_; }
-
- private:
-  /// Sends with `exchange`, again where a redirect or a new token asks for it.
-  template <class Exchange>
-  Result<Response> follow(const Request& given, Exchange exchange) {
+  Result<Response> send(const Request& given) override {
     Request request = given;
     bool has_new_token = false, is_elsewhere = false;
     for (unsigned redirects = 0;;) {
       if (const std::size_t mark = request.url.find('#'); mark != std::string::npos) request.url.resize(mark);
       const Result<http::Url> url = http::parse_url(request.url);
       if (!url) return unexpected(url.error().code, "\"" + request.url + "\": " + url.error().message);
-      Result<Response> response = once(request, *url, is_elsewhere, exchange);
+      Result<Response> response = once(request, *url, is_elsewhere);
       log(request, response);
       if (!response) return response;
       response->url = request.url;
@@ -190,6 +119,51 @@ class HttpClientImpl final : public HttpClient {
     }
   }
 
+  Result<std::unique_ptr<Wire>> connect(const http::Url& url, WaitLimit limit) override { return connect(url, limit, !is_trusted(url)); }
+
+  bool is_trusted(const http::Url& url) const override {
+    const std::lock_guard lock(mutex_);
+    return trusted_.count(url.origin()) != 0;
+  }
+
+  std::vector<std::pair<std::string, std::string>> identity_fields(const http::Url& url) override {
+    const std::lock_guard lock(mutex_);
+    std::vector<std::pair<std::string, std::string>> result;
+    if (trusted_.count(url.origin()) == 0) return result;
+    const Identity& identity = options_.identity;
+    if (!token_.empty()) {
+      result.emplace_back("Authorization", "Bearer " + token_);
+    } else if (!identity.user.empty() && (url.secure || is_this_machine(url))) {
+      result.emplace_back("Authorization", "Basic " + lrt::detail::base64(identity.user + ":" + identity.password));
+    }
+    result.insert(result.end(), identity.fields.begin(), identity.fields.end());
+    return result;
+  }
+  void trust(const http::Url& url) override {
+    const std::lock_guard lock(mutex_);
+    trusted_.insert(url.origin());
+  }
+  void stop() noexcept override {
+    stopped_ = true;
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const auto written = ::write(stop_descriptor_, &one, sizeof one);
+  }
+  int stop_descriptor() const noexcept override { return stop_descriptor_; }
+
+ private:
+  Result<std::unique_ptr<Wire>> connect(const http::Url& url, WaitLimit limit, bool anonymous) {
+    const Instant now = std::chrono::steady_clock::now();
+    const Result<std::vector<exchange::Address>> found =
+        names_.find(url.host, {std::min(limit.until, now + options_.limits.resolve_time), stop_descriptor_});
+    if (!found) return unexpected(found.error());
+    std::vector<const exchange::Address*> addresses;
+    for (const exchange::Address& address : *found) addresses.push_back(&address);
+    const exchange::NoSigpipe guard(url.secure);
+    return exchange::connect(
+        url, addresses, [&] { return Result<Tls>(anonymous ? anonymous_tls_ : own_tls_); },
+        {std::min(limit.until, std::chrono::steady_clock::now() + options_.limits.connect_time), stop_descriptor_});
+  }
+
   /// "GET http://robot/arm: 200"
   void log(const Request& request, const Result<Response>& response) const {
     if (!options_.log) return;
@@ -198,8 +172,8 @@ class HttpClientImpl final : public HttpClient {
     } catch (...) {}  // of the user: it has nobody to be told
   }
 
-  template <class Exchange>
-  Result<Response> once(const Request& request, const http::Url& url, bool is_elsewhere, Exchange& exchange) {
+  /// One exchange, without regard to redirects.
+  Result<Response> once(const Request& request, const http::Url& url, bool is_elsewhere) {
     if (stopped_) return unexpected(Errc::cancelled, "\"" + request.url + "\": the client stops");
     const WaitLimit limit{std::chrono::steady_clock::now() + options_.limits.response_time, stop_descriptor_};
     const auto identity = is_elsewhere ? std::vector<std::pair<std::string, std::string>>() : identity_fields(url);
@@ -223,7 +197,13 @@ class HttpClientImpl final : public HttpClient {
         wire = *std::move(made);
       }
       const exchange::NoSigpipe guard(url.secure);
-      auto [outcome, body] = exchange(*wire, sent, limit);
+      std::string body;
+      exchange::Receiver receiver;
+      receiver.body = [&](std::string_view bytes) {
+        body.append(bytes);
+        return true;
+      };
+      exchange::Outcome outcome = exchange::exchange(*wire, sent, {options_.limits.max_header_bytes, options_.limits.max_body_bytes}, limit, receiver);
       if (outcome.silent && !is_fresh) {
         wire = nullptr;
         continue;

@@ -27,9 +27,6 @@ class HttpClient {
   /// connection if an idle one turns out to be closed and the method is idempotent.
   /// @par Errors  expected_iri: the URL, or that of a redirect; io_error, closed, timed_out, limit_exceeded, expected_http, cancelled (stop())
   virtual Result<Response> send(const Request& request) = 0;
-  /// The same for a response whose body goes on. Response::body stays empty. Returns when the server ends it.
-  /// @param idle  the longest wait for the next bytes
-  virtual Result<Response> stream(const Request& request, std::chrono::milliseconds idle, const exchange::Receiver& receiver) = 0;
   /// A new connection for bytes of the caller's own: what a WebSocket or a check of a server sends. The client's certificate is shown to trusted
   /// origins.
   virtual Result<std::unique_ptr<exchange::Wire>> connect(const http::Url& url, exchange::WaitLimit limit) = 0;

@@ -9,7 +9,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/ascii.hpp"
-#include "src/client/session.hpp"
+#include "src/client/representation.hpp"
 
 namespace lrt::client {
 

@@ -48,16 +48,16 @@ void RepresentationCache::remove(const std::string& url) {
 // --- Workers ---
 
 bool Workers::post(UniqueFunction<UniqueFunction<void()>()> work) {
-  const std::lock_guard lock(mutex_);
-  if (stopped_ || waiting_.size() >= max_waiting) return false;
-  waiting_.push_back(std::move(work));
-  if (idle_ < waiting_.size() && running_.size() < max_threads) {
-    Result<Thread> thread = start_thread("lrt-client-work", threads_, [this] { this->work(); });
-    if (thread) running_.push_back(*std::move(thread));
-    else if (running_.empty()) return waiting_.pop_back(), false;
-  }
-  changed_.notify_one();
-  return true;
+  if (waiting_.fetch_add(1) >= max_waiting) return --waiting_, false;
+  const bool runs = tasks_.run([this, work = std::move(work)]() mutable {
+    --waiting_;
+    UniqueFunction<void()> done = work();
+    work = {};
+    if (in_background_) done();
+    else call_in_poll(std::move(done));
+  });
+  if (!runs) --waiting_;
+  return runs;
 }
 
 void Workers::call_in_poll(UniqueFunction<void()> callback) {
@@ -83,43 +83,12 @@ bool Workers::run_one() noexcept {
   return true;
 }
 
-void Workers::work() noexcept {
-  std::unique_lock lock(mutex_);
-  while (true) {
-    ++idle_;
-    changed_.wait(lock, [this] { return stopped_ || !waiting_.empty(); });
-    --idle_;
-    if (stopped_) return;
-    UniqueFunction<UniqueFunction<void()>()> job = std::move(waiting_.front());
-    waiting_.pop_front();
-    lock.unlock();
-    try {
-      UniqueFunction<void()> done = job();
-      job = {};
-      if (in_background_) done();
-      else call_in_poll(std::move(done));
-    } catch (...) {}  // of the user, as above
-    job = {};
-    lock.lock();
-  }
-}
-
 void Workers::stop() noexcept {
-  std::vector<Thread> threads;
-  std::deque<UniqueFunction<UniqueFunction<void()>()>> waiting;
+  tasks_.stop();
   std::deque<UniqueFunction<void()>> callbacks;
-  {
-    const std::lock_guard lock(mutex_);
-    stopped_ = true;
-    threads.swap(running_);
-    waiting.swap(waiting_);
-    callbacks.swap(callbacks_);
-    changed_.notify_all();
-  }
-  for (Thread& thread : threads) {
-    if (thread.is_current()) thread.detach();
-    else thread.join();
-  }
+  const std::lock_guard lock(mutex_);
+  stopped_ = true;
+  callbacks.swap(callbacks_);
 }
 
 // --- Session ---

@@ -1,24 +1,24 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <deque>
-#include <functional>
 #include <list>
 #include <memory>
 #include <mutex>
 #include <string>
-#include <string_view>
 #include <unordered_map>
 #include <vector>
 
+#include <lrt/base/clock.hpp>
 #include <lrt/base/unique_function.hpp>
 #include <lrt/client/options.hpp>
 #include <lrt/client/things.hpp>
 
 #include "src/base/event_waker.hpp"
-#include "src/base/thread.hpp"
 #include "src/client/http_client.hpp"
+#include "src/client/representation.hpp"
+#include "src/client/tasks.hpp"
 #include "src/client/watches.hpp"
 
 namespace lrt::client {
@@ -50,18 +50,16 @@ class RepresentationCache {
   std::unordered_map<std::string, std::list<Entry>::iterator> by_url_;
 };
 
-/// Threads for work that waits, and the results for poll().
+/// Work that waits, on threads of Tasks, and the results for poll().
 /// @par Threads  Any.
 class Workers {
  public:
-  Workers(ThreadOptions threads, bool in_background) : threads_(std::move(threads)), in_background_(in_background) {}
+  Workers(const ThreadOptions& threads, bool in_background) : in_background_(in_background), tasks_(threads, max_threads, system_clock()) {}
   ~Workers() { stop(); }
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
 
   bool post(UniqueFunction<UniqueFunction<void()>()> work);
-  /// Hands a callback to poll().
-  void call_in_poll(UniqueFunction<void()> callback);
   /// Runs the oldest callback; false: there is none.
   bool run_one() noexcept;
   EventWaker& waker() noexcept { return waker_; }
@@ -69,19 +67,17 @@ class Workers {
   void stop() noexcept;
 
  private:
-  void work() noexcept;
+  /// Hands a callback to poll().
+  void call_in_poll(UniqueFunction<void()> callback);
 
   static constexpr std::size_t max_threads = 4, max_waiting = 1'000;
-  const ThreadOptions threads_;
   const bool in_background_;
   EventWaker waker_;
   std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<UniqueFunction<UniqueFunction<void()>()>> waiting_;
   std::deque<UniqueFunction<void()>> callbacks_;
-  std::vector<Thread> running_;
-  std::size_t idle_ = 0;
   bool stopped_ = false;
+  std::atomic<std::size_t> waiting_{0};  ///< work that has not begun
+  Tasks tasks_;
 };
 
 /// What a Client and the handles that it gives out share.
@@ -122,18 +118,5 @@ class Session : public std::enable_shared_from_this<Session> {
 
 /// The error that a response with a status of 400 or more is.
 Error error_of(const Response& response, const std::string& method, const std::string& url);
-
-/// Reads the representation of a response.
-Result<RepresentationPtr> read_representation(const Response& response, const Options& options);
-
-/// Adds the triples of `other`, whose blank nodes stay apart, but not those of subjects that `skip` names. It is asked before the first is added.
-void add_apart(rdf::Graph& graph, const rdf::Graph& other, const std::function<bool(const rdf::TermView& subject)>& skip);
-
-/// Whether two URLs have scheme, host and port in common.
-bool same_origin(std::string_view a, std::string_view b);
-/// Without its fragment.
-std::string_view document_of(std::string_view iri) noexcept;
-/// What follows the last '#' or '/', of a path without the slash at its end.
-std::string_view local_name(std::string_view iri) noexcept;
 
 }  // namespace lrt::client

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <condition_variable>
-#include <deque>
+#include <list>
 #include <map>
 #include <mutex>
 #include <utility>
@@ -34,7 +34,7 @@ struct Tasks::State {
   const Clock& clock;
   std::mutex mutex;
   std::condition_variable changed, ended;
-  std::deque<Task> ready;
+  std::list<Task> ready;
   std::multimap<Instant, Task> later;
   std::size_t running = 0, idle = 0;
   bool stopped = false;
@@ -66,8 +66,12 @@ bool Tasks::State::add(std::unique_lock<std::mutex>& lock, const std::shared_ptr
 bool Tasks::run(Task task) {
   std::unique_lock lock(state_->mutex);
   if (state_->stopped) return false;
-  state_->ready.push_back(std::move(task));
-  return state_->add(lock, state_);
+  const auto at = state_->ready.insert(state_->ready.end(), std::move(task));
+  if (state_->add(lock, state_)) return true;
+  const Task dropped = std::move(*at);  // it is destroyed without the lock
+  state_->ready.erase(at);
+  lock.unlock();
+  return false;
 }
 
 bool Tasks::run_at(Instant due, Task task) {
@@ -118,7 +122,7 @@ void Tasks::State::work() {
 }
 
 void Tasks::stop() noexcept {
-  std::deque<Task> ready;
+  std::list<Task> ready;
   std::multimap<Instant, Task> later;
   std::unique_lock lock(state_->mutex);
   state_->stopped = true;

@@ -25,7 +25,7 @@ class Tasks {
   Tasks& operator=(const Tasks&) = delete;
 
   /// Runs a task soon; after stop() never. If the system has no further thread, it waits for one of those that there are.
-  /// @return  false: there is no thread at all, or stop() was called
+  /// @return  false: it does not run, because there is no thread at all or stop() was called
   bool run(Task task);
   bool run_at(std::chrono::steady_clock::time_point due, Task task);
   void check() noexcept;

@@ -24,6 +24,7 @@
 #include "src/base/random.hpp"
 #include "src/client/event_parser.hpp"
 #include "src/client/names.hpp"
+#include "src/client/representation.hpp"
 #include "src/client/tasks.hpp"
 #include "src/client/websockets.hpp"
 
@@ -46,18 +47,6 @@ double system_random() {
   fill_random(bytes.data(), bytes.size());
   const std::uint32_t number = bytes[0] | static_cast<std::uint32_t>(bytes[1]) << 8 | static_cast<std::uint32_t>(bytes[2]) << 16 | static_cast<std::uint32_t>(bytes[3]) << 24;
   return number / 4294967296.0;
-}
-
-std::string random_secret() {
-  std::array<unsigned char, 16> bytes{};
-  fill_random(bytes.data(), bytes.size());
-  std::string text;
-  for (const unsigned char byte : bytes) {
-    std::array<char, 3> digits{};
-    std::snprintf(digits.data(), digits.size(), "%02x", static_cast<unsigned>(byte));
-    text += digits.data();
-  }
-  return text;
 }
 
 /// The media types of an Accept field, the preferred first; ranges with '*' and what is refused (q=0) are left out.
@@ -93,11 +82,10 @@ std::string apparent_type(std::string_view body, const std::string& assumed) {
 }
 
 std::string escaped(std::string_view text) {
-  static constexpr char digits[] = "0123456789ABCDEF";
   std::string result;
   for (const char c : text) {
     if (lrt::detail::is(c, lrt::detail::unreserved)) result += c;
-    else result += {'%', digits[static_cast<unsigned char>(c) >> 4], digits[static_cast<unsigned char>(c) & 15U]};
+    else lrt::detail::append_percent(result, c);
   }
   return result;
 }
@@ -134,11 +122,6 @@ std::optional<std::chrono::seconds> retry_after(const http::Fields& fields) {
 
 std::string essence(std::string_view content_type) { return lrt::detail::lower(lrt::detail::trim(content_type.substr(0, content_type.find(';')))); }
 
-bool is_same_origin(const std::string& url, const http::Url& other) {
-  const Result<http::Url> parsed = http::parse_url(url);
-  return parsed && parsed->origin() == other.origin();
-}
-
 /// The IRI by which a JSON-LD document of an lrt server refers to its context, which is not fetched; empty: it has another one.
 std::string_view own_context(std::string_view body, const std::string& url) {
   constexpr std::string_view name = "\"@context\"", end = "/ns/context.jsonld";
@@ -148,8 +131,7 @@ std::string_view own_context(std::string_view body, const std::string& url) {
   if (at == body.size() || body[at] != '"') return {};
   std::string_view iri = body.substr(at + 1, body.substr(at + 1).find('"'));
   iri = iri.substr(0, iri.find('?'));  // a version
-  const Result<http::Url> origin = http::parse_url(std::string_view(url).substr(0, url.find('#')));
-  const bool is_own = iri.size() > end.size() && iri.substr(iri.size() - end.size()) == end && origin && is_same_origin(std::string(iri), *origin);
+  const bool is_own = iri.size() > end.size() && iri.substr(iri.size() - end.size()) == end && same_origin(iri, url);
   return is_own ? iri : std::string_view();
 }
 
@@ -822,7 +804,7 @@ void Watch::Impl::stream(Generation generation) {
     exchange::Request request{"GET", url->target, url->authority, {{"Cache-Control", "no-store"}}, {}};
     for (const auto& [name, text] : fields) request.fields.push_back({name, text});
     limit.idle = options_.idle_time;
-    outcome = exchange::exchange(**wire, request, {limits.max_header_bytes, 0}, limit, receiver);
+    outcome = exchange::exchange(**wire, request, {limits.max_header_bytes, std::nullopt}, limit, receiver);
     (*wire)->end();
     const int status = outcome.header.status;
     if (is_stream || status < 301 || status > 308 || status == 304) break;
@@ -896,7 +878,7 @@ void Watch::Impl::subscribe(Generation generation) {
   };
   /// Makes the subscription; the URL by which the server names it.
   const auto request = [&](const std::string& container) -> Result<Response> {
-    const std::string secret = container.empty() ? std::string() : random_secret();
+    const std::string secret = container.empty() ? std::string() : random_hex(16);
     Result<std::string> callback = options_.receiver->add(secret, take);
     if (!callback) return unexpected(std::move(callback).error());
     {
@@ -956,7 +938,7 @@ void Watch::Impl::subscribe(Generation generation) {
   if (subscription.empty() && response->status == 200) subscription = response->fields.find("Content-Location").value_or(std::string_view());
   const Result<std::string> resolved = subscription.empty() ? Result<std::string>(std::string()) : iri::resolve(response->url, subscription);
   // Only there may a DELETE go: another server must not be able to name what this program deletes.
-  subscription = resolved && is_same_origin(*resolved, parsed_) ? *resolved : std::string();
+  subscription = resolved && same_origin(*resolved, url_) ? *resolved : std::string();
   {
     const std::lock_guard lock(mutex_);
     if (stopped_ || generation != generation_) {
@@ -1007,11 +989,11 @@ std::string Watch::Impl::find_container() const {
     const Result<rdf::Graph> graph = graph_of(response->body, response->media_type(), response->url, context_->options().limits.max_triples);
     if (const auto found = graph ? any_object(*graph, vocab::hybrit::subscriptions) : std::nullopt) {
       const Result<std::string> resolved = iri::resolve(response->url, *found);
-      return resolved && is_same_origin(*resolved, parsed_) ? *resolved : std::string();
+      return resolved && same_origin(*resolved, url_) ? *resolved : std::string();
     }
     const std::vector<Link> all = links(response->fields, response->url);
     const auto up = std::find_if(all.begin(), all.end(), [](const Link& link) { return link.relation == "up"; });
-    if (up == all.end() || !is_same_origin(up->target, parsed_)) return {};
+    if (up == all.end() || !same_origin(up->target, url_)) return {};
     url = up->target;
   }
   return {};
@@ -1100,7 +1082,7 @@ Result<Watch> Watches::watch(std::string url, const WatchOptions& options, OnCha
     if (time.count() <= 0) return unexpected(Errc::invalid_option, std::string(name) + " of a watch: expected more than 0");
   if (options.minimum_interval.count() < 0) return unexpected(Errc::invalid_option, "minimum_interval of a watch: expected 0 or more");
   if (options.via == Via::callback && !options.receiver) return unexpected(Errc::invalid_option, "Via::callback needs WatchOptions::receiver");
-  if (!options.subscriptions_url.empty() && !is_same_origin(options.subscriptions_url, *parsed))
+  if (!options.subscriptions_url.empty() && !same_origin(options.subscriptions_url, url))
     return unexpected(Errc::invalid_option, "subscriptions_url of a watch: expected the origin of \"" + url + "\", found \"" + options.subscriptions_url + "\"");
   auto impl = std::make_shared<Watch::Impl>(context_, url, *std::move(parsed), options, std::move(on_change), delivery);
   {

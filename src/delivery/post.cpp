@@ -1,6 +1,5 @@
 #include "src/delivery/post.hpp"
 
-#include <algorithm>
 #include <string_view>
 
 #include "src/exchange/exchange.hpp"
@@ -31,7 +30,7 @@ PostResult post(exchange::Wire& wire, const subscription::CallbackUrl& url, cons
     };
   }
   exchange::Limits limits;
-  limits.max_body_bytes = std::max<std::size_t>(max_response_bytes, 1);
+  limits.max_body_bytes = max_response_bytes;
   const exchange::Outcome outcome = exchange::exchange(wire, request, limits, limit, receiver);
   begin.resize(begin.find_last_not_of(" \t\r\n") + 1);
   const int status = outcome.header.status;

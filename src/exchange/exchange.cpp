@@ -27,9 +27,9 @@ class Bounded final : public httplib::Stream {
       : wire_(wire),
         limit_(limit),
         max_header_bytes_(limits.max_header_bytes),
-        max_bytes_(limits.max_body_bytes == 0  // a chunk of one byte takes 6 bytes
-                       ? std::numeric_limits<std::size_t>::max()
-                       : limits.max_header_bytes + 4 * 1024 + 8 * limits.max_body_bytes) {}
+        max_bytes_(limits.max_body_bytes  // a chunk of one byte takes 6 bytes
+                       ? limits.max_header_bytes + 4 * 1024 + 8 * *limits.max_body_bytes
+                       : std::numeric_limits<std::size_t>::max()) {}
 
   bool is_readable() const override { return true; }
   bool is_writable() const override { return true; }
@@ -185,7 +185,7 @@ Outcome exchange(Wire& wire, const Request& request, const Limits& limits, WaitL
   sent.response_handler = take_header;
   sent.content_receiver = [&](const char* bytes, std::size_t size, std::uint64_t, std::uint64_t) {
     body += size;
-    if (limits.max_body_bytes != 0 && body > limits.max_body_bytes) return false;
+    if (limits.max_body_bytes && body > *limits.max_body_bytes) return false;
     refused = receiver.body && !receiver.body({bytes, size});
     return !refused;
   };
@@ -213,8 +213,8 @@ Outcome exchange(Wire& wire, const Request& request, const Limits& limits, WaitL
   const bool closed = stream.ended() || (stream.error() && stream.error()->code == Errc::closed);
   if (stream.error() && stream.error()->code == Errc::timed_out)
     return fail(Errc::timed_out, stream.received_bytes() ? "its response timed out before it was complete" : "it did not respond in time");
-  if (limits.max_body_bytes != 0 && body > limits.max_body_bytes)
-    return fail(Errc::limit_exceeded, "its response is longer than " + std::to_string(limits.max_body_bytes) + " bytes");
+  if (limits.max_body_bytes && body > *limits.max_body_bytes)
+    return fail(Errc::limit_exceeded, "its response is longer than " + std::to_string(*limits.max_body_bytes) + " bytes");
   if (closed) {
     outcome.silent = !stream.received_bytes();
     return fail(Errc::closed,

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -30,7 +31,7 @@ struct Header {
 
 struct Limits {
   std::size_t max_header_bytes = 16 * 1024;
-  std::size_t max_body_bytes = 0;  ///< 0: any number, for a stream that `receive` judges
+  std::optional<std::size_t> max_body_bytes{};  ///< nullopt: any number, for a stream that the Receiver judges
 };
 
 struct Outcome {

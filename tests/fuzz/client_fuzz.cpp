@@ -40,9 +40,6 @@ class Scripted final : public client::HttpClient {
     response.url = request.url;
     return response;
   }
-  Result<client::Response> stream(const client::Request&, std::chrono::milliseconds, const exchange::Receiver&) override {
-    return unexpected(Errc::cancelled, "not here");
-  }
   Result<std::unique_ptr<exchange::Wire>> connect(const http::Url&, exchange::WaitLimit) override { return unexpected(Errc::cancelled, "not here"); }
   std::vector<std::pair<std::string, std::string>> identity_fields(const http::Url&) override { return {}; }
   bool is_trusted(const http::Url&) const override { return false; }

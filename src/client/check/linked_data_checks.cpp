@@ -9,7 +9,7 @@
 
 #include "src/base/ascii.hpp"
 #include "src/client/check/survey.hpp"
-#include "src/client/session.hpp"
+#include "src/client/representation.hpp"
 
 namespace lrt::client::conformance {
 namespace {

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <functional>
+#include <string_view>
+
+#include <lrt/client/options.hpp>
+#include <lrt/client/representation.hpp>
+
+namespace lrt::client {
+
+/// Reads the representation of a response.
+Result<RepresentationPtr> read_representation(const Response& response, const Options& options);
+
+/// Adds the triples of `other`, whose blank nodes stay apart, but not those of subjects that `skip` names. It is asked before the first is added.
+void add_apart(rdf::Graph& graph, const rdf::Graph& other, const std::function<bool(const rdf::TermView& subject)>& skip);
+
+/// Whether two URLs have scheme, host and port in common.
+bool same_origin(std::string_view a, std::string_view b);
+/// Without its fragment.
+std::string_view document_of(std::string_view iri) noexcept;
+/// What follows the last '#' or '/', of a path without the slash at its end.
+std::string_view local_name(std::string_view iri) noexcept;
+
+}  // namespace lrt::client
