@@ -17,6 +17,14 @@ if(TARGET lrt_client)  # apart, as lrt::urdf
           RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
   install(EXPORT lrtClientTargets NAMESPACE lrt:: DESTINATION ${LRT_INSTALL_CMAKEDIR})
 endif()
+if(TARGET lrt_query)
+  get_target_property(LRT_QUERY_LIBRARY_TYPE lrt_query TYPE)
+  install(TARGETS lrt_query EXPORT lrtQueryTargets
+          LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+          RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(EXPORT lrtQueryTargets NAMESPACE lrt:: DESTINATION ${LRT_INSTALL_CMAKEDIR})
+endif()
 if(TARGET lrt_urdf)  # apart, so that who does not use it does not need what it needs
   get_target_property(LRT_URDF_LIBRARY_TYPE lrt_urdf TYPE)
   install(TARGETS lrt_urdf EXPORT lrtUrdfTargets

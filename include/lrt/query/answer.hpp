@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+#include <lrt/rdf/codec.hpp>
+#include <lrt/rdf/graph.hpp>
+
+namespace lrt::query {
+
+/// The solutions of a SELECT, in order: a row for each, a column for each selected variable.
+///
+/// @par Threads  Distinct objects: any. One object: one thread at a time, or any number of reading threads.
+class Table {
+ public:
+  Table() = default;
+  explicit Table(std::vector<std::string> variables) : variables_(std::move(variables)) {}
+
+  /// Names without the question mark.
+  const std::vector<std::string>& variables() const noexcept { return variables_; }
+  std::size_t rows() const noexcept { return rows_; }
+  std::size_t columns() const noexcept { return variables_.size(); }
+  /// nullopt: the variable is not bound. A blank node has the same label wherever it is in the table. Valid until the table is changed.
+  /// @pre row < rows(), column < columns()
+  std::optional<rdf::TermView> at(std::size_t row, std::size_t column) const noexcept {
+    const std::uint32_t cell = cells_[row * columns() + column];
+    return cell == none ? std::nullopt : std::optional(terms_.term(static_cast<rdf::TermId>(cell)));
+  }
+
+  /// Adds a row without bindings.
+  void add_row() {
+    cells_.insert(cells_.end(), columns(), none);
+    ++rows_;
+  }
+  /// Sets a cell of the last row.
+  void set(std::size_t column, const rdf::TermView& term) { cells_[cells_.size() - columns() + column] = static_cast<std::uint32_t>(terms_.intern(term)); }
+
+ private:
+  static constexpr std::uint32_t none = 0xFFFFFFFF;
+  std::vector<std::string> variables_;
+  rdf::Graph terms_;                  // without triples: each term once
+  std::vector<std::uint32_t> cells_;
+  std::size_t rows_ = 0;              // also of a table without columns
+};
+
+/// SELECT gives a Table, ASK a bool, CONSTRUCT and DESCRIBE a Graph.
+using Answer = std::variant<Table, bool, rdf::Graph>;
+
+/// The formats of the answers to SELECT and ASK: SPARQL 1.1 Query Results JSON, XML (2nd edition), CSV and TSV. CSV and TSV have no ASK.
+enum class ResultFormat : std::uint8_t { json, xml, csv, tsv };
+/// "application/sparql-results+json", "application/sparql-results+xml", "text/csv", "text/tab-separated-values"
+std::string_view media_type(ResultFormat format) noexcept;
+
+/// Writes solutions.
+/// @par Errors  unsupported_syntax: XML cannot have a character of a term (XML 1.0 2.2)
+Result<std::string> write(const Table& table, ResultFormat format);
+/// Writes the answer to ASK.
+/// @par Errors  unsupported_syntax: CSV and TSV have no such answer
+Result<std::string> write(bool yes, ResultFormat format);
+
+}  // namespace lrt::query
