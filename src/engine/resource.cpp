@@ -46,7 +46,7 @@ http::Response Resource::respond(const Context&, const Caller&, const Responses&
 
 void Resource::describe_controls(About& about, const Description& d) const {
   if (!observable() || !d.audience.may(security::Right::subscribe, *this)) return;
-  if (thing && this != &thing->self) about.link(vocab::hybrit::subscriptions, d.base + thing->subscriptions.path);
+  if (!thing || this != &thing->self) about.link(vocab::hybrit::subscriptions, d.base + subscriptions()->path);
   if (d.engine.bases.upgrades(d.base).websocket)  // "http://robot" to "ws://robot", "https://robot" to "wss://robot"
     about.add(vocab::hybrit::websocketUrl, rdf::literal("ws" + d.base.substr(4) + path, vocab::xsd::anyURI));
 }
@@ -67,6 +67,8 @@ std::string Resource::path_aside(std::size_t n) const {
 }
 
 void Resource::link_related(http::LinkWriter&, const std::string&) const {}
+
+SubscriptionsResource* Resource::subscriptions() const noexcept { return thing ? &thing->subscriptions : nullptr; }
 
 std::string Resource::up() const { return thing ? thing->self.path : std::string(); }
 

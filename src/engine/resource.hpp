@@ -45,6 +45,7 @@ class PropertyResource;
 class Registry;
 class Resource;
 class Responses;
+class SubscriptionsResource;
 
 using Utc = std::chrono::system_clock::time_point;
 
@@ -249,6 +250,8 @@ class Resource {
 
   // Observers (R0.12, R0.14).
   virtual bool observable() const noexcept { return false; }
+  /// Where its subscriptions are: with its Thing. nullptr: it cannot be observed.
+  virtual SubscriptionsResource* subscriptions() const noexcept;
   /// Its changes overtake those of others: commands before telemetry.
   virtual bool is_urgent() const noexcept { return false; }
   /// Called with the first observer, and when the last one has left.

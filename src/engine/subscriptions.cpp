@@ -362,8 +362,8 @@ Outcome Subscriptions::make_callback(Context& context, SubscriptionRequest wante
 // ------------------------------------------------------------------------------------------------------- coming and going
 
 SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size_t base, std::string id, Utc created) {
-  ThingNode& thing = *request.observed->thing;
-  std::string path = thing.subscriptions.path + "/" + id;
+  SubscriptionsResource& container = *request.observed->subscriptions();
+  std::string path = container.path + "/" + id;
   std::string known_tag = std::move(request.known_tag);
   const std::string client = std::move(request.client);
   const bool begins_with_refresh = request.begins_with_refresh, requested = !request.restored;
@@ -374,9 +374,9 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
   s.share = clients_.take(client);
   report(SubscriptionEvent::Kind::made, s, requested);
   by_channel_.emplace(static_cast<std::uint64_t>(s.channel), &s);
-  thing.subscriptions.subscriptions.push_back(std::move(made));
+  container.subscriptions.push_back(std::move(made));
   registry_.add(s);
-  thing.subscriptions.mark_changed();
+  container.mark_changed();
   if (s.queues()) s.observed.for_each_property([this](PropertyResource& p) { values_.keep(p, true); });
   s.observed.add_observer(s, scanner_);
   if (s.protocol == Protocol::callback) {
@@ -443,7 +443,7 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
   by_channel_.erase(static_cast<std::uint64_t>(s.channel));
   if (s.queues()) s.observed.for_each_property([this](PropertyResource& p) { values_.keep(p, false); });
   s.observed.remove_observer(s, scanner_);
-  SubscriptionsResource& container = s.thing->subscriptions;
+  SubscriptionsResource& container = *s.observed.subscriptions();
   container.mark_changed();
   registry_.remove(s);
   auto& members = container.subscriptions;
@@ -489,7 +489,7 @@ void Subscriptions::renew_rights() {
       end(*s, 1008, "the right to watch this has ended");
     } else if (audience->view != s->audience.view) {
       s->audience = *std::move(audience);
-      s->thing->subscriptions.mark_changed();
+      s->observed.subscriptions()->mark_changed();
       changed(*s);
     }
   }

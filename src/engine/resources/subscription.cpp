@@ -128,24 +128,26 @@ void SubscriptionResource::overview(Overview& o) const {
   if (must_confirm) o.json("confirmed", has_confirmed ? "true" : "false");
 }
 
-std::string SubscriptionResource::up() const { return thing->subscriptions.path; }
+std::string SubscriptionResource::up() const { return observed.subscriptions()->path; }
 
 // ------------------------------------------------------------------------------------------------------------- container
 
 Methods SubscriptionsResource::methods() const noexcept {
   Methods methods;
-  methods.post = true;
+  methods.post = thing != nullptr;
   return methods;
 }
 
 Outcome SubscriptionsResource::post(Context& context, Parts& parts) { return parts.subscriptions.create(context); }
 
-std::string SubscriptionsResource::input_shape() const { return thing->shape_name("subscriptions"); }
+std::string SubscriptionsResource::input_shape() const { return thing ? thing->shape_name("subscriptions") : std::string(); }
+
+std::string SubscriptionsResource::up() const { return thing ? Resource::up() : path.substr(0, path.rfind('/')); }
 
 void SubscriptionsResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
   describe_types(about, d);
-  about.link(vocab::rdfs::seeAlso, d.base + thing->self.path);
+  about.link(vocab::rdfs::seeAlso, d.base + up());
   describe_container(about, *this, d);
 }
 

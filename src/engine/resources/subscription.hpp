@@ -106,15 +106,16 @@ class SubscriptionResource final : public Resource, public Observer {
   Subscriptions& owner_;
 };
 
-/// The container of a Thing's subscriptions (R1.8, LDP).
+/// The container of the subscriptions to a Thing's resources (R1.8, LDP), or to those of a part of the server.
 class SubscriptionsResource final : public Resource {
  public:
   using Resource::Resource;
   Methods methods() const noexcept override;
   security::Right right_to_change() const noexcept override { return security::Right::subscribe; }
-  /// POST of a description creates a callback subscription (SPEC 3.5).
+  /// POST of a description creates a callback subscription (SPEC 3.5). Only those of a Thing allow it.
   Outcome post(Context& context, Parts& parts) override;
   std::string input_shape() const override;
+  std::string up() const override;
   void describe(const Description& d) const override;
   void describe_controls(About& about, const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
