@@ -152,6 +152,8 @@ struct Options {
   /// "<base>/ns/vocabulary#", a document of this server. The robots of a fleet that give the same namespace have the same terms, so that
   /// one query finds the values of all. Each then still serves its terms at /ns/vocabulary; at the namespace itself the integrator does.
   std::string vocabulary;
+  /// Answers queries: lrt::query::endpoint() of query.hpp. nullptr: there is no endpoint.
+  std::shared_ptr<const engine::QueryService> query;
   std::shared_ptr<const engine::PageSource> page;       ///< HTML for people; nullptr: the page of lrt
 };
 

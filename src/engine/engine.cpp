@@ -210,7 +210,8 @@ std::optional<http::Response> Engine::Impl::refused_body(Context& context, std::
   const std::string_view method = context.request().method;
   if (!is_allowed(context)) return method_not_allowed(context);
   if (context.resource->is_about_caller()) return too_large(context, body_bytes.value_or(0));
-  if (method == "GET" || method == "HEAD") {
+  if (context.resource->has_own_protocol()) {
+  } else if (method == "GET" || method == "HEAD") {
     if (!parts.subscriptions.requested_protocol(context))
       if (auto response = parts.representations.unacceptable(context)) return response;
   } else if ((method == "PUT" || method == "POST") && !context.resource->is_stop()) {
@@ -245,8 +246,9 @@ Outcome Engine::Impl::dispatch(Context& context) {
   const std::string_view method = context.request().method;
   Resource& resource = *context.resource;
   if (method == "GET" || method == "HEAD") {
-    if (const auto protocol = parts.subscriptions.requested_protocol(context)) return parts.subscriptions.subscribe(context, *protocol);
-    return parts.representations.get(context);
+    if (const auto protocol = parts.subscriptions.requested_protocol(context)) return resource.subscribe(context, parts, *protocol);
+    std::optional<Outcome> own = resource.get(context, parts);
+    return own ? *std::move(own) : parts.representations.get(context);
   }
   if (method == "OPTIONS") return parts.representations.options(context);
   const Methods allowed = resource.methods();
@@ -532,6 +534,7 @@ std::optional<Reply> Engine::next_reply(TimePoint now) {
     impl_->take_messages(now);
     parts.pending.expire(now);
     parts.invocations.expire(now);
+    if (!impl_->stopped) parts.queries.advance(now);
   } catch (const std::exception& e) {
     parts.responses.log(LogLevel::error, std::string("a response failed inside: ") + e.what());
   }
@@ -542,7 +545,8 @@ std::optional<std::chrono::steady_clock::time_point> Engine::next_deadline() con
   const Parts& parts = impl_->parts;
   if (!parts.calls.inbox()->empty()) return std::chrono::steady_clock::time_point{};  // guests look at deadlines alone
   auto first = parts.pending.next_deadline();
-  for (const auto& other : {parts.invocations.next_deadline(), parts.subscriptions.next_deadline(), parts.scanner.next_deadline()})
+  for (const auto& other : {parts.invocations.next_deadline(), parts.subscriptions.next_deadline(), parts.scanner.next_deadline(),
+                            parts.queries.next_deadline()})
     if (other && (!first || *other < *first)) first = other;
   return first;
 }
@@ -561,6 +565,7 @@ Result<void> Engine::check() const {
       !vocabulary.empty() && (!iri::is_absolute(vocabulary) || (vocabulary.back() != '#' && vocabulary.back() != '/')))
     return unexpected(Errc::invalid_option, "vocabulary: expected an absolute IRI that ends with '#' or '/', found \"" + vocabulary + "\"");
   if (Result<void> checked = impl_->parts.cors.check(); !checked) return checked;
+  if (Result<void> checked = impl_->parts.queries.check_options(); !checked) return checked;
   return impl_->parts.subscriptions.check_options();
 }
 std::vector<subscription::ReadyCallback> Engine::take_callbacks() { return impl_->parts.subscriptions.take_callbacks(); }
@@ -582,6 +587,7 @@ void Engine::renew_rights() { impl_->parts.subscriptions.renew_rights(); }
 
 std::vector<Job> Engine::take_jobs() { return impl_->parts.calls.take_jobs(); }
 std::vector<BodyJob> Engine::take_body_jobs() { return impl_->parts.bodies.take_jobs(); }
+std::vector<BodyJob> Engine::take_query_jobs() { return impl_->parts.queries.take_jobs(); }
 EngineCounts Engine::counts() const {
   EngineCounts counts = impl_->parts.subscriptions.counts();
   counts.waiting_requests = impl_->parts.pending.size();
@@ -596,6 +602,7 @@ void Engine::stop() {
   const Parts& parts = impl_->parts;
   impl_->parts.invocations.stop();
   impl_->parts.saves.stop();
+  impl_->parts.queries.stop();
   impl_->parts.pending.end_all([&](Context& context) { return parts.responses.stopping(context); }, parts.clock.now());
 }
 

@@ -64,6 +64,8 @@ Parts::Parts(EngineOptions given)
       root(registry, TermsResource::location, tree, options.sessions ? SessionResource::location : ""),
       context(context_text),
       own_terms(vocabulary),
+      queries(options, clock, registry, calls, pending, responses, representations, values, scanner, subscriptions,
+              [this] { return std::vector<Resource*>{&own_terms}; }),
       handle_log(std::make_shared<model::HandleLog>(options.log)) {
   registry.add(tree);
   registry.add(root);

@@ -19,6 +19,7 @@
 #include "src/engine/pending_requests.hpp"
 #include "src/engine/pending_saves.hpp"
 #include "src/engine/property_values.hpp"
+#include "src/engine/queries.hpp"
 #include "src/engine/registry.hpp"
 #include "src/engine/representation_cache.hpp"
 #include "src/engine/representations.hpp"
@@ -77,6 +78,7 @@ struct Parts {
   TermsResource terms;
   ContextResource context;
   VocabularyResource own_terms;
+  Queries queries;                   ///< SPARQL
   std::optional<SessionResource> session;              ///< nullopt: nobody can log in
   std::optional<TicketResource> tickets;
   const std::shared_ptr<model::HandleLog> handle_log;  ///< of messages about the use of handles

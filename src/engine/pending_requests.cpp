@@ -22,7 +22,7 @@ std::optional<Ticket> PendingRequests::keep(const Context& context, std::chrono:
   if (waiting >= max_pending_ && what != WaitsFor::stop) return std::nullopt;
   const auto known = context.ticket ? pending_.find(static_cast<std::uint64_t>(*context.ticket)) : pending_.end();
   const Ticket ticket = known != pending_.end() ? *context.ticket : Ticket{next_ticket_++};
-  Pending kept{context.kept(), std::move(on_timeout), nullptr, {}, what};
+  Pending kept{context.kept(), std::move(on_timeout), nullptr, nullptr, {}, what};
   const auto deadline = deadlines_.emplace(context.now.steady + max_time, ticket);
   kept.deadline = deadline;
   if (known != pending_.end()) {
@@ -44,6 +44,11 @@ std::optional<Ticket> PendingRequests::keep(const Context& context, std::chrono:
 void PendingRequests::waits_for(Ticket ticket, std::shared_ptr<CancelToken> token) {
   const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
   if (found != pending_.end()) found->second.token = std::move(token);
+}
+
+void PendingRequests::tell_end(Ticket ticket, std::shared_ptr<std::atomic<bool>> ended) {
+  const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
+  if (found != pending_.end()) found->second.ended = std::move(ended);
 }
 
 Context* PendingRequests::resume(Ticket ticket, TimePoint now) {
@@ -78,6 +83,7 @@ void PendingRequests::abandon_from(Ticket first) noexcept {
 void PendingRequests::remove(Requests::iterator request) {
   --waiting_[static_cast<std::size_t>(request->second.waits_for)];
   deadlines_.erase(request->second.deadline);
+  if (request->second.ended) *request->second.ended = true;
   pending_.erase(request);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -45,6 +46,8 @@ class PendingRequests {
   std::optional<Ticket> defer_for_disk(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout);
   /// The call that the request waits for. It is cancelled when the client goes or the time is over.
   void waits_for(Ticket ticket, std::shared_ptr<CancelToken> token);
+  /// Sets `ended` when the request has its response or its client has gone: what is being computed for it is not needed any more.
+  void tell_end(Ticket ticket, std::shared_ptr<std::atomic<bool>> ended);
   bool is_pending(Ticket ticket) const { return pending_.count(static_cast<std::uint64_t>(ticket)) != 0; }
   /// Goes on with a request: its context at that time, with the resource if it is still there. nullptr: the request is not pending any more.
   Context* resume(Ticket ticket, TimePoint now);
@@ -70,6 +73,7 @@ class PendingRequests {
     Context context;
     Timeout on_timeout;
     std::shared_ptr<CancelToken> token;
+    std::shared_ptr<std::atomic<bool>> ended;
     std::multimap<Instant, Ticket>::iterator deadline;
     WaitsFor waits_for;
   };

@@ -7,6 +7,7 @@
 #include "src/engine/bases.hpp"
 #include "src/engine/body_size.hpp"
 #include "src/engine/description.hpp"
+#include "src/engine/parts.hpp"
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
@@ -38,6 +39,10 @@ Input input_of(const model::ResourceSpec& spec, const rdf::Type& type, const rdf
   if (size) input.max_bytes = *size;
   return input;
 }
+
+std::optional<Outcome> Resource::get(Context&, Parts&) { return std::nullopt; }
+Outcome Resource::subscribe(Context& context, Parts& parts, Protocol protocol) { return parts.subscriptions.subscribe(context, protocol); }
+Result<std::string> Resource::answer(std::size_t) const { announced_only(*this, "answers to queries"); }
 
 Outcome Resource::put(Context&, Parts&) { announced_only(*this, "PUT"); }
 Outcome Resource::post(Context&, Parts&) { announced_only(*this, "POST"); }

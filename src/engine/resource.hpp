@@ -15,6 +15,7 @@
 #include <lrt/http/link.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/base/iri.hpp>
+#include <lrt/base/result.hpp>
 #include <lrt/base/thin_vector.hpp>
 #include <lrt/rdf/graph.hpp>
 #include <lrt/rdf/type.hpp>
@@ -46,6 +47,7 @@ class Registry;
 class Resource;
 class Responses;
 class SubscriptionsResource;
+enum class Protocol : std::uint8_t;
 
 using Utc = std::chrono::system_clock::time_point;
 
@@ -154,10 +156,16 @@ class Resource {
   virtual Methods methods() const noexcept { return {}; }
   /// What a client needs for methods that are not safe.
   virtual security::Right right_to_change() const noexcept { return security::Right::write; }
+  /// Its own response to GET and HEAD; nullopt: a representation is selected.
+  virtual std::optional<Outcome> get(Context& context, Parts& parts);
+  /// A GET that asks for a subscription. By default it observes this resource.
+  virtual Outcome subscribe(Context& context, Parts& parts, Protocol protocol);
   virtual Outcome put(Context& context, Parts& parts);
   virtual Outcome post(Context& context, Parts& parts);
   virtual Outcome remove(Context& context, Parts& parts);
   virtual Input input(const EngineOptions& options) const;
+  /// post() reads its bodies, which are neither RDF nor values, and get() judges Accept.
+  virtual bool has_own_protocol() const noexcept { return false; }
   /// It is about who sends a request: respond() makes its responses, but those of OPTIONS.
   virtual bool is_about_caller() const noexcept { return false; }
   /// @pre is_about_caller(), `caller` has a principal, and the method is allowed
@@ -216,6 +224,10 @@ class Resource {
     (void)options;
     return static_cast<std::size_t>(-1);
   }
+  /// The text of Variant::answer().
+  virtual Result<std::string> answer(std::size_t type) const;
+  /// False: its first representation is yet to come, and its observers wait for it.
+  virtual bool has_representation() const noexcept { return true; }
   virtual std::string_view cache_control() const noexcept { return "no-cache"; }
   virtual bool is_rdf_source() const noexcept { return true; }
   /// The bytes of a resource that is a fixed document instead of a graph.
@@ -254,6 +266,8 @@ class Resource {
   virtual SubscriptionsResource* subscriptions() const noexcept;
   /// Its changes overtake those of others: commands before telemetry.
   virtual bool is_urgent() const noexcept { return false; }
+  /// Each of its changes counts, not only the last: its subscriptions have a queue unless the client says otherwise.
+  virtual bool wants_queues() const noexcept { return is_urgent(); }
   /// Called with the first observer, and when the last one has left.
   virtual void set_observed(bool observed, ChangeScanner& scanner) { (void)observed, (void)scanner; }
   /// Observers get its last representation even when it is gone.

@@ -133,7 +133,7 @@ std::optional<Protocol> Subscriptions::requested_protocol(const Context& context
 
 subscription::Policy Subscriptions::default_policy(const Resource& observed) const {
   subscription::Policy policy;
-  if (observed.is_urgent()) policy.queue_length = options_.subscriptions.default_queue_length;
+  if (observed.wants_queues()) policy.queue_length = options_.subscriptions.default_queue_length;
   return policy;
 }
 
@@ -398,6 +398,7 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
 }
 
 void Subscriptions::first_notification(SubscriptionResource& s) {
+  if (!s.observed.has_representation()) return;
   if (s.queues()) enqueue(s, false);
   else changed(s);
 }
@@ -493,6 +494,13 @@ void Subscriptions::renew_rights() {
       changed(*s);
     }
   }
+}
+
+void Subscriptions::end_all_of(const Resource& observed, std::uint16_t code, const std::string& reason) {
+  std::vector<Channel> all;
+  for (const auto& [number, s] : by_channel_)
+    if (&s->observed == &observed) all.push_back(s->channel);
+  for (const Channel channel : all) end(*find(channel), code, reason);
 }
 
 void Subscriptions::resource_removed(SubscriptionResource& s) {

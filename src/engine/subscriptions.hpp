@@ -63,6 +63,8 @@ class Subscriptions {
   Outcome cancel(Context& context, SubscriptionResource& s, http::Response response);
   /// Ends one. A WebSocket or event stream that is open is closed; a code of 0: it is closed already.
   void end(SubscriptionResource& s, std::uint16_t code, std::string reason);
+  /// Ends all that observe a resource.
+  void end_all_of(const Resource& observed, std::uint16_t code, const std::string& reason);
   std::size_t callback_count() const noexcept { return callbacks_; }
   EngineCounts counts() const;
 

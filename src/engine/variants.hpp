@@ -16,7 +16,7 @@ namespace lrt::engine {
 /// One of the media types in which a resource has a representation.
 class Variant {
  public:
-  enum class Kind : std::uint8_t { rdf, inlined_json_ld, plain, overview, encoded };
+  enum class Kind : std::uint8_t { rdf, inlined_json_ld, plain, overview, encoded, answer };
 
   Variant() = default;  ///< Turtle
   explicit Variant(rdf::Syntax syntax) : Variant(Kind::rdf, static_cast<std::uint8_t>(syntax)) {}
@@ -28,17 +28,21 @@ class Variant {
   /// By the property's encoder of that index.
   static Variant encoded(std::size_t encoder) { return {Kind::encoded, static_cast<std::uint8_t>(encoder)}; }
 
+  /// Of the answer to a query, in the media type of that index (PreparedQuery::types).
+  static Variant answer(std::size_t type) { return {Kind::answer, static_cast<std::uint8_t>(type)}; }
+
   Kind kind() const noexcept { return kind_; }
   bool is_rdf() const noexcept { return kind_ == Kind::rdf || kind_ == Kind::inlined_json_ld; }
   rdf::Syntax syntax() const noexcept { return static_cast<rdf::Syntax>(number_); }
   rdf::Plain plain() const noexcept { return static_cast<rdf::Plain>(number_); }
   std::size_t encoder() const noexcept { return number_; }
+  std::size_t type() const noexcept { return number_; }
   /// Only a profile parameter distinguishes its media type from that of another variant.
   bool is_profile() const noexcept { return kind_ == Kind::inlined_json_ld || *this == Variant(rdf::Plain::json_with_units); }
   /// Some values have no representation in it, although other values of the property do.
   bool may_be_missing() const noexcept { return kind_ == Kind::encoded || *this == Variant(rdf::Plain::octets); }
   /// Always UTF-8, so WebSockets carry it in text messages and event streams carry it.
-  bool is_text() const noexcept { return is_rdf() || kind_ == Kind::overview || (kind_ == Kind::plain && plain() != rdf::Plain::cbor && plain() != rdf::Plain::octets); }
+  bool is_text() const noexcept { return is_rdf() || kind_ == Kind::overview || kind_ == Kind::answer || (kind_ == Kind::plain && plain() != rdf::Plain::cbor && plain() != rdf::Plain::octets); }
 
   friend bool operator==(Variant a, Variant b) noexcept { return a.kind_ == b.kind_ && a.number_ == b.number_; }
   friend bool operator!=(Variant a, Variant b) noexcept { return !(a == b); }

@@ -39,13 +39,14 @@ class BodyQueue {
   std::uint64_t now_ = 0;  ///< virtual time at which the last job was taken; a client that comes new, or again, begins here
 };
 
-/// Threads that judge bodies. They start with the first body.
+/// Threads that judge bodies, or evaluate queries. They start with the first one.
 ///
 /// @par Threads  put(), stop(): any
 class BodyPool {
  public:
+  /// @param name     of the threads
   /// @param threads  at least 1
-  BodyPool(std::size_t threads, ThreadOptions options) : max_threads_(threads), options_(std::move(options)) {}
+  BodyPool(const char* name, std::size_t threads, ThreadOptions options) : name_(name), max_threads_(threads), options_(std::move(options)) {}
   ~BodyPool() { stop(); }
   BodyPool(const BodyPool&) = delete;
   BodyPool& operator=(const BodyPool&) = delete;
@@ -57,6 +58,7 @@ class BodyPool {
  private:
   void work();
 
+  const char* const name_;
   const std::size_t max_threads_;
   const ThreadOptions options_;
   std::mutex mutex_;  ///< guards all below

@@ -49,7 +49,8 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
         log_(options_.log),
         sessions_(make_sessions(options_)),
         engine_(engine_options()),
-        bodies_(std::max(1U, options_.threads.body_threads), options_.threads.own) {}
+        bodies_("lrt-body", std::max(1U, options_.threads.body_threads), options_.threads.own),
+        queries_("lrt-query", std::max(1U, options_.query ? options_.query->limits().threads : 0U), options_.threads.own) {}
 
   ~Impl() override {
     stop();
@@ -535,6 +536,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     options.clock = options_.clock;
     options.ids = options_.ids;
     options.log = log_.sink();
+    options.query = options_.query;
     options.page = options_.page ? options_.page : page::console();
     return options;
   }
@@ -598,7 +600,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   void pass_on(std::unique_lock<std::mutex>& lock) {
     const auto discarded = engine_.take_discarded();  // is destroyed without the lock
     std::vector<engine::Job> jobs = engine_.take_jobs();
-    std::vector<engine::BodyJob> bodies = engine_.take_body_jobs();
+    std::vector<engine::BodyJob> bodies = engine_.take_body_jobs(), queries = engine_.take_query_jobs();
     const std::vector<subscription::ReadyCallback> callbacks = engine_.take_callbacks();
     if (audit_) audit_subscriptions(clock_.now());
     if (saved_)
@@ -606,6 +608,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     lock.unlock();
     if (!jobs.empty()) dispatch(std::move(jobs));
     if (!bodies.empty()) bodies_.put(std::move(bodies));
+    if (!queries.empty()) queries_.put(std::move(queries));
     if (deliverer_)
       for (const subscription::ReadyCallback& due : callbacks) deliverer_->notify(due.channel, due.receiver);
     log_.flush();
@@ -685,6 +688,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     }
     if (deliverer_) deliverer_->stop();
     bodies_.stop();
+    queries_.stop();
     const std::lock_guard lock(mutex_);
     while (auto reply = take_reply(clock_.now())) (void)guests_.take(*reply);
     guests_.notify();
@@ -756,7 +760,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   std::optional<ClientLimiter> limiter_;  ///< set before the transport starts
   std::optional<Audit> audit_;  ///< the same; nullopt: there is no sink. Guarded by mutex_, but for its writer
   engine::Engine engine_;
-  BodyPool bodies_;
+  BodyPool bodies_, queries_;
   GuestRequests guests_;
   std::deque<engine::Reply> replies_;                     // of the transport, found by threads of guests
   SavedFile::Claim claim_;                                // on the path of saved_

@@ -19,6 +19,7 @@
 #include <lrt/base/waker.hpp>
 #include <lrt/engine/handler.hpp>
 #include <lrt/engine/page_source.hpp>
+#include <lrt/engine/query_service.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/rdf/codec.hpp>
 #include <lrt/security.hpp>
@@ -104,6 +105,7 @@ struct EngineOptions : Limits {
   std::shared_ptr<IdSource> ids;                       ///< nullptr: RandomIds
   LogCallback log;
   std::shared_ptr<const PageSource> page;              ///< HTML for people; nullptr: none
+  std::shared_ptr<const QueryService> query;           ///< Options::query
   std::vector<std::string> read_origins;               ///< Security::read_origins
   std::vector<std::string> notification_senders;       ///< Security::notification_senders
   bool body_jobs = false;                              ///< bodies above small_body_bytes become BodyJobs; else every body is judged at once
@@ -151,7 +153,7 @@ struct Job {
   bool is_stop = false;  ///< of Action::stop(): runs before the others
 };
 
-/// A request body to be judged, on any thread and without the engine's lock. It calls no user code and never throws. If it
+/// A request body to be judged or a query to be evaluated, on any thread and without the engine's lock. It calls no user code and never throws. If it
 /// is dropped, its request gets 503 at its time limit.
 struct BodyJob {
   std::string client;     ///< numeric address
@@ -234,6 +236,8 @@ class Engine final : public Handler {
   std::vector<Job> take_jobs();
   /// The same of bodies (EngineOptions::body_jobs).
   std::vector<BodyJob> take_body_jobs();
+  /// The same of queries (EngineOptions::query).
+  std::vector<BodyJob> take_query_jobs();
   /// Things that were removed or refused, with the user's lambdas: to be destroyed without a lock. What is not taken is destroyed by the
   /// next add() or remove().
   std::vector<std::shared_ptr<const void>> take_discarded();

@@ -112,6 +112,21 @@ LRT_TERM(prov, startedAtTime);
 LRT_TERM(prov, endedAtTime);
 }  // namespace prov
 
+#define LRT_VOCAB_sd "http://www.w3.org/ns/sparql-service-description#"
+namespace sd {
+LRT_TERM(sd, Service);
+LRT_TERM(sd, Dataset);
+LRT_TERM(sd, Graph);
+LRT_TERM(sd, SPARQL11Query);
+LRT_TERM(sd, UnionDefaultGraph);
+LRT_TERM(sd, defaultDataset);
+LRT_TERM(sd, defaultGraph);
+LRT_TERM(sd, endpoint);
+LRT_TERM(sd, feature);
+LRT_TERM(sd, resultFormat);
+LRT_TERM(sd, supportedLanguage);
+}  // namespace sd
+
 #define LRT_VOCAB_sh "http://www.w3.org/ns/shacl#"
 namespace sh {
 LRT_TERM(sh, NodeShape);

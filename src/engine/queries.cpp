@@ -1,0 +1,478 @@
+#include "src/engine/queries.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <limits>
+
+#include <lrt/base/iri.hpp>
+#include <lrt/base/media_type.hpp>
+#include <lrt/base/utf8.hpp>
+#include <lrt/http/etag.hpp>
+#include <lrt/http/negotiate.hpp>
+#include <lrt/http/target.hpp>
+
+#include "src/base/ascii.hpp"
+#include "src/base/charset.hpp"
+#include "src/base/client_key.hpp"
+#include "src/engine/resources/property.hpp"
+#include "src/engine/resources/thing.hpp"
+#include "src/http/form.hpp"
+
+namespace lrt::engine {
+
+namespace {
+
+constexpr std::string_view form_type = "application/x-www-form-urlencoded", query_type = "application/sparql-query",
+                           update_type = "application/sparql-update";
+/// A standing query with NOW() or RAND() is evaluated so often though nothing changes.
+constexpr std::chrono::seconds clock_interval{1};
+/// RFC 6455 5.5.1
+constexpr std::size_t max_close_reason = 123;
+/// Share of one query in the order of jobs: all count the same.
+constexpr std::size_t job_size = 1;
+
+std::string place_of(const Error& error) {
+  if (error.line == 0) return error.message;
+  return "line " + std::to_string(error.line) + ", column " + std::to_string(error.column) + ": " + error.message;
+}
+
+bool is_path(std::string_view path) {
+  if (path.size() < 2 || path.front() != '/' || path.back() == '/' || path.find("//") != std::string_view::npos) return false;
+  return std::all_of(path.begin(), path.end(), [](char c) { return c == '/' || detail::is(c, detail::unreserved); });
+}
+
+}  // namespace
+
+/// The properties that are read before a query. Those with files are described without being read.
+class Queries::AllProperties final : public Resource {
+ public:
+  AllProperties(const Registry& registry, std::chrono::milliseconds max_age, const Clock& clock)
+      : Resource({}, nullptr), registry_(registry), max_age_(max_age), clock_(clock) {}
+  void describe(const Description&) const override {}
+  void describe_types(About&, const Description&) const override {}
+  std::string_view kind() const noexcept override { return "query"; }
+  Reads reads() const noexcept override { return Reads::values; }
+  bool tolerates_failures() const noexcept override { return true; }
+  void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override {
+    const Utc oldest = clock_.now().utc - max_age_;
+    for (const auto& [at, node] : registry_.things())
+      for (const auto& p : node->properties)
+        if (!p->spec->file && (p->spec->slot || p->modified < oldest)) visit(*p);
+  }
+
+ private:
+  const Registry& registry_;
+  const std::chrono::milliseconds max_age_;
+  const Clock& clock_;
+};
+
+Queries::Queries(const EngineOptions& options, const Clock& clock, Registry& registry, HostCalls& calls, PendingRequests& pending,
+                 const Responses& responses, Representations& representations, PropertyValues& values, ChangeScanner& scanner,
+                 Subscriptions& subscriptions, std::function<std::vector<Resource*>()> shared)
+    : options_(options),
+      clock_(clock),
+      service_(options.query.get()),
+      registry_(registry),
+      calls_(calls),
+      pending_(pending),
+      responses_(responses),
+      representations_(representations),
+      values_(values),
+      scanner_(scanner),
+      subscriptions_(subscriptions),
+      snapshots_(service_, options, registry, representations, std::move(shared)) {
+  if (!service_ || !is_path(service_->limits().path)) return;
+  all_ = std::make_unique<AllProperties>(registry, service_->limits().max_age, clock);
+  endpoint_ = std::make_unique<QueryResource>(*service_);
+  registry_.add(*endpoint_);
+  registry_.add(*endpoint_->subscriptions());
+}
+
+Queries::~Queries() = default;
+
+Result<void> Queries::check_options() const {
+  if (!service_) return {};
+  const QueryService::Limits& limits = service_->limits();
+  if (!is_path(limits.path))
+    return unexpected(Errc::invalid_option, "query: expected a path such as \"/sparql\", found \"" + limits.path + "\"");
+  if (limits.threads == 0) return unexpected(Errc::invalid_option, "query.threads: expected at least 1");
+  if (limits.time.count() <= 0) return unexpected(Errc::invalid_option, "query.time: expected more than 0");
+  return {};
+}
+
+// ------------------------------------------------------------------------------------------------------------- requests
+
+/// What the parameters of a form ask (SPARQL 1.1 Protocol 2.1). nullopt: there is no query.
+std::variant<std::optional<Queries::Asked>, http::Response> Queries::asked_in(const Context& context, std::string_view form, bool is_body) const {
+  const auto parameters = http::parse_form(form);
+  if (!parameters)
+    return responses_.problem(context, 400, std::string(is_body ? "the body" : "the query of the target") + ": expected name=value pairs in percent-encoded UTF-8");
+  Asked asked;
+  bool has_query = false;
+  for (const auto& [name, value] : *parameters) {
+    if (name == "update") return responses_.problem(context, 403, "an update is not carried out here: this endpoint only reads");
+    if (name == "query") {
+      if (std::exchange(has_query, true)) return responses_.problem(context, 400, "query: expected one, found several");
+      asked.text = value;
+    } else if (name == "default-graph-uri" || name == "named-graph-uri") {
+      if (!iri::is_absolute(value)) return responses_.problem(context, 400, name + ": expected an absolute IRI, found \"" + value + "\"");
+      (name == "default-graph-uri" ? asked.default_graphs : asked.named_graphs).push_back(value);
+    } else if (name == "changes") {
+      if (value != "true" && value != "false") return responses_.problem(context, 400, "changes: expected true or false, found \"" + value + "\"");
+      asked.changes = value == "true";
+    }
+  }
+  return has_query ? std::optional(std::move(asked)) : std::nullopt;
+}
+
+std::variant<std::shared_ptr<const PreparedQuery>, http::Response> Queries::parse(const Context& context, const Asked& asked) const {
+  if (asked.text.size() > service_->limits().max_text_bytes)
+    return responses_.problem(context, 413, "the query has " + std::to_string(asked.text.size()) + " bytes; " + std::to_string(service_->limits().max_text_bytes) + " are allowed");
+  auto parsed = service_->parse(asked.text, responses_.iri(context, endpoint_->path), asked.default_graphs, asked.named_graphs);
+  if (parsed) return *std::move(parsed);
+  const Error& error = parsed.error();
+  const int status = error.code == Errc::limit_exceeded ? 413 : error.code == Errc::unsupported_syntax ? 403 : 400;
+  return responses_.problem(context, status, "the query, " + place_of(error));
+}
+
+std::optional<Outcome> Queries::get(Context& context) {
+  const auto target = http::split_target(context.request().target);
+  auto asked = asked_in(context, target ? target->query : std::string_view(), false);
+  if (auto* response = std::get_if<http::Response>(&asked)) return Outcome(std::move(*response));
+  const auto& query = std::get<std::optional<Asked>>(asked);
+  return query ? std::optional(ask(context, *query)) : std::nullopt;
+}
+
+Outcome Queries::post(Context& context) {
+  const http::Request& request = context.request();
+  const auto problem = [&](int status, std::string detail) { return Outcome(responses_.problem(context, status, std::move(detail))); };
+  if (request.find("Content-Encoding").value_or("identity") != "identity") return problem(415, "Content-Encoding: expected identity");
+  const Result<MediaType> type = MediaType::parse(request.find("Content-Type").value_or(std::string_view()));
+  const std::string expected = std::string(form_type) + " or " + std::string(query_type);
+  if (!type || request.count("Content-Type") > 1) return problem(415, "Content-Type: expected " + expected + ", found \"" + request.joined("Content-Type") + "\"");
+  if (type->essence() == update_type) return problem(403, "an update is not carried out here: this endpoint only reads");
+  const bool is_form = type->essence() == form_type;
+  if (!is_form && type->essence() != query_type) return problem(415, "Content-Type: expected " + expected + ", found " + type->essence());
+  if (const std::string_view charset = type->parameter("charset"); !charset.empty() && !http::iequals(charset, "utf-8"))
+    return problem(415, "charset: expected utf-8, found " + std::string(charset));
+  if (const auto at = utf8::find_invalid(request.body)) return problem(400, "the body: byte " + std::to_string(*at) + " is not UTF-8");
+  const auto target = http::split_target(request.target);
+  const std::string_view in_target = target ? target->query : std::string_view();
+  auto read = asked_in(context, is_form ? request.body : in_target, is_form);
+  if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
+  auto& asked = std::get<std::optional<Asked>>(read);
+  if (is_form) return asked ? ask(context, *asked) : problem(400, "the parameter query is missing");
+  // The parameters of the target have the dataset, the body has the query.
+  if (asked) return problem(400, "query: expected it in the body only, found it in the target, too");
+  auto dataset = asked_in(context, "query=&" + std::string(in_target), false);
+  if (auto* response = std::get_if<http::Response>(&dataset)) return std::move(*response);
+  Asked direct = *std::move(std::get<std::optional<Asked>>(dataset));
+  direct.text = std::string(request.body);
+  return ask(context, direct);
+}
+
+http::Response Queries::too_many(const Context& context, const char* what) const {
+  http::Response response = responses_.problem(context, 503, what);
+  responses_.add_retry_after(response);
+  return response;
+}
+
+http::Response Queries::failed(const Context& context, const Error& error) const {
+  if (error.code == Errc::timed_out || error.code == Errc::limit_exceeded) return responses_.problem(context, 503, error.message);
+  responses_.log(LogLevel::error, "a query failed inside: " + error.message);
+  return responses_.problem(context, 500, "the query failed inside");
+}
+
+Outcome Queries::ask(Context& context, const Asked& asked) {
+  auto parsed = parse(context, asked);
+  if (auto* response = std::get_if<http::Response>(&parsed)) return std::move(*response);
+  const auto query = std::get<std::shared_ptr<const PreparedQuery>>(std::move(parsed));
+  const auto type = http::negotiate(context.accept(), query->types());
+  if (!type) {
+    std::string list;
+    for (const std::string_view offer : query->types()) list += (list.empty() ? "" : ", ") + std::string(offer);
+    return responses_.problem(context, 406, "none of the media types in Accept can have this answer; there are " + list);
+  }
+  const QueryService::Limits& limits = service_->limits();
+  if (running_ >= limits.max_queries) return too_many(context, "as many queries as this server takes are under way; try again later");
+  const auto ticket = pending_.defer(context, options_.host_timeout + 2 * limits.time, [this](Ticket late, Context& c, bool) {
+    pending_.respond(late, too_many(c, "the query could not be evaluated in time: others take long"));
+  });
+  if (!ticket) return responses_.overloaded(context);
+  auto evaluation = std::make_shared<Evaluation>();
+  evaluation->query = query;
+  evaluation->snapshot = snapshots_.of(context.base, context.audience);
+  evaluation->client = client_key(context.request().peer);
+  evaluation->type = *type;
+  evaluation->done = [this, ticket = *ticket, query, type = *type](const Result<std::shared_ptr<const QueryAnswer>>& answer, Result<std::string> text,
+                                                                  TimePoint now) {
+    Context* waiting = pending_.resume(ticket, now);
+    if (!waiting) return;
+    pending_.respond(ticket, answer ? response_to(*waiting, *query, type, std::move(text)) : failed(*waiting, answer.error()));
+  };
+  pending_.tell_end(*ticket, evaluation->cancelled);
+  ++running_;
+  if (values_.ready(*all_, Variant(rdf::Plain::json), false)) {
+    snapshot_for(std::move(evaluation));
+  } else {
+    values_.refresh(*all_, {}, [this, evaluation](const Result<void>& read, TimePoint now) {
+      if (read) return snapshot_for(evaluation);
+      --running_;
+      evaluation->done(Unexpected{read.error()}, std::string(), now);
+    });
+  }
+  return Deferred{*ticket};
+}
+
+http::Response Queries::response_to(Context& context, const PreparedQuery& query, std::size_t type, Result<std::string> text) const {
+  if (!text) return responses_.problem(context, 406, text.error().message);
+  http::Response response;
+  const std::string tag = http::entity_tag(query.types()[type], *text);
+  response.fields.add("ETag", tag);
+  response.fields.add("Vary", context.resource ? vary_of(*context.resource, context.audience) : std::string_view("Accept"));
+  response.fields.add("Cache-Control", context.audience.is_restricted() ? "private, no-cache" : "no-cache");
+  responses_.add_types(response.fields, context.resource);
+  const auto known = context.request().method == "POST" ? std::nullopt : context.request().find("If-None-Match");
+  if (known && http::matches(context.request().joined("If-None-Match"), tag, true) == http::Match::yes) {
+    response.status = 304;
+    return response;
+  }
+  response.fields.add("Content-Type", query.types()[type] == "text/csv" ? "text/csv; charset=utf-8" : query.types()[type]);
+  response.set_body(*std::move(text));
+  return response;
+}
+
+// ----------------------------------------------------------------------------------------------------------- evaluation
+
+/// Brings the graphs up to date, in several turns of the engine if there is much to do, and then leaves the job.
+void Queries::snapshot_for(std::shared_ptr<Evaluation> evaluation) {
+  if (*evaluation->cancelled || snapshots_.update(*evaluation->snapshot)) return begin(std::move(evaluation));
+  calls_.inbox()->put([this, evaluation = std::move(evaluation)](TimePoint) { snapshot_for(evaluation); });
+}
+
+void Queries::begin(std::shared_ptr<Evaluation> evaluation) {
+  if (evaluation->graphs_are_current) evaluation->graphs_are_current();
+  // All memory that the way back takes is there before the job.
+  struct Running {
+    std::shared_ptr<Evaluation> evaluation;
+    Result<std::shared_ptr<const QueryAnswer>> answer = unexpected(Errc::cancelled, "the query was cancelled");
+    Result<std::string> text = std::string();
+  };
+  auto running = std::make_shared<Running>();
+  running->evaluation = std::move(evaluation);
+  cancels_.erase(std::remove_if(cancels_.begin(), cancels_.end(), [](const auto& one) { return one.expired(); }), cancels_.end());
+  cancels_.push_back(running->evaluation->cancelled);
+  Inbox::Reserved reply = Inbox::reserve([this, running](TimePoint now) {
+    --running_;
+    running->evaluation->done(std::move(running->answer), std::move(running->text), now);
+  });
+  jobs_.push_back({running->evaluation->client, job_size,
+                   [service = service_, now = clock_.now(), inbox = calls_.inbox(), running, reply = std::move(reply)]() mutable {
+                     const Evaluation& e = *running->evaluation;
+                     running->answer = guarded<std::shared_ptr<const QueryAnswer>>(
+                         [&] { return service->evaluate(*e.query, *e.snapshot->data, *e.cancelled, now, e.max_rows); });
+                     if (running->answer && e.type) running->text = guarded<std::string>([&] { return (*running->answer)->write(*e.type); });
+                     inbox->put(std::move(reply));
+                   }});
+}
+
+void Queries::stop() {
+  for (const auto& one : cancels_)
+    if (const auto cancelled = one.lock()) *cancelled = true;
+}
+
+// ----------------------------------------------------------------------------------------------------- standing queries
+
+StandingQuery* Queries::find(ResourceId id) const {
+  const auto found = std::find_if(standing_.begin(), standing_.end(), [id](const auto& one) { return one->id == id; });
+  return found == standing_.end() ? nullptr : found->get();
+}
+
+Outcome Queries::subscribe(Context& context, Protocol protocol) {
+  const auto target = http::split_target(context.request().target);
+  auto read = asked_in(context, target ? target->query : std::string_view(), false);
+  if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
+  const auto& asked = std::get<std::optional<Asked>>(read);
+  if (!asked) return responses_.problem(context, 400, "the parameter query is missing: a subscription here is to the answer of a query");
+  auto found = standing_for(context, *asked);
+  if (auto* response = std::get_if<http::Response>(&found)) return std::move(*response);
+  StandingQuery& query = *std::get<StandingQuery*>(found);
+  if (query.latest || (protocol == Protocol::websocket && context.request().must_upgrade_now)) {
+    context.resource = &query;
+    context.resource_id = query.id;
+    Outcome outcome = subscriptions_.subscribe(context, protocol);
+    unobserved(query);  // if there was no subscription made
+    return outcome;
+  }
+  const auto ticket = pending_.defer(context, options_.host_timeout + 2 * service_->limits().time, [this](Ticket late, Context& c, bool) {
+    pending_.respond(late, too_many(c, "the query could not be evaluated in time: others take long"));
+  });
+  if (!ticket) {
+    unobserved(query);
+    return responses_.overloaded(context);
+  }
+  query.waiters.push_back({*ticket, protocol});
+  return Deferred{*ticket};
+}
+
+/// The standing query that a request is for. Equal requests of clients with the same rights share one.
+std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& context, const Asked& asked) {
+  auto parsed = parse(context, asked);
+  if (auto* response = std::get_if<http::Response>(&parsed)) return std::move(*response);
+  const auto prepared = std::get<std::shared_ptr<const PreparedQuery>>(std::move(parsed));
+  if (asked.changes && !prepared->has_rows())
+    return responses_.problem(context, 400, "changes: expected a SELECT, whose rows come and go");
+  const auto wished = query_parameter(context.request().target, "minimumInterval");
+  const auto interval = std::max(service_->limits().min_interval, wished ? interval_of(*wished).value_or(std::chrono::milliseconds(0)) : std::chrono::milliseconds(0));
+  std::shared_ptr<Snapshot> snapshot = snapshots_.of(context.base, context.audience);
+  std::string key;
+  if (!asked.changes) {
+    key = asked.text;
+    for (const auto& graph : asked.default_graphs) key += "\n<" + graph;
+    for (const auto& graph : asked.named_graphs) key += "\n>" + graph;
+    key += '\n' + std::to_string(interval.count());
+    for (const auto& one : standing_)
+      if (one->key == key && one->snapshot->base == context.base && one->snapshot->audience.view == context.audience.view) return one.get();
+  }
+  if (standing_.size() >= service_->limits().max_standing) return too_many(context, "there are as many standing queries as this server keeps");
+  auto made = std::make_unique<StandingQuery>(endpoint_->path + "/standing-" + std::to_string(next_standing_++), *endpoint_, *this, prepared,
+                                              std::move(snapshot), asked.text);
+  StandingQuery& query = *made;
+  query.key = std::move(key);
+  query.tells_changes = asked.changes;
+  query.interval = interval;
+  registry_.add(query);
+  standing_.push_back(std::move(made));
+  evaluate(query, context.now);
+  return &query;
+}
+
+void Queries::evaluate(StandingQuery& query, TimePoint now) {
+  const bool current = values_.ready(*all_, Variant(rdf::Plain::json), false);
+  query.is_running = true;
+  query.is_dirty = false;
+  query.last_start = now.steady;
+  auto evaluation = std::make_shared<Evaluation>();
+  query.cancelled = evaluation->cancelled;
+  evaluation->query = query.query;
+  evaluation->snapshot = query.snapshot;
+  evaluation->max_rows = service_->limits().max_standing_rows;
+  evaluation->graphs_are_current = [this, id = query.id] {
+    if (StandingQuery* current = find(id)) watch(*current);
+  };
+  evaluation->done = [this, id = query.id](Result<std::shared_ptr<const QueryAnswer>> answer, const Result<std::string>&, TimePoint at) {
+    evaluated(id, std::move(answer), at);
+  };
+  ++running_;
+  if (current || query.latest) return snapshot_for(std::move(evaluation));  // pulled properties are read by their sample period
+  values_.refresh(*all_, {}, [this, evaluation](const Result<void>&, TimePoint) { snapshot_for(evaluation); });
+}
+
+void Queries::evaluated(ResourceId id, Result<std::shared_ptr<const QueryAnswer>> answer, TimePoint now) {
+  StandingQuery* const query = find(id);
+  if (!query) return;
+  query->is_running = false;
+  query->cancelled.reset();
+  if (!answer) {
+    if (answer.error().code == Errc::cancelled) return;
+    responses_.log(LogLevel::warning, query->path + " ends: " + answer.error().message);
+    for (const StandingQuery::Waiter& waiter : std::exchange(query->waiters, {}))
+      if (Context* waiting = pending_.resume(waiter.ticket, now)) pending_.respond(waiter.ticket, failed(*waiting, answer.error()));
+    subscriptions_.end_all_of(*query, 1011, answer.error().message.substr(0, max_close_reason));
+    return unobserved(*query);
+  }
+  if (!query->latest || (*answer)->digest() != query->latest->digest()) {
+    for (std::size_t i = 0; i < query->observers.size(); ++i) query->observers[i]->resource_changes();
+    query->previous = std::exchange(query->latest, *std::move(answer));
+    ++query->sequence;
+    query->mark_changed();
+  }
+  serve_waiters(*query, now);
+}
+
+/// Makes the subscriptions of requests that came before there was an answer.
+void Queries::serve_waiters(StandingQuery& query, TimePoint now) {
+  for (const StandingQuery::Waiter& waiter : std::exchange(query.waiters, {})) {
+    Context* const waiting = pending_.resume(waiter.ticket, now);
+    if (!waiting) continue;
+    Context context = *waiting;
+    context.resource = &query;
+    context.resource_id = query.id;
+    Outcome outcome = subscriptions_.subscribe(context, waiter.protocol);
+    if (auto* response = std::get_if<http::Response>(&outcome)) pending_.respond(waiter.ticket, std::move(*response));
+    else if (auto* upgraded = std::get_if<Upgraded>(&outcome)) pending_.respond(waiter.ticket, std::move(upgraded->response), upgraded->channel);
+    else if (auto* streamed = std::get_if<Streamed>(&outcome)) pending_.respond(waiter.ticket, std::move(streamed->response), streamed->channel);
+  }
+  unobserved(query);
+}
+
+/// Observes the resources that have come to count since the last time.
+void Queries::watch(StandingQuery& query) {
+  const Snapshot& snapshot = *query.snapshot;
+  if (query.seen_version == snapshot.version) return;
+  for (const auto& [path, entry] : snapshot.entries) {
+    if (entry.described <= query.seen_version || query.watches.count(static_cast<std::uint64_t>(entry.id)) != 0) continue;
+    Resource* const resource = registry_.find(entry.id);
+    if (!resource || !resource->observable() || !may_count(query, entry, *resource)) continue;
+    auto made = std::make_unique<StandingQuery::Watch>(query, *resource);
+    resource->add_observer(*made, scanner_);
+    query.watches.emplace(static_cast<std::uint64_t>(entry.id), std::move(made));
+  }
+  query.seen_version = snapshot.version;
+}
+
+/// What has no value yet, or gets members, may get triples that count.
+bool Queries::may_count(const StandingQuery& query, const Snapshot::Entry& entry, const Resource& resource) const {
+  if (query.query->dependencies().everything || resource.kind() == "action" || resource.is_container()) return true;
+  if (resource.kind() == "property" && static_cast<const PropertyResource&>(resource).value.is_null()) return true;
+  return std::any_of(entry.predicates.begin(), entry.predicates.end(), [&](std::uint32_t predicate) {
+    return std::find(query.predicates.begin(), query.predicates.end(), predicate) != query.predicates.end();
+  });
+}
+
+void Queries::unwatch(StandingQuery& query, StandingQuery::Watch& watch) {
+  const std::uint64_t id = static_cast<std::uint64_t>(watch.resource.id);
+  watch.resource.remove_observer(watch, scanner_);
+  query.is_dirty = true;
+  query.watches.erase(id);  // the watch is gone now
+}
+
+void Queries::unobserved(const StandingQuery& query) {
+  if (!query.observers.empty() || !query.waiters.empty()) return;
+  calls_.inbox()->put([this, id = query.id](TimePoint) {
+    StandingQuery* const unused = find(id);
+    if (unused && unused->observers.empty() && unused->waiters.empty()) remove(*unused);
+  });
+}
+
+void Queries::remove(StandingQuery& query) {
+  if (query.cancelled) *query.cancelled = true;
+  for (const auto& [id, watch] : query.watches) watch->resource.remove_observer(*watch, scanner_);
+  query.watches.clear();
+  registry_.remove(query);
+  standing_.remove_if([&](const auto& one) { return one.get() == &query; });
+}
+
+void Queries::advance(TimePoint now) {
+  if (standing_.empty()) return;
+  const bool has_new_structure = std::exchange(seen_structure_, registry_.structure()) != registry_.structure();
+  for (const auto& query : standing_) {
+    if (has_new_structure) query->is_dirty = true;
+    if (query->is_running) continue;
+    const bool due = query->is_dirty ? now.steady >= query->last_start + query->interval
+                                     : query->query->dependencies().time && now.steady >= query->last_start + std::max<std::chrono::milliseconds>(query->interval, clock_interval);
+    if (due) evaluate(*query, now);
+  }
+}
+
+std::optional<Queries::Instant> Queries::next_deadline() const {
+  std::optional<Instant> first;
+  for (const auto& query : standing_) {
+    if (query->is_running || (!query->is_dirty && !query->query->dependencies().time)) continue;
+    const Instant due = query->last_start + (query->is_dirty ? query->interval : std::max<std::chrono::milliseconds>(query->interval, clock_interval));
+    if (!first || due < *first) first = due;
+  }
+  return first;
+}
+
+}  // namespace lrt::engine

@@ -1,0 +1,127 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <lrt/engine/engine.hpp>
+#include <lrt/engine/query_service.hpp>
+
+#include "src/engine/change_scanner.hpp"
+#include "src/engine/context.hpp"
+#include "src/engine/host_calls.hpp"
+#include "src/engine/pending_requests.hpp"
+#include "src/engine/property_values.hpp"
+#include "src/engine/representations.hpp"
+#include "src/engine/resources/query.hpp"
+#include "src/engine/responses.hpp"
+#include "src/engine/snapshots.hpp"
+#include "src/engine/subscriptions.hpp"
+
+namespace lrt::engine {
+
+/// Queries of clients, asked once or standing. The engine reads the request, brings the values and the graphs up to date, and leaves a job that
+/// evaluates the query without its lock.
+class Queries {
+ public:
+  using Instant = std::chrono::steady_clock::time_point;
+
+  /// @param shared  resources with graphs that belong to no Thing
+  Queries(const EngineOptions& options, const Clock& clock, Registry& registry, HostCalls& calls, PendingRequests& pending, const Responses& responses,
+          Representations& representations, PropertyValues& values, ChangeScanner& scanner, Subscriptions& subscriptions,
+          std::function<std::vector<Resource*>()> shared);
+  ~Queries();
+
+  bool is_enabled() const noexcept { return service_ != nullptr; }
+  /// @par Errors  invalid_option
+  Result<void> check_options() const;
+
+  // Requests.
+  /// nullopt: a GET without a query, which is for the description of the service.
+  std::optional<Outcome> get(Context& context);
+  Outcome post(Context& context);
+  Outcome subscribe(Context& context, Protocol protocol);
+
+  /// Begins the evaluations of standing queries that are due.
+  void advance(TimePoint now);
+  std::optional<Instant> next_deadline() const;
+  std::vector<BodyJob> take_jobs() { return std::exchange(jobs_, {}); }
+  /// Evaluations that run end as soon as they notice.
+  void stop();
+  std::size_t standing() const noexcept { return standing_.size(); }
+
+  // Standing queries.
+  /// Nobody observes it any more.
+  void unobserved(const StandingQuery& query);
+  void unwatch(StandingQuery& query, StandingQuery::Watch& watch);
+
+ private:
+  /// What a request asks.
+  struct Asked {
+    std::string text;
+    std::vector<std::string> default_graphs, named_graphs;
+    bool changes = false;  ///< of a standing query: the rows that are new and those that are gone
+  };
+  /// A query on its way to its answer.
+  struct Evaluation {
+    std::shared_ptr<const PreparedQuery> query;
+    std::shared_ptr<Snapshot> snapshot;
+    std::shared_ptr<std::atomic<bool>> cancelled = std::make_shared<std::atomic<bool>>(false);
+    std::string client;
+    std::optional<std::size_t> max_rows{};
+    std::optional<std::size_t> type{};   ///< in which the answer is written; nullopt: it is kept
+    std::function<void()> graphs_are_current{};  ///< called just before it begins; empty: nothing
+    UniqueFunction<void(Result<std::shared_ptr<const QueryAnswer>>, Result<std::string>, TimePoint)> done{};
+  };
+  class AllProperties;
+
+  std::variant<std::optional<Asked>, http::Response> asked_in(const Context& context, std::string_view form, bool is_body) const;
+  std::variant<std::shared_ptr<const PreparedQuery>, http::Response> parse(const Context& context, const Asked& asked) const;
+  Outcome ask(Context& context, const Asked& asked);
+  void snapshot_for(std::shared_ptr<Evaluation> evaluation);
+  void begin(std::shared_ptr<Evaluation> evaluation);
+  http::Response response_to(Context& context, const PreparedQuery& query, std::size_t type, Result<std::string> text) const;
+  http::Response failed(const Context& context, const Error& error) const;
+  http::Response too_many(const Context& context, const char* what) const;
+
+  std::variant<StandingQuery*, http::Response> standing_for(Context& context, const Asked& asked);
+  void evaluate(StandingQuery& query, TimePoint now);
+  void evaluated(ResourceId id, Result<std::shared_ptr<const QueryAnswer>> answer, TimePoint now);
+  void serve_waiters(StandingQuery& query, TimePoint now);
+  void watch(StandingQuery& query);
+  bool may_count(const StandingQuery& query, const Snapshot::Entry& entry, const Resource& resource) const;
+  StandingQuery* find(ResourceId id) const;
+  void remove(StandingQuery& query);
+
+  const EngineOptions& options_;
+  const Clock& clock_;
+  const QueryService* const service_;
+  Registry& registry_;
+  HostCalls& calls_;
+  PendingRequests& pending_;
+  const Responses& responses_;
+  Representations& representations_;
+  PropertyValues& values_;
+  ChangeScanner& scanner_;
+  Subscriptions& subscriptions_;
+  Snapshots snapshots_;
+  std::unique_ptr<AllProperties> all_;   ///< what is read before a query
+  std::unique_ptr<QueryResource> endpoint_;
+  std::list<std::unique_ptr<StandingQuery>> standing_;
+  std::uint64_t next_standing_ = 1;
+  std::uint64_t seen_structure_ = 0;
+  std::size_t running_ = 0;              ///< evaluations that have begun and not ended
+  std::vector<BodyJob> jobs_;
+  std::vector<std::weak_ptr<std::atomic<bool>>> cancels_;  ///< of evaluations that may run
+};
+
+}  // namespace lrt::engine

@@ -1,0 +1,97 @@
+#include "src/engine/resources/query.hpp"
+
+#include <utility>
+
+#include <lrt/engine/engine.hpp>
+
+#include "src/engine/description.hpp"
+#include "src/engine/parts.hpp"
+
+namespace lrt::engine {
+
+namespace {
+
+/// The IRIs by which service descriptions name the formats of answers (https://www.w3.org/ns/formats/).
+constexpr std::string_view formats[] = {
+    "http://www.w3.org/ns/formats/SPARQL_Results_JSON", "http://www.w3.org/ns/formats/SPARQL_Results_XML",
+    "http://www.w3.org/ns/formats/SPARQL_Results_CSV",  "http://www.w3.org/ns/formats/SPARQL_Results_TSV",
+    "http://www.w3.org/ns/formats/Turtle",              "http://www.w3.org/ns/formats/N-Triples",
+    "http://www.w3.org/ns/formats/RDF_XML",             "http://www.w3.org/ns/formats/JSON-LD",
+};
+
+/// Of one media type that is the same for answers to all queries of a form.
+Variants variants_of(const PreparedQuery& query) {
+  Variants all;
+  for (std::size_t i = 0; i < query.types().size(); ++i) {
+    all.types.push_back(query.types()[i]);
+    all.variants.push_back(Variant::answer(i));
+  }
+  all.with_page = all.types;
+  return all;
+}
+
+}  // namespace
+
+// ------------------------------------------------------------------------------------------------------------- endpoint
+
+QueryResource::QueryResource(const QueryService& service)
+    : Resource(service.limits().path, nullptr), service_(service), subscriptions_(path + "/subscriptions", nullptr) {}
+
+Methods QueryResource::methods() const noexcept {
+  Methods methods;
+  methods.post = true;
+  return methods;
+}
+
+/// A form writes a query in up to three times as many bytes.
+Input QueryResource::input(const EngineOptions&) const { return {nullptr, false, 4 * service_.limits().max_text_bytes}; }
+
+std::optional<Outcome> QueryResource::get(Context& context, Parts& parts) { return parts.queries.get(context); }
+Outcome QueryResource::post(Context& context, Parts& parts) { return parts.queries.post(context); }
+Outcome QueryResource::subscribe(Context& context, Parts& parts, Protocol protocol) { return parts.queries.subscribe(context, protocol); }
+
+void QueryResource::describe(const Description& d) const {
+  About about(d.graph, d.base + path);
+  describe_types(about, d);
+  about.add(vocab::dcterms::title, rdf::literal("SPARQL endpoint"));
+  about.link(vocab::sd::endpoint, d.base + path).link(vocab::sd::supportedLanguage, std::string(vocab::sd::SPARQL11Query.text));
+  about.link(vocab::sd::feature, std::string(vocab::sd::UnionDefaultGraph.text));
+  for (const std::string_view format : formats) about.link(vocab::sd::resultFormat, std::string(format));
+  const rdf::TermId dataset = d.graph.fresh_blank(), graph = d.graph.fresh_blank();
+  about.add(vocab::sd::defaultDataset, dataset);
+  About(d.graph, dataset).a(vocab::sd::Dataset).add(vocab::sd::defaultGraph, graph);
+  About(d.graph, graph).a(vocab::sd::Graph);
+}
+
+void QueryResource::describe_types(About& about, const Description&) const { about.a(vocab::sd::Service); }
+
+// ------------------------------------------------------------------------------------------------------------- standing
+
+StandingQuery::StandingQuery(std::string its_path, const QueryResource& endpoint, Queries& owner, std::shared_ptr<const PreparedQuery> its_query,
+                             std::shared_ptr<Snapshot> of, std::string its_text)
+    : Resource(std::move(its_path), nullptr),
+      query(std::move(its_query)),
+      snapshot(std::move(of)),
+      text(std::move(its_text)),
+      endpoint_(endpoint),
+      owner_(owner),
+      variants_(variants_of(*query)) {
+  for (const std::string& predicate : query->dependencies().predicates) predicates.push_back(Snapshots::hash_of(predicate));
+}
+
+StandingQuery::~StandingQuery() = default;
+
+Result<std::string> StandingQuery::answer(std::size_t type) const {
+  if (!latest) return unexpected(Errc::failed, "the query has no answer yet");
+  return tells_changes && previous ? latest->changes_since(*previous, sequence) : latest->write(type);
+}
+
+void StandingQuery::set_observed(bool observed, ChangeScanner&) {
+  if (!observed) owner_.unobserved(*this);
+}
+
+void StandingQuery::Watch::resource_changed() { owner_.mark_dirty(); }
+void StandingQuery::Watch::resource_removed() { owner_.unwatch(*this); }
+void StandingQuery::unwatch(Watch& watch) { owner_.unwatch(*this, watch); }
+
+}  // namespace lrt::engine

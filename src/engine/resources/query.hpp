@@ -1,0 +1,122 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include <lrt/engine/query_service.hpp>
+
+#include "src/engine/resource.hpp"
+#include "src/engine/resources/subscription.hpp"
+#include "src/engine/snapshots.hpp"
+
+namespace lrt::engine {
+
+class Queries;
+class StandingQuery;
+
+/// The endpoint of queries (SPARQL 1.1 Protocol). Without a query it describes itself (SPARQL 1.1 Service Description).
+class QueryResource final : public Resource {
+ public:
+  explicit QueryResource(const QueryService& service);
+
+  Methods methods() const noexcept override;
+  security::Right right_to_change() const noexcept override { return security::Right::read; }
+  bool has_own_protocol() const noexcept override { return true; }
+  Input input(const EngineOptions& options) const override;
+  std::optional<Outcome> get(Context& context, Parts& parts) override;
+  Outcome post(Context& context, Parts& parts) override;
+  Outcome subscribe(Context& context, Parts& parts, Protocol protocol) override;
+
+  void describe(const Description& d) const override;
+  void describe_types(About& about, const Description& d) const override;
+  const Variants& variants() const override { return graph_variants(); }
+  std::string_view kind() const noexcept override { return "query"; }
+  std::string up() const override { return "/"; }
+  bool observable() const noexcept override { return true; }
+  SubscriptionsResource* subscriptions() const noexcept override { return &subscriptions_; }
+
+ private:
+  const QueryService& service_;
+  mutable SubscriptionsResource subscriptions_;
+};
+
+/// A query that stands for its subscribers: it is evaluated again when something has changed that it depends on. Its representations are the answer.
+class StandingQuery final : public Resource {
+ public:
+  StandingQuery(std::string its_path, const QueryResource& endpoint, Queries& owner, std::shared_ptr<const PreparedQuery> query,
+                std::shared_ptr<Snapshot> of, std::string its_text);
+  ~StandingQuery() override;
+
+  void describe(const Description&) const override {}
+  void describe_types(About&, const Description&) const override {}
+  const Variants& variants() const override { return variants_; }
+  std::string_view kind() const noexcept override { return "query"; }
+  std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
+  bool is_rdf_source() const noexcept override { return false; }
+  std::string up() const override { return endpoint_.path; }
+  bool is_shown_to(const Audience& audience) const override { return audience.view == snapshot->audience.view; }
+  /// Of the latest answer; with `tells_changes`, after the first: what has changed since the one before.
+  Result<std::string> answer(std::size_t type) const override;
+  bool has_representation() const noexcept override { return latest != nullptr; }
+  bool observable() const noexcept override { return true; }
+  bool wants_queues() const noexcept override { return tells_changes; }
+  SubscriptionsResource* subscriptions() const noexcept override { return endpoint_.subscriptions(); }
+  void set_observed(bool observed, ChangeScanner& scanner) override;
+
+  /// It is to be evaluated again.
+  void mark_dirty() noexcept { is_dirty = true; }
+
+  /// Observes one resource whose graph may count.
+  class Watch final : public Observer {
+   public:
+    Watch(StandingQuery& owner, Resource& its_resource) : resource(its_resource), owner_(owner) {}
+    Variant variant() const noexcept override { return Variant(rdf::Plain::json); }  // no encoder of the user's is run for it
+    void resource_changed() override;
+    void resource_changes() override {}
+    void values_missed(std::uint64_t) override {}
+    void resource_removed() override;
+
+    Resource& resource;
+
+   private:
+    StandingQuery& owner_;
+  };
+  /// The resource goes.
+  void unwatch(Watch& watch);
+
+  struct Waiter {
+    Ticket ticket;
+    Protocol protocol;
+  };
+
+  const std::shared_ptr<const PreparedQuery> query;
+  const std::shared_ptr<Snapshot> snapshot;
+  const std::string text;
+  std::string key;                          ///< by which equal queries share it; empty: it is for one subscriber alone
+  bool tells_changes = false;
+  std::chrono::milliseconds interval{0};    ///< between two evaluations
+  std::vector<Waiter> waiters;              ///< requests that subscribe when there is an answer
+  std::unordered_map<std::uint64_t, std::unique_ptr<Watch>> watches;  ///< by ResourceId
+  std::vector<std::uint32_t> predicates;    ///< of its dependencies, hashed
+  std::uint64_t seen_version = 0;           ///< of the snapshot: what was described later may have to be watched
+  bool is_dirty = true;
+  bool is_running = false;
+  std::shared_ptr<std::atomic<bool>> cancelled;  ///< of the evaluation that runs
+  std::chrono::steady_clock::time_point last_start{};
+  std::shared_ptr<const QueryAnswer> latest, previous;
+  std::uint64_t sequence = 0;               ///< of `latest`, from 1
+
+ private:
+  const QueryResource& endpoint_;
+  Queries& owner_;
+  Variants variants_;
+};
+
+}  // namespace lrt::engine

@@ -1,0 +1,125 @@
+#include "src/engine/snapshots.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "src/engine/bases.hpp"
+#include "src/engine/resources/action.hpp"
+#include "src/engine/resources/collection.hpp"
+#include "src/engine/resources/kind.hpp"
+#include "src/engine/resources/property.hpp"
+#include "src/engine/resources/thing.hpp"
+#include "src/rdf/hash.hpp"
+
+namespace lrt::engine {
+
+namespace {
+
+/// Of one step of filling.
+constexpr std::chrono::microseconds fill_budget{500};
+
+}  // namespace
+
+std::shared_ptr<Snapshot> Snapshots::of(std::size_t base, const Audience& audience) {
+  const auto found = std::find_if(kept_.begin(), kept_.end(),
+                                  [&](const auto& one) { return one->base == base && one->audience.view == audience.view; });
+  if (found != kept_.end()) {
+    kept_.splice(kept_.begin(), kept_, found);
+    return kept_.front();
+  }
+  auto made = std::make_shared<Snapshot>();
+  made->base = base;
+  made->audience = audience;
+  made->data = service_->make_data();
+  kept_.push_front(made);
+  if (kept_.size() > std::max<std::size_t>(1, service_->limits().max_views)) kept_.pop_back();
+  return made;
+}
+
+bool Snapshots::update(Snapshot& snapshot) {
+  std::vector<NamedGraph> changes;
+  const bool filled = snapshot.filled || fill(snapshot, changes);
+  if (filled) renew(snapshot, changes);
+  if (!changes.empty()) snapshot.data->change(std::move(changes));
+  return filled;
+}
+
+/// Goes on with the first round. What changes behind it meanwhile is found by the next one.
+bool Snapshots::fill(Snapshot& snapshot, std::vector<NamedGraph>& changes) {
+  const Instant end = std::chrono::steady_clock::now() + fill_budget;
+  const auto& things = registry_.things();
+  for (auto at = things.lower_bound(snapshot.next); at != things.end(); ++at) {
+    if (std::chrono::steady_clock::now() >= end) {
+      snapshot.next = at->first;
+      return false;
+    }
+    visit(snapshot, *at->second, changes);
+  }
+  snapshot.filled = true;
+  return true;
+}
+
+/// One whole round, so that all graphs are of one moment.
+void Snapshots::renew(Snapshot& snapshot, std::vector<NamedGraph>& changes) {
+  ++snapshot.round;
+  for (const auto& [path, thing] : registry_.things()) visit(snapshot, *thing, changes);
+  for (Resource* resource : shared_()) visit(snapshot, *resource, changes);
+  const std::string& base = representations_.base(snapshot.base);
+  for (auto at = snapshot.entries.begin(); at != snapshot.entries.end();) {
+    if (at->second.round == snapshot.round) {
+      ++at;
+      continue;
+    }
+    if (!at->second.is_empty) changes.push_back({base + at->first, nullptr});
+    at = snapshot.entries.erase(at);
+  }
+  if (!changes.empty()) ++snapshot.version;
+}
+
+void Snapshots::visit(Snapshot& snapshot, const ThingNode& thing, std::vector<NamedGraph>& changes) {
+  const auto visit_one = [&](Resource& resource) { visit(snapshot, resource, changes); };
+  visit_one(const_cast<ThingResource&>(thing.self));
+  for (const auto& p : thing.properties)
+    if (!p->is_failing()) visit_one(*p);
+  for (const auto& a : thing.actions) {
+    visit_one(*a);
+    for (const auto& invocation : a->invocations) visit_one(*invocation);
+  }
+  for (const auto& c : thing.collections) {
+    visit_one(*c);
+    for (Resource* member : c->members()) visit_one(*member);
+  }
+  if (thing.kind && !thing.kind->things.empty() && thing.kind->things.front() == &thing) visit_one(*thing.kind);
+  if (thing.adds_shapes()) visit_one(const_cast<BlueprintResource&>(thing.blueprint));
+}
+
+void Snapshots::visit(Snapshot& snapshot, Resource& resource, std::vector<NamedGraph>& changes) {
+  if (!snapshot.audience.sees(resource)) return;
+  resource.refresh();
+  Snapshot::Entry& entry = snapshot.entries[resource.path];
+  entry.round = snapshot.round;
+  const std::uint64_t state = resource.state(registry_.structure());
+  if (entry.id == resource.id && entry.state == state) return;
+  entry.id = resource.id;
+  entry.state = state;
+  entry.described = snapshot.version + 1;
+  const std::string& base = representations_.base(snapshot.base);
+  std::shared_ptr<const rdf::Graph> graph;
+  if (resource.fits_rdf(service_->limits().max_value_members))
+    graph = std::make_shared<const rdf::Graph>(representations_.describe(resource, snapshot.base, snapshot.audience));
+  entry.predicates.clear();
+  if (graph) {
+    std::vector<rdf::TermId> seen;
+    for (const rdf::Triple& t : graph->triples())
+      if (std::find(seen.begin(), seen.end(), t.predicate) == seen.end()) seen.push_back(t.predicate);
+    for (const rdf::TermId predicate : seen) entry.predicates.push_back(hash_of(graph->term(predicate).text));
+  }
+  if (graph || !entry.is_empty) changes.push_back({base + resource.path, graph});
+  entry.is_empty = graph == nullptr;
+}
+
+std::uint32_t Snapshots::hash_of(std::string_view predicate) noexcept {
+  return rdf::to_32_bits(rdf::hash_bytes(predicate, rdf::hash_seeds().bytes));
+}
+
+}  // namespace lrt::engine

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include <lrt/engine/query_service.hpp>
+
+#include "src/engine/audience.hpp"
+#include "src/engine/registry.hpp"
+#include "src/engine/representations.hpp"
+#include "src/engine/resource.hpp"
+
+namespace lrt::engine {
+
+/// The graphs of all resources for one base and one audience: what queries are asked of. Only what has changed is described again.
+struct Snapshot {
+  struct Entry {
+    ResourceId id{};
+    std::uint64_t state = 0;
+    std::uint64_t round = 0;     ///< Snapshot::round when it was found last
+    std::uint64_t described = 0; ///< Snapshot::version when its graph changed last
+    std::vector<std::uint32_t> predicates;  ///< of its graph: Snapshots::hash_of()
+    bool is_empty = true;                   ///< has no graph
+  };
+  std::size_t base = 0;
+  Audience audience;
+  std::shared_ptr<QueryData> data;
+  std::unordered_map<std::string, Entry> entries;  ///< by path
+  std::string next;             ///< the Thing where the first, incomplete round goes on; empty: there is none
+  bool filled = false;          ///< each resource was described once
+  std::uint64_t round = 0;
+  std::uint64_t version = 1;    ///< of the last change
+};
+
+/// Keeps snapshots up to date while somebody asks, and nothing while nobody does.
+class Snapshots {
+ public:
+  /// @param shared  resources that belong to no Thing
+  Snapshots(const QueryService* service, const EngineOptions& options, const Registry& registry, const Representations& representations,
+            std::function<std::vector<Resource*>()> shared)
+      : service_(service), options_(options), registry_(registry), representations_(representations), shared_(std::move(shared)) {}
+
+  /// The snapshot of a base and an audience, perhaps a new one. It lives as long as it is used.
+  std::shared_ptr<Snapshot> of(std::size_t base, const Audience& audience);
+  /// Takes over what has changed. A new snapshot is filled in several steps, so that one that has ten thousand Things delays nobody.
+  /// @return  false: there is more to do, call it again. true: all graphs are those of this moment.
+  bool update(Snapshot& snapshot);
+
+  /// Stands for a predicate in Snapshot::Entry. Two predicates may have the same.
+  static std::uint32_t hash_of(std::string_view predicate) noexcept;
+
+ private:
+  using Instant = std::chrono::steady_clock::time_point;
+
+  void visit(Snapshot& snapshot, const ThingNode& thing, std::vector<NamedGraph>& changes);
+  void visit(Snapshot& snapshot, Resource& resource, std::vector<NamedGraph>& changes);
+  bool fill(Snapshot& snapshot, std::vector<NamedGraph>& changes);
+  void renew(Snapshot& snapshot, std::vector<NamedGraph>& changes);
+
+  const QueryService* const service_;
+  const EngineOptions& options_;
+  const Registry& registry_;
+  const Representations& representations_;
+  const std::function<std::vector<Resource*>()> shared_;
+  std::list<std::shared_ptr<Snapshot>> kept_;  ///< the one that was used last comes first
+};
+
+}  // namespace lrt::engine

@@ -1,0 +1,266 @@
+#include <atomic>
+#include <mutex>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <lrt/base/immortal.hpp>
+#include <lrt/query.hpp>
+#include <lrt/query/answer.hpp>
+#include <lrt/rdf/codec.hpp>
+
+#include "src/query/dataset.hpp"
+#include "src/query/dependencies.hpp"
+#include "src/query/evaluate.hpp"
+#include "src/query/parser.hpp"
+#include "src/rdf/hash.hpp"
+
+namespace lrt::query {
+
+namespace {
+
+using Types = std::vector<std::string_view>;
+
+/// Of each media type of rows and of ASK.
+constexpr ResultFormat row_formats[] = {ResultFormat::json, ResultFormat::xml, ResultFormat::csv, ResultFormat::tsv, ResultFormat::json, ResultFormat::xml};
+
+/// The types of SELECT; those of ASK are fewer. Clients that accept JSON or XML of any kind get it under that name.
+const Types& row_types() {
+  static const Immortal<Types> all(Types{media_type(ResultFormat::json), media_type(ResultFormat::xml), media_type(ResultFormat::csv),
+                                         media_type(ResultFormat::tsv), "application/json", "application/xml"});
+  return *all;
+}
+constexpr ResultFormat ask_formats[] = {ResultFormat::json, ResultFormat::xml, ResultFormat::json, ResultFormat::xml};
+const Types& ask_types() {
+  static const Immortal<Types> all(Types{media_type(ResultFormat::json), media_type(ResultFormat::xml), "application/json", "application/xml"});
+  return *all;
+}
+const Types& graph_types() {
+  static const Immortal<Types> all([] {
+    Types types;
+    for (const rdf::Syntax syntax : rdf::available_syntaxes()) types.push_back(rdf::media_type(syntax));
+    return types;
+  }());
+  return *all;
+}
+
+class Prepared final : public engine::PreparedQuery {
+ public:
+  explicit Prepared(std::shared_ptr<const Query> parsed) : query(std::move(parsed)) {
+    Dependencies found = dependencies_of(*query);
+    dependencies_.everything = found.everything;
+    dependencies_.predicates = std::move(found.predicates);
+    dependencies_.time = found.uses_now_or_random;
+  }
+  const Types& types() const override {
+    switch (query->form) {
+      case Query::Form::select: return row_types();
+      case Query::Form::ask: return ask_types();
+      default: return graph_types();
+    }
+  }
+  const engine::QueryDependencies& dependencies() const override { return dependencies_; }
+  bool has_rows() const noexcept override { return query->form == Query::Form::select; }
+
+  const std::shared_ptr<const Query> query;
+
+ private:
+  engine::QueryDependencies dependencies_;
+};
+
+/// Blank nodes count as equal: their labels are new in each answer.
+std::uint64_t hash_of(const std::optional<rdf::TermView>& term) {
+  if (!term) return 1;
+  if (term->is_blank()) return 2;
+  return rdf::hash_bytes(rdf::to_string(*term), rdf::hash_seeds().bytes);
+}
+
+std::uint64_t mix(std::uint64_t a, std::uint64_t b) noexcept { return rdf::fold_multiply(a ^ 0x9E3779B97F4A7C15U, b ^ 0xE7037ED1A0B428DBU); }
+
+std::uint64_t digest_of(const Answer& answer, bool ordered) {
+  if (const auto* yes = std::get_if<bool>(&answer)) return *yes ? 1 : 0;
+  std::uint64_t all = 0;
+  const auto add = [&](std::uint64_t one) { all = ordered ? mix(all, one) : all + one; };
+  if (const auto* table = std::get_if<Table>(&answer)) {
+    for (std::size_t row = 0; row < table->rows(); ++row) {
+      std::uint64_t one = 3;
+      for (std::size_t column = 0; column < table->columns(); ++column) one = mix(one, hash_of(table->at(row, column)));
+      add(one);
+    }
+    return mix(all, table->rows());
+  }
+  const auto& graph = std::get<rdf::Graph>(answer);
+  for (const rdf::Triple& t : graph.triples()) add(mix(mix(hash_of(graph.term(t.subject)), hash_of(graph.term(t.predicate))), hash_of(graph.term(t.object))));
+  return mix(all, graph.size());
+}
+
+/// Rows by what is in them, and how often they are there.
+using Rows = std::unordered_map<std::string, std::size_t>;
+
+std::string text_of(const Table& table, std::size_t row) {
+  std::string text;
+  for (std::size_t column = 0; column < table.columns(); ++column) {
+    if (const auto term = table.at(row, column)) text += rdf::to_string(*term);
+    text += '\n';
+  }
+  return text;
+}
+
+/// The rows of a table that another one does not have.
+Table rows_without(const Table& table, const Table& others) {
+  Rows known;
+  for (std::size_t row = 0; row < others.rows(); ++row) ++known[text_of(others, row)];
+  Table rest(table.variables());
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    if (const auto found = known.find(text_of(table, row)); found != known.end() && found->second > 0) {
+      --found->second;
+      continue;
+    }
+    rest.add_row();
+    for (std::size_t column = 0; column < table.columns(); ++column)
+      if (const auto term = table.at(row, column)) rest.set(column, *term);
+  }
+  return rest;
+}
+
+class Answered final : public engine::QueryAnswer {
+ public:
+  Answered(std::shared_ptr<const Query> query, Answer answer)
+      : query_(std::move(query)), answer_(std::move(answer)), digest_(digest_of(answer_, !query_->order_by.empty())) {}
+
+  Result<std::string> write(std::size_t type) const override {
+    if (const auto* table = std::get_if<Table>(&answer_)) return query::write(*table, row_formats[type]);
+    if (const auto* yes = std::get_if<bool>(&answer_)) return query::write(*yes, ask_formats[type]);
+    return rdf::write(std::get<rdf::Graph>(answer_), rdf::available_syntaxes()[type], query_->prefixes);
+  }
+  std::uint64_t digest() const noexcept override { return digest_; }
+  Result<std::string> changes_since(const QueryAnswer& before, std::uint64_t sequence) const override {
+    const auto& now = std::get<Table>(answer_);
+    const auto& then = std::get<Table>(static_cast<const Answered&>(before).answer_);
+    Result<std::string> added = query::write(rows_without(now, then), ResultFormat::json);
+    const Result<std::string> removed = query::write(rows_without(then, now), ResultFormat::json);
+    if (!added || !removed) return added ? removed : added;
+    constexpr std::string_view results = "\"results\":";
+    const std::size_t at = removed->find(results) + results.size(), end = removed->rfind('}');
+    added->resize(added->rfind('}'));
+    added->append(",\"removed\":").append(*removed, at, end - at).append(",\"sequence\":" + std::to_string(sequence) + "}");
+    return added;
+  }
+
+ private:
+  const std::shared_ptr<const Query> query_;
+  const Answer answer_;
+  const std::uint64_t digest_;
+};
+
+/// The graphs of one audience. An evaluation reads a dataset that nothing changes: if an older one still reads it, the next change makes a copy.
+class Data final : public engine::QueryData {
+ public:
+  /// A dataset, and how many evaluations read it.
+  struct Version {
+    Dataset dataset;
+    std::atomic<int> readers{0};
+  };
+  class Reader {
+   public:
+    explicit Reader(std::shared_ptr<Version> version) : version_(std::move(version)) {}
+    Reader(Reader&& other) noexcept = default;
+    Reader& operator=(Reader&&) = delete;
+    ~Reader() {
+      if (version_) version_->readers.fetch_sub(1, std::memory_order_release);
+    }
+    const Dataset& operator*() const noexcept { return version_->dataset; }
+
+   private:
+    std::shared_ptr<Version> version_;
+  };
+
+  void change(std::vector<engine::NamedGraph> graphs) override {
+    const std::lock_guard lock(waiting_mutex_);
+    if (waiting_.empty()) waiting_ = std::move(graphs);
+    else waiting_.insert(waiting_.end(), std::make_move_iterator(graphs.begin()), std::make_move_iterator(graphs.end()));
+  }
+
+  /// The graphs as they are now.
+  Reader read() {
+    const std::lock_guard lock(mutex_);
+    std::vector<engine::NamedGraph> changes;
+    {
+      const std::lock_guard waiting(waiting_mutex_);
+      changes = std::exchange(waiting_, {});
+    }
+    if (!changes.empty()) {
+      if (current_->readers.load(std::memory_order_acquire) != 0) {
+        auto copy = std::make_shared<Version>();
+        copy->dataset = current_->dataset;
+        current_ = std::move(copy);
+      }
+      for (const engine::NamedGraph& one : changes) {
+        if (one.graph) current_->dataset.put(one.name, *one.graph);
+        else current_->dataset.remove(one.name);
+      }
+    }
+    current_->readers.fetch_add(1, std::memory_order_relaxed);
+    return Reader(current_);
+  }
+
+ private:
+  std::mutex waiting_mutex_;  ///< guards waiting_: held for moments only
+  std::vector<engine::NamedGraph> waiting_;
+  std::mutex mutex_;          ///< guards current_ while it is brought up to date
+  std::shared_ptr<Version> current_ = std::make_shared<Version>();
+};
+
+class Endpoint final : public engine::QueryService {
+ public:
+  explicit Endpoint(EndpointOptions options) : options_(std::move(options)) {}
+
+  const Limits& limits() const noexcept override { return options_; }
+
+  Result<std::shared_ptr<const engine::PreparedQuery>> parse(std::string_view text, std::string_view base, std::vector<std::string> default_graphs,
+                                                             std::vector<std::string> named_graphs) const override {
+    ParseOptions parsing;
+    parsing.base = base;
+    parsing.max_bytes = options_.max_text_bytes;
+    parsing.max_depth = options_.max_depth;
+    Result<std::shared_ptr<const Query>> parsed = query::parse(text, parsing);
+    if (!parsed) return Unexpected{std::move(parsed).error()};
+    if (!default_graphs.empty() || !named_graphs.empty()) {
+      Query& dataset = const_cast<Query&>(**parsed);  // nobody else has it yet
+      dataset.from = std::move(default_graphs);
+      dataset.from_named = std::move(named_graphs);
+    }
+    return std::shared_ptr<const engine::PreparedQuery>(std::make_shared<Prepared>(*std::move(parsed)));
+  }
+
+  std::shared_ptr<engine::QueryData> make_data() const override { return std::make_shared<Data>(); }
+
+  Result<std::shared_ptr<const engine::QueryAnswer>> evaluate(const engine::PreparedQuery& prepared, engine::QueryData& data,
+                                                              const std::atomic<bool>& cancelled, TimePoint now,
+                                                              std::optional<std::size_t> max_rows) const override {
+    const Data::Reader reader = static_cast<Data&>(data).read();
+    if (const std::size_t triples = (*reader).triple_count(); triples > options_.max_triples)
+      return unexpected(Errc::limit_exceeded, "this robot has " + std::to_string(triples) + " triples; queries are answered up to " +
+                                                  std::to_string(options_.max_triples));
+    Bounds bounds;
+    bounds.time = options_.time;
+    bounds.steps = options_.max_steps;
+    bounds.rows = max_rows ? std::min(*max_rows, options_.max_rows) : options_.max_rows;
+    bounds.bytes = options_.max_solution_bytes;
+    const auto& query = static_cast<const Prepared&>(prepared).query;
+    Result<Answer> answer = query::evaluate(*query, *reader, bounds, cancelled, now.utc);
+    if (!answer) return Unexpected{std::move(answer).error()};
+    return std::shared_ptr<const engine::QueryAnswer>(std::make_shared<Answered>(query, *std::move(answer)));
+  }
+
+ private:
+  const EndpointOptions options_;
+};
+
+}  // namespace
+
+std::shared_ptr<const engine::QueryService> endpoint(EndpointOptions options) { return std::make_shared<Endpoint>(std::move(options)); }
+
+}  // namespace lrt::query
