@@ -552,9 +552,16 @@ std::optional<std::chrono::steady_clock::time_point> Engine::next_deadline() con
 }
 
 void Engine::abandon(Ticket ticket) noexcept { impl_->parts.pending.abandon(ticket); }
-std::optional<Channel> Engine::next_ready(TimePoint now) { return impl_->stopped ? std::nullopt : impl_->parts.subscriptions.next_ready(now); }
+std::optional<Channel> Engine::next_ready(TimePoint now) {
+  if (impl_->stopped) return std::nullopt;
+  const std::optional<Channel> first = impl_->parts.subscriptions.next_ready(now);
+  if (!first) impl_->parts.queries.advance(now);  // of what the scan has found
+  return first;
+}
 void Engine::take_ready(std::vector<ReadyChannel>& channels, TimePoint now) {
-  if (!impl_->stopped) impl_->parts.subscriptions.take_ready(channels, now);
+  if (impl_->stopped) return;
+  impl_->parts.subscriptions.take_ready(channels, now);
+  impl_->parts.queries.advance(now);
 }
 std::optional<Push> Engine::next_push(Channel channel, TimePoint now) { return impl_->parts.subscriptions.next_push(channel, now); }
 void Engine::closed(Channel channel) noexcept { impl_->parts.subscriptions.closed(channel); }

@@ -338,6 +338,7 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
   auto made = std::make_unique<StandingQuery>(endpoint_->path + "/standing-" + std::to_string(next_standing_++), *endpoint_, *this, prepared,
                                               std::move(snapshot), asked.text);
   StandingQuery& query = *made;
+  if (standing_.empty()) seen_structure_ = registry_.structure();
   query.key = std::move(key);
   query.tells_changes = asked.changes;
   query.interval = interval;

@@ -49,9 +49,11 @@ class Bench {
       collect();
       auto bodies = engine.take_body_jobs();
       for (engine::BodyJob& job : bodies) job.run();
+      auto queries = engine.take_query_jobs();
+      for (engine::BodyJob& job : queries) job.run();
       auto jobs = engine.take_jobs();
-      if (jobs.empty() && bodies.empty()) return count;
-      count += jobs.size();
+      if (jobs.empty() && bodies.empty() && queries.empty()) return count;
+      count += jobs.size() + queries.size();
       for (engine::Job& job : jobs) job.run();
     }
   }

@@ -1,0 +1,395 @@
+#include <lrt/engine/engine.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <lrt/engine/query_service.hpp>
+#include <lrt/rdf/vocab.hpp>
+
+#include "tests/support/bench.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/event_stream.hpp"
+#include "tests/support/sample_robot.hpp"
+
+using namespace lrt;
+using namespace lrt::test;
+using std::chrono::milliseconds;
+
+namespace {
+
+/// A query language for tests. "objects <P>": all objects of a predicate, sorted. "graphs": the names of all graphs. "error", "large", "slow".
+class SmallQueries final : public engine::QueryService {
+ public:
+  using Graphs = std::map<std::string, std::shared_ptr<const rdf::Graph>>;
+
+  class Prepared final : public engine::PreparedQuery {
+   public:
+    explicit Prepared(std::string t) : text(std::move(t)) {
+      if (text.rfind("objects ", 0) == 0) needs.predicates = {text.substr(8)};
+      else needs.everything = text == "graphs";
+      needs.time = text == "now";
+    }
+    const std::vector<std::string_view>& types() const override {
+      static const std::vector<std::string_view> all{"application/sparql-results+json", "text/csv"};
+      return all;
+    }
+    const engine::QueryDependencies& dependencies() const override { return needs; }
+    bool has_rows() const noexcept override { return text != "yes"; }
+    const std::string text;
+    engine::QueryDependencies needs;
+  };
+  class Answered final : public engine::QueryAnswer {
+   public:
+    explicit Answered(std::multiset<std::string> r) : rows(std::move(r)) {}
+    Result<std::string> write(std::size_t type) const override {
+      std::string all = type == 0 ? "json:" : "csv:";
+      for (const std::string& row : rows) all += row + ";";
+      return all;
+    }
+    std::uint64_t digest() const noexcept override { return std::hash<std::string>()(*write(0)); }
+    Result<std::string> changes_since(const QueryAnswer& before, std::uint64_t sequence) const override {
+      const auto& then = static_cast<const Answered&>(before).rows;
+      std::string all = std::to_string(sequence) + ":";
+      for (const std::string& row : rows) all += then.count(row) ? "" : "+" + row;
+      for (const std::string& row : then) all += rows.count(row) ? "" : "-" + row;
+      return all;
+    }
+    const std::multiset<std::string> rows;
+  };
+  class Data final : public engine::QueryData {
+   public:
+    Data(std::size_t& changes, Graphs& last) : changes_(changes), last_(last) {}
+    void change(std::vector<engine::NamedGraph> graphs) override {
+      changes_ += graphs.size();
+      for (auto& one : graphs) {
+        if (one.graph) all[one.name] = one.graph;
+        else all.erase(one.name);
+      }
+      last_ = all;
+    }
+    Graphs all;
+
+   private:
+    std::size_t& changes_;
+    Graphs& last_;
+  };
+
+  const Limits& limits() const noexcept override { return given; }
+  Result<std::shared_ptr<const engine::PreparedQuery>> parse(std::string_view text, std::string_view, std::vector<std::string> default_graphs,
+                                                             std::vector<std::string> named_graphs) const override {
+    if (text == "error") return Unexpected{Error{Errc::expected_rdf, "expected a query", 3, 1, 4}};
+    if (text == "update") return unexpected(Errc::unsupported_syntax, "DELETE is an update");
+    datasets = std::move(default_graphs);
+    datasets.insert(datasets.end(), named_graphs.begin(), named_graphs.end());
+    return std::shared_ptr<const engine::PreparedQuery>(std::make_shared<Prepared>(std::string(text)));
+  }
+  std::shared_ptr<engine::QueryData> make_data() const override { return std::make_shared<Data>(changes, graphs); }
+  Result<std::shared_ptr<const engine::QueryAnswer>> evaluate(const engine::PreparedQuery& query, engine::QueryData& data,
+                                                              const std::atomic<bool>& cancelled, TimePoint now,
+                                                              std::optional<std::size_t> max_rows) const override {
+    ++evaluations;
+    const std::string& text = static_cast<const Prepared&>(query).text;
+    if (cancelled) return unexpected(Errc::cancelled, "cancelled");
+    if (text == "large") return unexpected(Errc::limit_exceeded, "more than 10 rows");
+    std::multiset<std::string> rows;
+    if (text == "now") rows.insert(std::to_string(now.utc.time_since_epoch().count()));
+    for (const auto& [name, graph] : static_cast<Data&>(data).all) {
+      if (text == "graphs") rows.insert(name.substr(name.find('/', 8)));
+      for (const rdf::Triple& t : graph->triples())
+        if (text.rfind("objects ", 0) == 0 && graph->term(t.predicate).text == text.substr(8)) rows.insert(std::string(graph->term(t.object).text));
+    }
+    if (max_rows && rows.size() > *max_rows) return unexpected(Errc::limit_exceeded, "more rows than a standing query may have");
+    return std::shared_ptr<const engine::QueryAnswer>(std::make_shared<Answered>(std::move(rows)));
+  }
+
+  Limits given;
+  mutable std::vector<std::string> datasets;
+  mutable Graphs graphs;  ///< that were seen last
+  mutable std::size_t changes = 0, evaluations = 0;
+};
+
+const std::string objects_of_value = "objects%20http%3A%2F%2Fvocab.arvida.de%2F2015%2F06%2Fvom%2Fvocab%23numericalValue";
+
+struct Robot {
+  explicit Robot(engine::EngineOptions options = {}, SmallQueries::Limits limits = {}) : service(std::make_shared<SmallQueries>()), bench(with(std::move(options), limits)) {
+    bench.add(robot.arm());
+  }
+  std::string ask(const std::string& query, const std::string& fields = {}) { return bench.ask("GET /sparql?query=" + query + "\n" + fields).body; }
+  std::vector<std::string> events(engine::Channel channel) {
+    EventParser parser;
+    for (const std::string& message : bench.messages(channel)) parser.read(message);
+    std::vector<std::string> all;
+    for (const Event& event : parser.take()) all.push_back(event.data);
+    return all;
+  }
+  void publish(double v, milliseconds later = milliseconds(100)) {
+    robot.angle_handle->publish(v);
+    bench.clock.advance(later);
+  }
+  engine::EngineOptions with(engine::EngineOptions options, SmallQueries::Limits limits) {
+    service->given = std::move(limits);
+    options.query = service;
+    return options;
+  }
+  std::shared_ptr<SmallQueries> service;
+  SampleRobot robot;
+  Bench bench;
+};
+
+}  // namespace
+
+TEST_CASE("a query is asked of the present values of all resources", "[engine][query]") {
+  Robot asked;
+  CHECK(asked.ask(objects_of_value).find("10;") != std::string::npos);
+  asked.robot.angle_handle->publish(25);
+  asked.robot.speed = 7.25F;
+  asked.bench.clock.advance(milliseconds(200));  // older than max_age: the speed is read again
+  const std::string later = asked.ask(objects_of_value);
+  CHECK(later.find("25;") != std::string::npos);
+  CHECK(later.find("7.25;") != std::string::npos);
+  CHECK(later.find("10;") == std::string::npos);
+}
+
+TEST_CASE("each resource is a graph by its URI, and a removed one is none", "[engine][query]") {
+  Robot asked;
+  asked.bench.add(asked.robot.tool());
+  const std::string all = asked.ask("graphs");
+  for (const char* path : {"/arm;", "/arm/angle;", "/arm/speed;", "/arm/actions/turn;", "/arm/waypoints;", "/arm/tool;", "/arm/tool/weight;", "/ns/vocabulary;"}) {
+    CAPTURE(path, all);
+    CHECK(all.find(path) != std::string::npos);
+  }
+  CHECK(all.find("/arm/broken;") == std::string::npos);  // it cannot be read
+  CHECK(all.find("/arm/state;") == std::string::npos);   // its triples are in the graphs of the properties
+  asked.bench.engine.remove("arm/tool").value();
+  CHECK(asked.ask("graphs").find("/arm/tool") == std::string::npos);
+}
+
+TEST_CASE("only what has changed is described again", "[engine][query]") {
+  Robot asked;
+  (void)asked.ask("graphs");
+  const std::size_t before = asked.service->changes;
+  (void)asked.ask("graphs");
+  CHECK(asked.service->changes == before);
+  asked.robot.angle_handle->publish(11);
+  (void)asked.ask("graphs");
+  CHECK(asked.service->changes == before + 1);
+}
+
+TEST_CASE("the graphs are those of GET", "[engine][query]") {
+  Robot asked;
+  (void)asked.ask("graphs");
+  for (const char* path : {"/arm", "/arm/angle", "/arm/actions/turn", "/arm/waypoints", "/ns/vocabulary"}) {
+    CAPTURE(path);
+    const Answer got = asked.bench.ask("GET " + std::string(path) + "\nAccept: application/n-triples\n");
+    const auto queried = asked.service->graphs.find("http://localhost" + std::string(path));
+    REQUIRE(queried != asked.service->graphs.end());
+    CHECK(rdf::isomorphic(rdf::read(got.body, rdf::Syntax::n_triples, {}).value(), *queried->second));
+  }
+}
+
+TEST_CASE("what the protocol says of requests", "[engine][query]") {
+  Robot asked;
+  const auto status = [&](const std::string& request) { return asked.bench.ask(request).status; };
+  const std::string form = "Content-Type: application/x-www-form-urlencoded\n\n";
+  CHECK(status("POST /sparql\n" + form + "query=graphs") == 200);
+  CHECK(status("POST /sparql\nContent-Type: application/x-www-form-urlencoded; charset=UTF-8\n\nquery=graphs") == 200);
+  CHECK(status("POST /sparql\nContent-Type: application/sparql-query\n\ngraphs") == 200);
+  CHECK(status("POST /sparql?query=graphs\nContent-Type: application/sparql-query\n\ngraphs") == 400);
+  CHECK(status("POST /sparql\n" + form + "query=graphs&query=graphs") == 400);
+  CHECK(status("POST /sparql\n" + form + "quer=graphs") == 400);
+  CHECK(status("POST /sparql\n" + form + "query=%zz") == 400);
+  CHECK(status("POST /sparql\n" + form + "query=%ff") == 400);
+  CHECK(status("POST /sparql\nContent-Type: application/sparql-query\n\n\xff") == 400);
+  CHECK(status("POST /sparql\nContent-Type: application/sparql-query; charset=latin1\n\ngraphs") == 415);
+  CHECK(status("POST /sparql\nContent-Type: text/turtle\n\ngraphs") == 415);
+  CHECK(status("POST /sparql\n\ngraphs") == 415);
+  CHECK(status("POST /sparql\n" + form + "update=x") == 403);
+  CHECK(status("POST /sparql\nContent-Type: application/sparql-update\n\nx") == 403);
+  CHECK(status("GET /sparql?update=x") == 403);
+  CHECK(status("PUT /sparql\nContent-Type: application/sparql-query\n\ngraphs") == 405);
+  CHECK(status("GET /sparql?query=graphs&default-graph-uri=relative") == 400);
+  CHECK(status("GET /sparql?query=graphs&changes=perhaps") == 400);
+  CHECK(status("GET /sparql?query=" + std::string(17 * 1024, 'x')) == 413);
+
+  const Answer wrong = asked.bench.ask("GET /sparql?query=error");
+  CHECK(wrong.status == 400);
+  CHECK(wrong.body.find("line 1, column 4: expected a query") != std::string::npos);
+  CHECK(asked.bench.ask("GET /sparql?query=update").status == 403);
+  CHECK(asked.bench.ask("GET /sparql?query=large").status == 503);
+  CHECK(asked.bench.ask("GET /sparql?query=large").body.find("more than 10 rows") != std::string::npos);
+  CHECK(asked.bench.ask("GET /sparql?query=graphs\nAccept: image/png\n").status == 406);
+
+  (void)asked.ask("graphs&default-graph-uri=http://e/a+b&named-graph-uri=http%3A%2F%2Fe%2Fc");
+  CHECK(asked.service->datasets.empty());  // "http://e/a b" is no IRI, so that it was refused
+  (void)asked.ask("graphs&default-graph-uri=http://e/a&named-graph-uri=http%3A%2F%2Fe%2Fc");
+  CHECK(asked.service->datasets == std::vector<std::string>{"http://e/a", "http://e/c"});
+}
+
+TEST_CASE("the answer to a query has the fields of a representation", "[engine][query]") {
+  Robot asked;
+  const Answer answer = asked.bench.ask("GET /sparql?query=graphs\nAccept: text/csv\n");
+  CHECK(answer.body.rfind("csv:", 0) == 0);
+  CHECK(answer.field("Content-Type") == "text/csv; charset=utf-8");
+  CHECK(answer.field("Vary") == "Accept");
+  CHECK(answer.field("Cache-Control") == "no-cache");
+  CHECK(asked.bench.ask("GET /sparql?query=graphs\nAccept: text/csv\nIf-None-Match: " + answer.tag() + "\n").status == 304);
+  CHECK(asked.bench.ask("GET /sparql?query=graphs\nIf-None-Match: " + answer.tag() + "\n").status == 200);
+  const Answer without = asked.bench.ask("GET /sparql\nAccept: text/turtle\n");
+  CHECK(without.status == 200);
+  CHECK(without.body.find("sd:Service") != std::string::npos);
+  CHECK(without.body.find("SPARQL11Query") != std::string::npos);
+  CHECK(asked.bench.ask("OPTIONS /sparql").field("Allow") == "GET, HEAD, OPTIONS, POST");
+}
+
+TEST_CASE("queries are as many as the endpoint takes, and one whose client has gone ends", "[engine][query]") {
+  SmallQueries::Limits limits;
+  limits.max_queries = 2;
+  Robot asked({}, limits);
+  (void)asked.ask("graphs");
+  const auto first = asked.bench.send("GET /sparql?query=graphs"), second = asked.bench.send("GET /sparql?query=graphs");
+  REQUIRE(first.ticket);
+  const auto third = asked.bench.send("GET /sparql?query=graphs");
+  CHECK(third.answer.status == 503);
+  CHECK(!third.answer.field("Retry-After").empty());
+  asked.bench.engine.abandon(*first.ticket);
+  asked.bench.run();
+  CHECK(!asked.bench.answer(first));
+  CHECK(asked.bench.answer(second)->status == 200);
+  CHECK(asked.bench.ask("GET /sparql?query=graphs").status == 200);
+}
+
+TEST_CASE("a standing query tells its answer, and again when it has changed", "[engine][query]") {
+  Robot asked;
+  const engine::Channel channel = asked.bench.open_stream("/sparql?query=objects%20http%3A%2F%2Fvocab.arvida.de%2F2015%2F06%2Fvom%2Fvocab%23numericalValue");
+  const auto first = asked.events(channel);
+  REQUIRE(first.size() == 1);
+  CHECK(first[0].find("10;") != std::string::npos);
+  CHECK(asked.events(channel).empty());
+  asked.publish(12);
+  const auto second = asked.events(channel);
+  REQUIRE(second.size() == 1);
+  CHECK(second[0].find("12;") != std::string::npos);
+  asked.publish(12.0);
+  CHECK(asked.events(channel).empty());
+}
+
+TEST_CASE("a standing query is evaluated only when something changes that it depends on", "[engine][query]") {
+  Robot asked;
+  const engine::Channel channel = asked.bench.open_stream("/sparql?query=objects%20http%3A%2F%2Fpurl.org%2Fdc%2Fterms%2Ftitle");
+  CHECK(asked.events(channel).size() == 1);
+  const std::size_t before = asked.service->evaluations;
+  asked.publish(13);
+  CHECK(asked.events(channel).empty());
+  CHECK(asked.service->evaluations == before);
+  asked.bench.add(asked.robot.tool());  // with a title
+  asked.bench.clock.advance(milliseconds(100));
+  const auto later = asked.events(channel);
+  REQUIRE(later.size() == 1);
+  CHECK(later[0].find("The tool") != std::string::npos);
+}
+
+TEST_CASE("a standing query is evaluated at most at its interval", "[engine][query]") {
+  Robot asked;
+  const engine::Channel channel = asked.bench.open_stream("/sparql?minimumInterval=2&query=" + objects_of_value);
+  CHECK(asked.events(channel).size() == 1);
+  const std::size_t before = asked.service->evaluations;
+  for (int i = 0; i < 10; ++i) {
+    asked.publish(20 + i);
+    (void)asked.events(channel);
+  }
+  CHECK(asked.service->evaluations == before);
+  asked.bench.clock.advance(milliseconds(1000));
+  const auto later = asked.events(channel);
+  REQUIRE(later.size() == 1);
+  CHECK(later[0].find("29;") != std::string::npos);
+  CHECK(asked.service->evaluations == before + 1);
+}
+
+TEST_CASE("subscribers of one query share it, and it goes with the last of them", "[engine][query]") {
+  Robot asked;
+  const auto a = asked.bench.open_stream("/sparql?query=" + objects_of_value), b = asked.bench.open("/sparql?query=" + objects_of_value);
+  CHECK(asked.bench.get("/sparql/standing-1").status == 200);
+  CHECK(asked.bench.get("/sparql/standing-2").status == 404);
+  CHECK(asked.bench.get("/sparql/subscriptions").body.find("/sparql/subscriptions/i") != std::string::npos);
+  asked.bench.engine.closed(a);
+  asked.bench.run();
+  CHECK(asked.bench.get("/sparql/standing-1").status == 200);
+  asked.bench.engine.closed(b);
+  asked.bench.run();
+  CHECK(asked.bench.get("/sparql/standing-1").status == 404);
+  const std::size_t before = asked.service->evaluations;
+  asked.publish(14);
+  asked.bench.run();
+  CHECK(asked.service->evaluations == before);
+}
+
+TEST_CASE("a standing query tells which rows are new and which are gone", "[engine][query]") {
+  Robot asked;
+  const auto channel = asked.bench.open_stream("/sparql?changes=true&query=" + objects_of_value);
+  const auto first = asked.events(channel);
+  REQUIRE(first.size() == 1);
+  CHECK(first[0].rfind("json:", 0) == 0);
+  const auto changes_after = [&](double value) {
+    asked.publish(value);
+    CHECK(asked.events(channel).empty());  // the evaluation
+    asked.bench.look();                    // queues are filled by the next scan
+    return asked.events(channel);
+  };
+  CHECK(changes_after(15) == std::vector<std::string>{"2:+15-10"});
+  CHECK(changes_after(16) == std::vector<std::string>{"3:+16-15"});
+  const auto other = asked.bench.open_stream("/sparql?changes=true&query=" + objects_of_value);
+  CHECK(asked.events(other)[0].rfind("json:", 0) == 0);
+  CHECK(asked.bench.ask("GET /sparql?changes=true&query=yes\nUpgrade: callback\nConnection: Upgrade\nCallback: http://127.0.0.1:1/\n").status == 400);
+}
+
+TEST_CASE("a standing query that reaches a limit ends its subscriptions with the reason", "[engine][query]") {
+  SmallQueries::Limits limits;
+  limits.max_standing_rows = 15;
+  limits.max_standing = 1;
+  Robot asked({}, limits);
+  CHECK(asked.bench.answer(asked.bench.stream("/sparql?query=large")) == std::nullopt);
+  asked.bench.run();
+  const auto channel = asked.bench.open_stream("/sparql?query=objects%20http%3A%2F%2Fpurl.org%2Fdc%2Fterms%2Ftitle");
+  CHECK(asked.events(channel).size() == 1);
+  const auto refused = asked.bench.stream("/sparql?query=graphs");
+  CHECK(refused.answer.status == 503);
+  for (int i = 0; i < 20; ++i) {
+    Thing thing("other" + std::to_string(i));
+    thing.title("Thing " + std::to_string(i));
+    asked.bench.add(std::move(thing));
+  }
+  asked.bench.clock.advance(milliseconds(100));
+  std::uint16_t code = 0;
+  for (const auto& [c, push] : asked.bench.pushes())
+    if (c == channel && push.close != 0) code = push.close;
+  CHECK(code == 1011);
+  CHECK(asked.bench.get("/sparql/standing-2").status == 404);
+}
+
+TEST_CASE("a standing query that asks for the time is evaluated each second", "[engine][query]") {
+  Robot asked;
+  const auto channel = asked.bench.open_stream("/sparql?query=now");
+  CHECK(asked.events(channel).size() == 1);
+  asked.bench.clock.advance(milliseconds(500));
+  CHECK(asked.events(channel).empty());
+  asked.bench.clock.advance(milliseconds(600));
+  CHECK(asked.events(channel).size() == 1);
+}
+
+TEST_CASE("without a query service there is no endpoint", "[engine][query]") {
+  Bench bench;
+  CHECK(bench.get("/sparql?query=graphs").status == 404);
+  engine::EngineOptions options;
+  const auto service = std::make_shared<SmallQueries>();
+  service->given.path = "sparql";
+  options.query = service;
+  Bench wrong(std::move(options));
+  CHECK(wrong.engine.check().error().code == Errc::invalid_option);
+}
