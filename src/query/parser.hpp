@@ -21,7 +21,8 @@ struct ParseOptions {
 };
 
 /// Parses a SPARQL 1.1 query and translates it to the algebra.
-/// @par Errors      expected_rdf: the text is no query, with line, column and offset; limit_exceeded; unsupported_syntax: SERVICE, and an update, by name
+/// @par Errors      expected_rdf: the text is no query, with line, column and offset; limit_exceeded; unsupported_syntax: SERVICE, and an update, by
+///                  name; expected_iri: the base is not absolute
 /// @par Threads     any
 /// @par Implements  SPARQL 1.1 Query 18.2, 19
 Result<std::shared_ptr<const Query>> parse(std::string_view text, const ParseOptions& options);
