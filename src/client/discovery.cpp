@@ -25,7 +25,8 @@ const std::set<std::string_view>& predicates_to_skip() {
       vocab::rdf_::type.text, vocab::rdfs::seeAlso.text, vocab::rdfs::isDefinedBy.text, vocab::hybrit::blueprint.text,
       vocab::hybrit::subscriptions.text, vocab::hybrit::binding.text, vocab::hybrit::consumes.text, vocab::hybrit::produces.text,
       vocab::hybrit::onResource.text, vocab::lrt_::state.text, vocab::lrt_::all.text, vocab::lrt_::invocation.text, vocab::lrt_::invocationOf.text,
-      vocab::dcterms::conformsTo.text, vocab::http_core::requestURI.text, vocab::vom::unit.text, vocab::qudt::hasUnit.text, vocab::lrt_::session.text});
+      vocab::dcterms::conformsTo.text, vocab::http_core::requestURI.text, vocab::vom::unit.text, vocab::qudt::hasUnit.text, vocab::lrt_::session.text,
+      vocab::lrt_::query.text});
   return *all;
 }
 

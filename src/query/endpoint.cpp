@@ -225,13 +225,10 @@ class Endpoint final : public engine::QueryService {
     parsing.base = base;
     parsing.max_bytes = options_.max_text_bytes;
     parsing.max_depth = options_.max_depth;
+    parsing.from = std::move(default_graphs);
+    parsing.from_named = std::move(named_graphs);
     Result<std::shared_ptr<const Query>> parsed = query::parse(text, parsing);
     if (!parsed) return Unexpected{std::move(parsed).error()};
-    if (!default_graphs.empty() || !named_graphs.empty()) {
-      Query& dataset = const_cast<Query&>(**parsed);  // nobody else has it yet
-      dataset.from = std::move(default_graphs);
-      dataset.from_named = std::move(named_graphs);
-    }
     return std::shared_ptr<const engine::PreparedQuery>(std::make_shared<Prepared>(*std::move(parsed)));
   }
 

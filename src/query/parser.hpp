@@ -2,7 +2,9 @@
 
 #include <cstddef>
 #include <memory>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include <lrt/base/result.hpp>
 
@@ -17,6 +19,8 @@ struct ParseOptions {
   /// high: each OPTIONAL, MINUS and BIND of a group has what stands before it as a part.
   std::size_t max_depth = 64;
   std::size_t max_triples = 10'000;              ///< patterns of all groups and the template; a sequence path is several. More: limit_exceeded
+  /// The dataset, instead of what the query says: default graphs and named graphs (SPARQL 1.1 Protocol 2.1.4). Both empty: the query decides.
+  std::vector<std::string> from{}, from_named{};
   std::size_t max_term_bytes = 4 * 1024 * 1024;  ///< of IRIs and literals, written out, each time they occur; more: limit_exceeded
 };
 

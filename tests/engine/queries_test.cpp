@@ -383,6 +383,15 @@ TEST_CASE("a standing query that asks for the time is evaluated each second", "[
   CHECK(asked.events(channel).size() == 1);
 }
 
+TEST_CASE("the list of Things links to the endpoint", "[engine][query][R0.9]") {
+  Robot asked;
+  const Answer root = asked.bench.get("/");
+  CHECK(root.links_to("http://localhost/sparql", "https://w3id.org/lrt/ns#query"));
+  CHECK(root.body.find("lrt:query <http://localhost/sparql>") != std::string::npos);
+  Thing taken("sparql");
+  CHECK(asked.bench.engine.add(std::move(taken)).error().code == Errc::duplicate_path);
+}
+
 TEST_CASE("without a query service there is no endpoint", "[engine][query]") {
   Bench bench;
   CHECK(bench.get("/sparql?query=graphs").status == 404);

@@ -117,6 +117,7 @@ void add_subs(CommandLine& line);
 void add_blueprint(CommandLine& line);
 void add_validate(CommandLine& line);
 void add_generate(CommandLine& line);
+void add_query(CommandLine& line);
 void add_check(CommandLine& line);
 void add_completion(CommandLine& line);
 

@@ -59,6 +59,7 @@ void add_global_options(CommandLine& line) {
   add_blueprint(line);
   add_validate(line);
   add_generate(line);
+  add_query(line);
   add_check(line);
   add_completion(line);
 }

@@ -495,6 +495,7 @@ LRT_TERM(lrt, latest);
 LRT_TERM(lrt, queue);
 LRT_TERM(lrt, queueLength);
 LRT_TERM(lrt, minimumInterval);
+LRT_TERM(lrt, query);
 LRT_TERM(lrt, session);
 LRT_TERM(lrt, secret);
 LRT_TERM(lrt, delivered);

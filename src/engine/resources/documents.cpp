@@ -26,6 +26,7 @@ void RootResource::describe(const Description& d) const {
   about.add(vocab::dcterms::title, rdf::literal(title));
   about.link(vocab::rdfs::seeAlso, d.base + terms_).link(vocab::rdfs::seeAlso, d.base + VocabularyResource::location);
   if (!registry_.roots().empty()) about.link(vocab::lrt_::all, d.base + all_.path);
+  if (!query_.empty()) about.link(vocab::lrt_::query, d.base + query_);
   for (const ActionResource* stop : stops()) {
     about.link(vocab::lrt_::stop, d.base + stop->path);
     describe_types_of(*stop, d);
@@ -58,6 +59,7 @@ void RootResource::overview(Overview& o) const {
 
 void RootResource::link_related(http::LinkWriter& links, const std::string& base) const {
   if (!session_.empty()) links.add(base + session_, vocab::lrt_::session.text);
+  if (!query_.empty()) links.add(base + query_, vocab::lrt_::query.text);
   if (registry_.roots().empty()) return;
   links.add(base + all_.path, "related");
   links.add(base + all_.path, vocab::lrt_::all.text);

@@ -14,8 +14,9 @@ class ActionResource;
 class RootResource final : public Resource {
  public:
   /// @param session  path of the session; empty: nobody can log in
-  RootResource(const Registry& registry, std::string terms, const Resource& all, std::string session)
-      : Resource("/", nullptr), registry_(registry), terms_(std::move(terms)), all_(all), session_(std::move(session)) {}
+  /// @param query    path of the endpoint of queries; empty: there is none
+  RootResource(const Registry& registry, std::string terms, const Resource& all, std::string session, std::string query)
+      : Resource("/", nullptr), registry_(registry), terms_(std::move(terms)), all_(all), session_(std::move(session)), query_(std::move(query)) {}
   void describe(const Description& d) const override;
   void describe_types(About& about, const Description& d) const override;
   std::string_view kind() const noexcept override { return "root"; }
@@ -31,7 +32,7 @@ class RootResource final : public Resource {
   const Registry& registry_;
   const std::string terms_;
   const Resource& all_;  ///< all Things as one document
-  const std::string session_;
+  const std::string session_, query_;
 };
 
 /// "/ns/lrt": the terms of lrt, and those of hybrit that it uses.
