@@ -206,7 +206,7 @@ class Grammar : Lexer {
   rdf::Names<Variable> template_labels_;
   std::size_t basic_pattern_ = 0, last_basic_pattern_ = 0;  // the one that triples belong to now; the last number given
 
-  rdf::Graph terms_;  // the constants, to find those that are there already
+  rdf::Graph terms_;                                // the constants, to find those that are there already
   std::vector<std::optional<Constant>> constants_;  // of its terms
   std::optional<Constant> type_, first_, rest_, nil_;
 
