@@ -154,6 +154,7 @@ TEST_CASE("other paths keep their form, with inverses at the links", "[query]") 
   CHECK(path(":a*") == "[?x :a* ?y]");
   CHECK(path(":a?/:b+") == "[?x :a? _2. _2 :b+ ?y]");
   CHECK(path("^:a*") == "[?x ^:a* ?y]");
+  CHECK(path("^(:a/^(:b/:c)/^:d)*") == "[?x (:d/:b/:c/^:a)* ?y]");
   CHECK(path("^(:a|:b/:c)+") == "[?x (^:a|(^:c/^:b))+ ?y]");
   CHECK(path("((:a?)*)+") == "[?x :a?*+ ?y]");
   CHECK(path("(:a|(:b|:c))*") == "[?x (:a|:b|:c)* ?y]");
@@ -439,6 +440,8 @@ TEST_CASE("each limit of a query is an option", "[query]") {
   options.max_triples = 3;
   CHECK(code("ASK { ?x <u:p>/<u:q> 1; a ?y }", options) == "read");
   CHECK(code("ASK { ?x <u:p>/<u:q> 1, 2 }", options) == "limit_exceeded");
+  CHECK(code("SELECT * { ?x ?y ?z }", options) == "read");
+  CHECK(code("SELECT * { { SELECT * { ?x ?y 1 } } }", options) == "limit_exceeded");
   options = {};
   options.max_term_bytes = 20;
   CHECK(code("ASK { ?x <u:p> '12345678901234567' }", options) == "read");
