@@ -32,7 +32,7 @@ struct Node {
   bool is_variable() const noexcept { return kind == Kind::variable; }
 };
 
-/// A property path (SPARQL 9). `link` is a predicate alone.
+/// A property path (SPARQL 9). `link` is a predicate alone. The parser writes ^ only in front of links.
 struct Path {
   enum class Kind : std::uint8_t { link, inverse, sequence, alternative, zero_or_more, one_or_more, zero_or_one, negated };
   Kind kind = Kind::link;
@@ -44,12 +44,14 @@ struct Path {
 /// A triple pattern, or a property path pattern.
 struct TriplePattern {
   Node subject, predicate, object;
-  std::unique_ptr<Path> path;  ///< instead of `predicate`; nullptr: there is none
+  /// Instead of `predicate`; nullptr: there is none. Neither a link, an inverse nor a sequence: the parser makes triples of these. One path may be
+  /// that of many triples.
+  std::shared_ptr<const Path> path{};
 };
 
 struct Pattern;
 
-/// The built-in calls of SPARQL 17.4 and the operators of 17.3.
+/// The built-in calls of SPARQL 17.4 and the operators of 17.3. `or_`, `and_` and the four of arithmetic take two or more arguments, from the left.
 enum class Operator : std::uint8_t {
   variable, constant,
   or_, and_, not_,
@@ -70,7 +72,7 @@ constexpr bool is_aggregate(Operator op) noexcept { return op >= Operator::count
 struct Expression {
   Operator op = Operator::constant;
   std::uint32_t index = 0;             ///< of the Variable or Constant; of a call: the Constant with its IRI
-  bool distinct = false;               ///< of an aggregate
+  bool distinct = false;               ///< of an aggregate, and of a call
   std::string separator{};             ///< of group_concat
   std::vector<Expression> arguments{};  ///< count without one: COUNT(*). `in` and `not_in`: the first is looked for in the others
   std::shared_ptr<const Pattern> pattern{};  ///< of exists and not_exists
@@ -151,6 +153,7 @@ struct Query {
   std::vector<std::string> variables;  ///< names without ? or $; a blank node of a pattern has an empty one, and no query selects it
   std::vector<rdf::Term> constants;
   rdf::Prefixes prefixes;              ///< those that it declares, for the syntaxes of CONSTRUCT and DESCRIBE
+  std::string base;                    ///< what IRI() resolves against: that of BASE or of the options; may be empty
 };
 
 }  // namespace lrt::query
