@@ -133,6 +133,9 @@ bool Grammar::select_query(Query& query, Part& visible, bool outermost) {
   if (!columns(query, places, all, visible.height) || (outermost && !dataset(query)) || !where_and_modifiers(query, where)) return false;
   if (all) {
     if (query.grouped) return fail(places.front(), "found SELECT * in a query with GROUP BY or an aggregate, expected the columns by name");
+    columns_ += where.scope.variables().size();
+    if (columns_ > options_.max_triples)
+      return exceeds(places.front(), "SELECT * of more than " + std::to_string(options_.max_triples) + " variables");
     for (const Variable variable : where.scope.variables()) query.columns.push_back({variable, std::nullopt});
   } else if (!check_columns(query, where.scope, places)) {
     return false;

@@ -153,10 +153,10 @@ class Grammar : Lexer {
   bool blank_label_node(Node& out);
   bool emit(const Node& subject, const Verb& verb, const Node& object);
   bool add(TriplePattern&& triple);
-  bool path(Path& out);
-  bool path_sequence(Path& out);
-  bool path_element(Path& out);
-  bool path_primary(Path& out);
+  bool path(Path& out, bool inverted);
+  bool path_sequence(Path& out, bool inverted);
+  bool path_element(Path& out, bool inverted);
+  bool path_primary(Path& out, bool inverted);
   bool negated_set(Path& out);
   bool negated_one(Path& out);
 
@@ -194,7 +194,7 @@ class Grammar : Lexer {
   const ParseOptions options_;
   rdf::BaseIri base_;
   std::shared_ptr<Query> query_;
-  std::size_t depth_ = 0, triples_ = 0, term_bytes_ = 0;
+  std::size_t depth_ = 0, triples_ = 0, columns_ = 0, term_bytes_ = 0;
 
   rdf::Names<std::size_t> prefixes_;  // indexes into query_->prefixes
   rdf::Names<Variable> variables_;
@@ -206,7 +206,7 @@ class Grammar : Lexer {
   rdf::Names<Variable> template_labels_;
   std::size_t basic_pattern_ = 0, last_basic_pattern_ = 0;  // the one that triples belong to now; the last number given
 
-  rdf::Graph terms_;  // the constants, to find those that are there already
+  rdf::Graph terms_;                                // the constants, to find those that are there already
   std::vector<std::optional<Constant>> constants_;  // of its terms
   std::optional<Constant> type_, first_, rest_, nil_;
 

@@ -16,27 +16,6 @@ std::unique_ptr<Pattern> make_pattern(Pattern::Kind kind) {
 
 bool is_empty(const Pattern& pattern) noexcept { return pattern.kind == Pattern::Kind::triples && pattern.triples.empty(); }
 
-/// The path from the end to the beginning, with ^ in front of links only.
-Path inverse(Path&& path) {
-  switch (path.kind) {
-    case Path::Kind::link: {
-      Path result;
-      result.kind = Path::Kind::inverse;
-      result.parts.push_back(std::move(path));
-      return result;
-    }
-    case Path::Kind::inverse: {
-      Path result = std::move(path.parts.front());
-      return result;
-    }
-    case Path::Kind::negated: std::swap(path.excluded, path.excluded_inverse); break;
-    case Path::Kind::sequence: std::reverse(path.parts.begin(), path.parts.end()); [[fallthrough]];
-    default:
-      for (Path& part : path.parts) part = inverse(std::move(part));
-  }
-  return std::move(path);
-}
-
 /// Adds a part to a sequence or alternative. Parts of the same kind become its own.
 void add_part(Path& whole, Path&& part) {
   if (part.kind != whole.kind) {
@@ -134,9 +113,7 @@ bool Grammar::element(Group& group) {
     group.filters.push_back(std::move(condition));
     return true;
   }
-  if (is_word("SERVICE")) {
-    return fail(token_.at, "SERVICE is not answered here: this endpoint does not query others", Errc::unsupported_syntax);
-  }
+  if (is_word("SERVICE")) { return fail(token_.at, "SERVICE is not answered here: this endpoint does not query others", Errc::unsupported_syntax); }
   const bool read = is_punctuation("{")       ? group_or_union(group)
                     : accept_word("OPTIONAL") ? optional(group)
                     : accept_word("MINUS")    ? minus(group)
@@ -325,7 +302,7 @@ bool Grammar::verb(Verb& out) {
     return true;
   }
   Path read;
-  if (target_.paths ? !path(read) : !type_or_iri(read.predicate)) return false;
+  if (target_.paths ? !path(read, false) : !type_or_iri(read.predicate)) return false;
   out.predicate = read.predicate;
   if (read.kind != Path::Kind::link) out.path = std::make_shared<const Path>(std::move(read));
   return true;
@@ -432,43 +409,44 @@ bool Grammar::blank_node_property_list(Node& out) {
   return accept("]") || (property_list(out) && require("]"));
 }
 
-// --- paths
+// --- paths: `inverted` paths lead from the end to the beginning, so that ^ comes to stand in front of links only
 
-bool Grammar::path(Path& out) {
+bool Grammar::path(Path& out, bool inverted) {
   const Nested nested(*this);
-  if (!nested.allowed() || !path_sequence(out)) return false;
+  if (!nested.allowed() || !path_sequence(out, inverted)) return false;
   if (!is_punctuation("|")) return true;
   Path whole;
   whole.kind = Path::Kind::alternative;
   add_part(whole, std::move(out));
   while (accept("|")) {
     Path next;
-    if (!path_sequence(next)) return false;
+    if (!path_sequence(next, inverted)) return false;
     add_part(whole, std::move(next));
   }
   out = std::move(whole);
   return true;
 }
 
-bool Grammar::path_sequence(Path& out) {
-  if (!path_element(out)) return false;
-  if (!is_punctuation("/")) return true;
-  Path whole;
-  whole.kind = Path::Kind::sequence;
-  add_part(whole, std::move(out));
+bool Grammar::path_sequence(Path& out, bool inverted) {
+  std::vector<Path> parts(1);
+  if (!path_element(parts.back(), inverted)) return false;
   while (accept("/")) {
-    Path next;
-    if (!path_element(next)) return false;
-    add_part(whole, std::move(next));
+    if (!path_element(parts.emplace_back(), inverted)) return false;
   }
-  out = std::move(whole);
+  if (parts.size() == 1) {
+    out = std::move(parts.front());
+    return true;
+  }
+  if (inverted) std::reverse(parts.begin(), parts.end());
+  out.kind = Path::Kind::sequence;
+  for (Path& part : parts) add_part(out, std::move(part));
   return true;
 }
 
 /// PathEltOrInverse: ^ binds weaker than * + and ?.
-bool Grammar::path_element(Path& out) {
-  const bool inverted = accept("^");
-  if (!path_primary(out)) return false;
+bool Grammar::path_element(Path& out, bool inverted) {
+  if (accept("^")) inverted = !inverted;
+  if (!path_primary(out, inverted)) return false;
   const bool many = is_punctuation("*"), some = is_punctuation("+");
   if (many || some || is_punctuation("?")) {
     Path repeated;
@@ -477,15 +455,20 @@ bool Grammar::path_element(Path& out) {
     out = std::move(repeated);
     advance();
   }
-  if (inverted) out = inverse(std::move(out));
   return true;
 }
 
-bool Grammar::path_primary(Path& out) {
-  if (accept("(")) return path(out) && require(")");
-  if (accept("!")) return negated_set(out);
+bool Grammar::path_primary(Path& out, bool inverted) {
+  if (accept("(")) return path(out, inverted) && require(")");
+  if (accept("!")) {
+    if (!negated_set(out)) return false;
+    if (inverted) std::swap(out.excluded, out.excluded_inverse);
+    return true;
+  }
   if (!starts_iri() && !(is(Token::Kind::word) && token_.text == "a")) return expected("a property path");
-  return type_or_iri(out.predicate);
+  if (!inverted) return type_or_iri(out.predicate);
+  out.kind = Path::Kind::inverse;
+  return type_or_iri(out.parts.emplace_back().predicate);
 }
 
 bool Grammar::negated_set(Path& out) {

@@ -16,8 +16,7 @@ std::pair<char32_t, std::size_t> codepoint_escape(std::string_view text, std::si
     if (!detail::is(text[i], detail::hex)) return {0, 0};
     value = value * 16 + detail::hex_value(text[i]);
   }
-  return value > 0x10FFFF || (value >= 0xD800 && value <= 0xDFFF) ? std::pair<char32_t, std::size_t>{0, 0}
-                                                                  : std::pair{value, length};
+  return value > 0x10FFFF || (value >= 0xD800 && value <= 0xDFFF) ? std::pair<char32_t, std::size_t>{0, 0} : std::pair{value, length};
 }
 
 bool is_in_names(char32_t c) noexcept {
@@ -47,15 +46,12 @@ Source::Source(std::string_view text) : original_(text) {
 }
 
 Unexpected Source::error_at(std::size_t offset, const std::string& sentence, Errc code) const {
-  const auto behind = std::upper_bound(shifts_.begin(), shifts_.end(), offset,
-                                       [](std::size_t at, const auto& shift) { return at < shift.first; });
+  const auto behind = std::upper_bound(shifts_.begin(), shifts_.end(), offset, [](std::size_t at, const auto& shift) { return at < shift.first; });
   if (behind != shifts_.begin()) offset = std::prev(behind)->second + (offset - std::prev(behind)->first);
   return rdf::misread(original_, offset, sentence, code);
 }
 
-bool Lexer::is_word(std::string_view word) const noexcept {
-  return token_.kind == Token::Kind::word && detail::iequals_ascii(token_.text, word);
-}
+bool Lexer::is_word(std::string_view word) const noexcept { return token_.kind == Token::Kind::word && detail::iequals_ascii(token_.text, word); }
 
 bool Lexer::accept(std::string_view punctuation) {
   if (!is_punctuation(punctuation)) return false;
@@ -67,9 +63,7 @@ bool Lexer::accept_word(std::string_view word) {
   advance();
   return true;
 }
-bool Lexer::require(std::string_view punctuation) {
-  return accept(punctuation) || expected(("'" + std::string(punctuation) + "'").c_str());
-}
+bool Lexer::require(std::string_view punctuation) { return accept(punctuation) || expected(("'" + std::string(punctuation) + "'").c_str()); }
 bool Lexer::require_word(std::string_view word) { return accept_word(word) || expected(std::string(word).c_str()); }
 
 /// Whether the '<' at this place begins an IRIREF: the longest token wins over an operator.
@@ -121,8 +115,7 @@ void Lexer::advance() {
   if (c == ':' || terminal::is(c, terminal::name_start) || !terminal::is_ascii(c)) return read_name();
   token_.kind = Token::Kind::punctuation;
   const char next = peek(1);
-  const bool two = (c == '&' && next == '&') || (c == '|' && next == '|') || (c == '^' && next == '^') ||
-                   (next == '=' && detail::contains("!<>", c));
+  const bool two = (c == '&' && next == '&') || (c == '|' && next == '|') || (c == '^' && next == '^') || (next == '=' && detail::contains("!<>", c));
   if (!two && !detail::contains("{}()[].,;*/+-=<>!^|", c)) {
     Terminals::expected("a token of SPARQL", at_);
     return invalid();

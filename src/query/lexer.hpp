@@ -61,9 +61,7 @@ class Lexer : protected rdf::Terminals {
   void advance();
 
   bool is(Token::Kind kind) const noexcept { return token_.kind == kind; }
-  bool is_punctuation(std::string_view text) const noexcept {
-    return token_.kind == Token::Kind::punctuation && token_.text == text;
-  }
+  bool is_punctuation(std::string_view text) const noexcept { return token_.kind == Token::Kind::punctuation && token_.text == text; }
   /// @param word  in capitals
   bool is_word(std::string_view word) const noexcept;
   /// Goes on if the token is this one.

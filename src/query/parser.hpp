@@ -16,7 +16,9 @@ struct ParseOptions {
   /// Groups, brackets, paths and queries in each other; more: limit_exceeded. No pattern or expression of the algebra is more than four times as
   /// high: each OPTIONAL, MINUS and BIND of a group has what stands before it as a part.
   std::size_t max_depth = 64;
-  std::size_t max_triples = 10'000;              ///< patterns of all groups and the template; a sequence path is several. More: limit_exceeded
+  /// Patterns of all groups and the template; a sequence path is several. Also, apart from them, of the variables that each `SELECT *` stands for.
+  /// More: limit_exceeded.
+  std::size_t max_triples = 10'000;
   std::size_t max_term_bytes = 4 * 1024 * 1024;  ///< of IRIs and literals, written out, each time they occur; more: limit_exceeded
 };
 

@@ -184,7 +184,8 @@ bool is_abbreviated(const TermView& term) noexcept {
   if (point) text.remove_prefix(1);
   const std::size_t fraction = point ? digits() : 0;
   if (term.datatype == vocab::xsd::decimal.text) return point && fraction != 0 && text.empty();
-  if (term.datatype != vocab::xsd::double_.text || whole + fraction == 0 || text.empty() || (text.front() != 'e' && text.front() != 'E')) return false;
+  if (term.datatype != vocab::xsd::double_.text || whole + fraction == 0 || text.empty() || (text.front() != 'e' && text.front() != 'E'))
+    return false;
   text.remove_prefix(1);
   if (!text.empty() && (text.front() == '+' || text.front() == '-')) text.remove_prefix(1);
   return digits() != 0 && text.empty();

@@ -59,9 +59,11 @@ TEST_CASE("solutions are written in XML", "[query]") {
 <sparql xmlns="http://www.w3.org/2005/sparql-results#">
 <head><variable name="x"/><variable name="y"/></head>
 <results>
-<result><binding name="x"><uri>http://e/a?b&amp;c</uri></binding><binding name="y"><literal>say &quot;a, b&quot;\&#10;&#9;&lt;&amp;&gt;</literal></binding></result>
+<result><binding name="x"><uri>http://e/a?b&amp;c</uri></binding>)"
+                                                    R"(<binding name="y"><literal>say &quot;a, b&quot;\&#10;&#9;&lt;&amp;&gt;</literal></binding></result>
 <result><binding name="y"><literal xml:lang="de">grüß</literal></binding></result>
-<result><binding name="x"><bnode>b0</bnode></binding><binding name="y"><literal datatype="http://www.w3.org/2001/XMLSchema#decimal">1.50</literal></binding></result>
+<result><binding name="x"><bnode>b0</bnode></binding>)"
+                                                    R"(<binding name="y"><literal datatype="http://www.w3.org/2001/XMLSchema#decimal">1.50</literal></binding></result>
 <result></result>
 </results>
 </sparql>
@@ -85,8 +87,7 @@ TEST_CASE("a character that XML does not have is an error that names the cell", 
 }
 
 TEST_CASE("solutions are written in CSV", "[query]") {
-  CHECK(*write(table(), ResultFormat::csv) ==
-        "x,y\r\nhttp://e/a?b&c,\"say \"\"a, b\"\"\\\n\t<&>\"\r\n,gr\xC3\xBC\xC3\x9F\r\n_:b0,1.50\r\n,\r\n");
+  CHECK(*write(table(), ResultFormat::csv) == "x,y\r\nhttp://e/a?b&c,\"say \"\"a, b\"\"\\\n\t<&>\"\r\n,gr\xC3\xBC\xC3\x9F\r\n_:b0,1.50\r\n,\r\n");
   CHECK(in_one_cell(literal("a\rb"), ResultFormat::csv) == "x\r\n\"a\rb\"\r\n");
   CHECK(in_one_cell(literal(" a"), ResultFormat::csv) == "x\r\n\" a\"\r\n");
   CHECK(in_one_cell(literal(""), ResultFormat::csv) == "x\r\n\"\"\r\n");
@@ -103,7 +104,8 @@ TEST_CASE("solutions are written in TSV, with numbers as SPARQL has them", "[que
   for (const char* text : {"0", "-12", "+007"}) CHECK(cell(text, xsd::integer) == text);
   for (const char* text : {"1.5", "-.5", "+0.0"}) CHECK(cell(text, xsd::decimal) == text);
   for (const char* text : {"1e3", "1.5E-3", ".5e+1", "1.e1"}) CHECK(cell(text, xsd::double_) == text);
-  for (const char* text : {"", "-", "1.5", "1e3", " 1", "x"}) CHECK(cell(text, xsd::integer) == '"' + std::string(text) + "\"^^<" + std::string(xsd::integer.text) + ">");
+  for (const char* text : {"", "-", "1.5", "1e3", " 1", "x"})
+    CHECK(cell(text, xsd::integer) == '"' + std::string(text) + "\"^^<" + std::string(xsd::integer.text) + ">");
   for (const char* text : {"1", "1.", ".", "1e3"}) CHECK(cell(text, xsd::decimal).front() == '"');
   for (const char* text : {"1", "1.5", "e1", ".e1", "1e", "1e+", "INF", "NaN"}) CHECK(cell(text, xsd::double_).front() == '"');
   CHECK(cell("1", xsd::int_) == "\"1\"^^<http://www.w3.org/2001/XMLSchema#int>");

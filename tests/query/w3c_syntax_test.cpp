@@ -98,7 +98,8 @@ TEST_CASE("the parser judges every query of the W3C suites as they do", "[query]
     return;
   }
   Run run;
-  for (const char* name : {"manifest-sparql11-query.ttl", "manifest-sparql11-results.ttl", "sparql10/manifest-syntax.ttl", "sparql10/manifest-evaluation.ttl"}) {
+  for (const char* name :
+       {"manifest-sparql11-query.ttl", "manifest-sparql11-results.ttl", "sparql10/manifest-syntax.ttl", "sparql10/manifest-evaluation.ttl"}) {
     read_manifest(base + name, run);
   }
   INFO(run.good << " good, " << run.bad << " bad, " << run.evaluated << " evaluated");
