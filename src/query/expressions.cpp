@@ -32,11 +32,8 @@ bool compatible(const Value& a, const Value& b) noexcept {
 /// A text of the kind that the argument has.
 Value like(const Value& argument, std::string_view text) { return Value(std::string(text), argument.language); }
 
-/// The value without an exponent, "0.000125"; empty: NaN or infinite.
-std::string fixed(double value) {
-  if (!std::isfinite(value)) return {};
-  // Shortest digits with an exponent, which are then put at their places.
-  const std::string text = lexical::format(value);
+/// A number with an exponent, without it: "1.25e-04" is "0.000125".
+std::string placed(const std::string& text) {
   const std::size_t e = text.find('e');
   if (e == std::string::npos) return text;
   int exponent = std::stoi(text.substr(e + 1));
@@ -54,6 +51,29 @@ std::string fixed(double value) {
     digits.insert(digits.size() - places, 1, '.');
   }
   return (negative ? "-" : "") + digits;
+}
+
+/// The canonical form of XPath and XQuery Functions 3.1, 19.1.2: "1.5", "1.0E7", "-INF".
+std::string canonical(double value, bool single) {
+  const double magnitude = std::fabs(value);
+  std::string text = single ? lexical::format(static_cast<float>(value)) : lexical::format(value);
+  if (!std::isfinite(value)) return text;
+  if (value == 0) return std::signbit(value) ? "-0" : "0";
+  if (magnitude >= 1e-6 && magnitude < 1e6) return placed(text);
+  // One digit before the point.
+  const bool negative = text[0] == '-';
+  const std::size_t e = text.find('e');
+  int exponent = e == std::string::npos ? 0 : std::stoi(text.substr(e + 1));
+  std::string digits = text.substr(negative ? 1 : 0, (e == std::string::npos ? text.size() : e) - (negative ? 1 : 0));
+  const std::size_t point = std::min(digits.find('.'), digits.size());
+  exponent += static_cast<int>(point) - 1;
+  if (point < digits.size()) digits.erase(point, 1);
+  const std::size_t first = digits.find_first_not_of('0');
+  exponent -= static_cast<int>(first);
+  digits.erase(0, first);
+  while (digits.size() > 1 && digits.back() == '0') digits.pop_back();
+  return (negative ? "-" : "") + digits.substr(0, 1) + "." + (digits.size() > 1 ? digits.substr(1) : "0") + "E" +
+         std::to_string(exponent);
 }
 
 std::string_view trimmed(std::string_view text) noexcept {
@@ -458,8 +478,14 @@ Value Run::cast(std::string_view type, const Value& a) {
   const Datatype target = lexical::datatype_of(type);
   if (target == Datatype::unknown) return {};
   if (target == Datatype::string) {
-    auto text = operators.text_of(a);
-    return text ? Value(*std::move(text)) : Value();
+    if (a.failed || a.type == Type::blank) return {};
+    if (a.type == Type::boolean) return Value(std::string(a.truth ? "true" : "false"));
+    if (a.is_floating()) return Value(canonical(a.real, a.type == Type::float_));
+    std::string text = operators.text_of(a).value_or("");
+    if (a.is_number()) {
+      if (const auto number = Decimal::parse(text)) text = number->text();
+    }
+    return Value(std::move(text));
   }
   if (!a.is_literal() || a.type == Type::tagged) return {};
   const bool is_string = a.type == Type::string;
@@ -477,7 +503,7 @@ Value Run::cast(std::string_view type, const Value& a) {
       const Type kind = target == Datatype::integer ? Type::integer : Type::decimal;
       std::string digits;
       if (a.type == Type::boolean) digits = a.truth ? "1" : "0";
-      else if (a.is_floating()) digits = fixed(a.real);
+      else if (a.is_floating()) digits = std::isfinite(a.real) ? placed(lexical::format(a.real)) : std::string();
       else if (a.is_number()) digits = operators.text_of(a).value_or("");
       else if (is_string && (kind == Type::integer ? lexical::is_integer(text) : lexical::is_decimal(text))) digits = text;
       auto number = Decimal::parse(digits);

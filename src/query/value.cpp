@@ -184,10 +184,19 @@ std::optional<bool> Operators::equal(const Value& a, const Value& b) const {
   if (a.term != nothing && a.term == b.term) return true;
   if (!a.is_literal() || !b.is_literal()) return false;  // the same IRIs and blank nodes have the same number
   if (a.type == Type::tagged && b.type == Type::tagged) return a.text() == b.text() && a.language == b.language;
+  if (a.type == Type::tagged || b.type == Type::tagged) return false;
   if (const Order order = compare(a, b); order != Order::none) return order == Order::equal;
-  // Of datatypes that are not understood, different terms may have the same value.
-  if (a.type == Type::other || b.type == Type::other || (a.type == Type::date_time && b.type == Type::date_time))
-    return std::nullopt;
+  // Different terms of a datatype that is not understood may have the same value, and so may times of which one has no zone. Values of
+  // different datatypes that are understood are different.
+  const auto is_understood = [&](const Value& v) {
+    return v.type != Type::other || shacl::Comparable(terms_.term(v.term)).ordered();
+  };
+  if (!is_understood(a) || !is_understood(b)) return std::nullopt;
+  if (a.type != b.type) return false;
+  if (a.type != Type::other) return std::nullopt;
+  const rdf::TermView s = terms_.term(a.term), t = terms_.term(b.term);
+  const auto is_duration = [](const rdf::TermView& v) { return lexical::datatype_of(v.datatype) >= Datatype::duration; };
+  if (s.datatype == t.datatype || (is_duration(s) && is_duration(t))) return std::nullopt;
   return false;
 }
 

@@ -153,7 +153,7 @@ def of_graph(graph):
     boolean = graph.value(results[0], RS.boolean)
     if boolean is not None:
         return str(boolean) in ("true", "1")
-    solutions = sorted(graph.objects(results[0], RS.solution), key=lambda s: int(graph.value(s, RS.index) or 0))
+    solutions = sorted(graph.objects(results[0], RS.solution), key=lambda s: int(graph.value(s, RS["index"]) or 0))
     rows = []
     for solution in solutions:
         rows.append({str(graph.value(b, RS.variable)): term(graph.value(b, RS.value)) for b in graph.objects(solution, RS.binding)})
@@ -216,14 +216,6 @@ def equal_tables(expected, found, ordered, lax):
     return match(sorted(expected.rows, key=key), sorted(found.rows, key=key), False, {}, {})
 
 
-def csv_cells(table):
-    """Rows as CSV has them: texts, with blank nodes as such."""
-    rows = []
-    for row in table.rows:
-        rows.append({n: ("blank", t[1]) if t[0] == "blank" else ("text", t[1]) for n, t in row.items()})
-    return Table(table.variables, rows)
-
-
 def of_csv(text):
     lines = list(csv.reader(io.StringIO(text)))
     rows = []
@@ -280,13 +272,13 @@ def check(runner, manifest, entry):
     found = of_json(answer)
     if result.endswith((".ttl", ".rdf")):
         expected = of_graph(load(result))
-        ordered = ordered and (None, RS["index"], None) in load(result)
+        ordered = ordered and (None, RS["index"], None) in load(result)  # `RS.index` would be a function of texts
     else:
         with open(result, encoding="utf-8", newline="") as file:
             text = file.read().replace("\r\n", "\n")
         if result.endswith(".csv"):
             expected = of_csv(text)
-            plain = of_json.__globals__["json"].loads(answer)
+            plain = json.loads(answer)
             rows = []
             for binding in plain["results"]["bindings"]:
                 rows.append({n: ("blank" if v["type"] == "bnode" else "text", v["value"]) for n, v in binding.items() if v["value"] != ""})
@@ -326,14 +318,14 @@ def main():
         kinds = set(manifest.objects(entry, rdflib.RDF.type))
         if not kinds & {MF.QueryEvaluationTest, MF.CSVResultFormatTest}:
             continue
-        iri = path_of(entry)[len(suite) + 1:] if str(entry).startswith("file://") else str(entry)
+        iri = str(entry)
         if pattern not in iri:
             continue
         try:
             wrong = check(runner, manifest, entry)
         except Exception as error:  # one test must not hide the others
             wrong = repr(error)
-        folder = "sparql10" if iri.startswith("sparql10/") else "sparql11"
+        folder = "sparql10" if "/data-r2/" in iri else "sparql11"
         passed, failed = counts.get(folder, (0, 0))
         counts[folder] = (passed + (wrong is None), failed + (wrong is not None))
         total += 1
