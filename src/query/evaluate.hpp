@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include <lrt/base/result.hpp>
 #include <lrt/query/answer.hpp>
@@ -16,17 +18,31 @@ namespace lrt::query {
 /// What one evaluation may use. What it needs beyond that ends it with an error that names the limit and what was reached.
 struct Bounds {
   std::chrono::milliseconds time{2'000};
-  std::uint64_t steps = 50'000'000;         ///< triples matched, rows made, expressions evaluated
-  std::size_t rows = 100'000;               ///< of the answer; of CONSTRUCT and DESCRIBE: triples
-  std::size_t bytes = 64 * 1024 * 1024;     ///< of solutions and terms that are kept at once
+  std::uint64_t steps = 50'000'000;      ///< triples matched, rows made, expressions evaluated
+  std::size_t rows = 100'000;            ///< of the answer; of CONSTRUCT and DESCRIBE: triples
+  std::size_t bytes = 64 * 1024 * 1024;  ///< of solutions and terms that are kept at once
+};
+
+/// The graphs that a query reads, by name: default-graph-uri and named-graph-uri of the SPARQL Protocol. Unless both are empty they stand
+/// for FROM and FROM NAMED of the query. A name that the dataset does not have is an empty graph.
+struct Selection {
+  std::vector<std::string> default_graphs, named_graphs;
 };
 
 /// Evaluates a query on the graphs of one moment.
+///
+/// The default graph is the union of all graphs, and all are named, unless the query or the selection says which. DESCRIBE gives the triples
+/// with the resource as their subject, and those of the blank nodes that are their objects.
+///
+/// Integers and decimals are exact up to 100 digits; a quotient of decimals has 18 digits after the point or more. A regular expression has
+/// a bound on its work, and ends the query at it.
+///
 /// @param cancelled  looked at every few microseconds
 /// @param now        what NOW() gives
 /// @par Errors   timed_out, limit_exceeded: a bound; cancelled
 /// @par Threads  any number at once on one dataset that nothing changes
+/// @par Implements  SPARQL 1.1 Query 15 to 18
 Result<Answer> evaluate(const Query& query, const Dataset& dataset, const Bounds& bounds, const std::atomic<bool>& cancelled,
-                        std::chrono::system_clock::time_point now);
+                        std::chrono::system_clock::time_point now, const Selection* selection = nullptr);
 
 }  // namespace lrt::query

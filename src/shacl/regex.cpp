@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <new>
+#include <utility>
+#include <vector>
 
 #define PCRE2_CODE_UNIT_WIDTH 8
 #include <pcre2.h>
@@ -18,6 +20,8 @@ constexpr std::uint32_t match_limit = 100'000, depth_limit = 50'000, heap_limit_
 // What the searches with one Scratch may cost together, in steps: a reserve, and more for each search and byte of its subject. A match
 // without much backtracking takes some steps for each item of the pattern and start.
 constexpr std::size_t reserve_steps = 200'000, steps_of_search = 64, steps_of_byte = 8;
+// The groups that a replacement can name.
+constexpr std::uint32_t max_groups = 100;
 // So many characters of a repeated class cost one step.
 constexpr std::size_t characters_of_step = 16;
 
@@ -148,7 +152,7 @@ std::size_t max_minimum(std::string_view pattern) noexcept {
 
 /// The work of searches. PCRE2 calls `count` before each item of the pattern (PCRE2_AUTO_CALLOUT), at every start.
 struct Regex::Work {
-  Work() noexcept : data(pcre2_match_data_create(1, nullptr)), context(pcre2_match_context_create(nullptr)) {
+  Work() noexcept : data(pcre2_match_data_create(max_groups, nullptr)), context(pcre2_match_context_create(nullptr)) {
     if (!context) return;
     pcre2_set_match_limit(context, match_limit);
     pcre2_set_depth_limit(context, depth_limit);
@@ -231,25 +235,138 @@ Result<Regex> Regex::compile(std::string_view pattern, std::string_view flags, s
   pcre2_pattern_info(code, PCRE2_INFO_BACKREFMAX, &max_back_reference);
   regex.back_references_ = max_back_reference > 0;
   regex.unmoved_ = unmoved;
+  regex.literal_ = literal;
+  pcre2_pattern_info(code, PCRE2_INFO_CAPTURECOUNT, &regex.groups_);
   return regex;
 }
 
-Regex::Outcome Regex::search(std::string_view subject, Scratch& scratch, std::size_t& steps) const {
-  if (!scratch.work_) scratch.work_.reset(new Work);
-  Work* const work = scratch.work_.get();
-  if (!work->data || !work->context) throw std::bad_alloc();  // else the value would be refused
-  work->available += steps_of_search + subject.size() * steps_of_byte;
-  work->steps = 1 + subject.size() / (2 * characters_of_step);
-  work->limit = work->available;
-  work->last = 0;
-  work->unmoved = unmoved_;
-  work->back_references = back_references_;
+Regex::Work& Regex::Scratch::work() {
+  if (!work_) work_.reset(new Work);
+  if (!work_->data || !work_->context) throw std::bad_alloc();  // else the value would be refused
+  return *work_;
+}
+
+/// Searches from a byte on. The work that is done is in work.steps.
+int Regex::match(std::string_view subject, std::size_t at, Work& work) const {
+  work.limit = work.available;
+  work.last = at;
+  work.unmoved = unmoved_;
+  work.back_references = back_references_;
   const int result = pcre2_match(static_cast<const pcre2_code*>(code_.get()), reinterpret_cast<PCRE2_SPTR>(subject.data()),
-                                 subject.size(), 0, 0, work->data, work->context);
-  work->available -= std::min(work->available, work->steps);
-  steps += work->steps;
+                                 subject.size(), at, at == 0 ? 0 : PCRE2_NO_UTF_CHECK, work.data, work.context);
+  work.available -= std::min(work.available, work.steps);
+  return result;
+}
+
+Regex::Outcome Regex::search(std::string_view subject, Scratch& scratch, std::size_t& steps) const {
+  Work& work = scratch.work();
+  work.available += steps_of_search + subject.size() * steps_of_byte;
+  work.steps = 1 + subject.size() / (2 * characters_of_step);
+  const int result = match(subject, 0, work);
+  steps += work.steps;
   if (result >= 0) return Outcome::match;
   return result == PCRE2_ERROR_NOMATCH ? Outcome::no_match : Outcome::undecided;
+}
+
+Regex::Replaced Regex::replace(std::string_view subject, std::string_view replacement, std::size_t max_bytes, Scratch& scratch,
+                               std::size_t& steps, std::string& result) const {
+  // The parts of the replacement: texts, and the numbers of groups.
+  struct Part {
+    std::string text;
+    std::uint32_t group;
+  };
+  std::vector<Part> parts;
+  std::string text;
+  for (std::size_t at = 0; at < replacement.size(); ++at) {
+    const char c = replacement[at];
+    if (literal_ || (c != '\\' && c != '$')) {
+      text += c;
+      continue;
+    }
+    if (++at == replacement.size()) return Replaced::invalid;
+    const char next = replacement[at];
+    if (c == '\\') {
+      if (next != '\\' && next != '$') return Replaced::invalid;
+      text += next;
+      continue;
+    }
+    if (!lrt::detail::is_digit(next)) return Replaced::invalid;
+    // As many digits as there is such a group; the others are text.
+    auto group = static_cast<std::uint32_t>(next - '0');
+    while (at + 1 < replacement.size() && lrt::detail::is_digit(replacement[at + 1])) {
+      const std::uint32_t longer = group * 10 + static_cast<std::uint32_t>(replacement[at + 1] - '0');
+      if (longer > groups_) break;
+      group = longer;
+      ++at;
+    }
+    parts.push_back({std::move(text), group});
+    text.clear();
+  }
+
+  Work& work = scratch.work();
+  work.available += steps_of_search + subject.size() * steps_of_byte;
+  const auto search = [&](std::string_view in, std::size_t at) {
+    work.steps = 1 + (in.size() - at) / (2 * characters_of_step);
+    const int found = match(in, at, work);
+    steps += work.steps;
+    return found;
+  };
+  if (const int empty = search({}, 0); empty >= 0) return Replaced::invalid;
+  else if (empty != PCRE2_ERROR_NOMATCH) return Replaced::undecided;
+  result.clear();
+  std::size_t at = 0;
+  const auto append = [&](std::string_view more) {
+    if (more.size() > max_bytes - std::min(max_bytes, result.size())) return false;
+    result += more;
+    return true;
+  };
+  while (at < subject.size()) {
+    work.available += steps_of_search;
+    const int found = search(subject, at);
+    if (found == PCRE2_ERROR_NOMATCH) break;
+    if (found < 0) return Replaced::undecided;
+    const PCRE2_SIZE* const offsets = pcre2_get_ovector_pointer(work.data);
+    const std::size_t begin = offsets[0], end = offsets[1];
+    if (begin >= end || begin < at) return Replaced::invalid;  // matches the empty text, at a look-around
+    if (!append(subject.substr(at, begin - at))) return Replaced::too_long;
+    for (const Part& part : parts) {
+      if (!append(part.text)) return Replaced::too_long;
+      if (part.group > groups_ || part.group >= max_groups || (found != 0 && part.group >= static_cast<std::uint32_t>(found)))
+        continue;
+      const std::size_t from = offsets[2 * part.group], to = offsets[2 * part.group + 1];
+      if (from == PCRE2_UNSET || to < from) continue;
+      if (!append(subject.substr(from, to - from))) return Replaced::too_long;
+    }
+    if (!append(text)) return Replaced::too_long;
+    at = end;
+  }
+  return append(subject.substr(at)) ? Replaced::done : Replaced::too_long;
+}
+
+std::string to_case(std::string_view text, bool upper) {
+  // One expression for the process: it has no state, and is not freed.
+  static const pcre2_code* const everything = [] {
+    int error = 0;
+    PCRE2_SIZE offset = 0;
+    return pcre2_compile(reinterpret_cast<PCRE2_SPTR>(".+"), 2, PCRE2_UTF | PCRE2_UCP | PCRE2_DOTALL, &error, &offset, nullptr);
+  }();
+  if (!everything) throw std::bad_alloc();
+  const char* const replacement = upper ? "\\U$0" : "\\L$0";
+  std::string out(text.size() + text.size() / 2 + 16, '\0');  // some letters of the other case are longer by a byte
+  for (;;) {
+    PCRE2_SIZE size = out.size();
+    const int result = pcre2_substitute(everything, reinterpret_cast<PCRE2_SPTR>(text.data()), text.size(), 0,
+                                        PCRE2_SUBSTITUTE_EXTENDED | PCRE2_SUBSTITUTE_OVERFLOW_LENGTH, nullptr, nullptr,
+                                        reinterpret_cast<PCRE2_SPTR>(replacement), PCRE2_ZERO_TERMINATED,
+                                        reinterpret_cast<PCRE2_UCHAR*>(out.data()), &size);
+    if (result == PCRE2_ERROR_NOMEMORY && size > out.size()) {
+      out.resize(size);
+      continue;
+    }
+    if (result < 0) return std::string(text);
+    out.resize(size);
+    return out;
+  }
 }
 
 }  // namespace lrt::shacl

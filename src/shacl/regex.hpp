@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -30,6 +31,7 @@ class Regex {
 
    private:
     friend class Regex;
+    Work& work();
     std::unique_ptr<Work> work_;
   };
 
@@ -39,11 +41,26 @@ class Regex {
   /// @param steps  the cost of the search is added, in units of some tens of nanoseconds
   Outcome search(std::string_view subject, Scratch& scratch, std::size_t& steps) const;
 
+  enum class Replaced : unsigned char { done, invalid, too_long, undecided };
+  /// Replaces each match (XPath and XQuery Functions 3.1, 5.6.4). In the replacement $N stands for a group, $0 for the match, \$ and \\ for
+  /// themselves; with the flag q it is taken as it is.
+  /// @param result  the text; at most `max_bytes`
+  /// @return  invalid: the expression matches the empty text, or the replacement has another \ or $
+  Replaced replace(std::string_view subject, std::string_view replacement, std::size_t max_bytes, Scratch& scratch,
+                   std::size_t& steps, std::string& result) const;
+
  private:
   Regex() = default;
+  int match(std::string_view subject, std::size_t at, Work& work) const;
+
   std::shared_ptr<const void> code_;
+  bool literal_ = false;  // the flag q
+  std::uint32_t groups_ = 0;
   std::size_t unmoved_ = 0;       // characters that an item may read without moving the match over them
   bool back_references_ = false;  // an item may read the text of a group without moving
 };
+
+/// The text in upper or lower case, one character for one (Unicode's simple mapping, as PCRE2 knows it). @pre well-formed UTF-8
+std::string to_case(std::string_view text, bool upper);
 
 }  // namespace lrt::shacl

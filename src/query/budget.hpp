@@ -1,0 +1,67 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include <lrt/base/error.hpp>
+
+#include "src/query/evaluate.hpp"
+
+namespace lrt::query {
+
+/// Ends an evaluation from any depth. Thrown by Budget only, and caught by evaluate().
+struct Ended {
+  Error error;
+};
+
+/// What one evaluation has used of its bounds. Its functions throw Ended when a bound is reached.
+class Budget {
+ public:
+  Budget(const Bounds& bounds, const std::atomic<bool>& cancelled) noexcept
+      : bounds_(bounds), cancelled_(cancelled), end_(std::chrono::steady_clock::now() + bounds.time) {}
+  Budget(const Budget&) = delete;
+  Budget& operator=(const Budget&) = delete;
+
+  /// Counts steps. Every few microseconds it looks at the clock and at the cancellation.
+  void step(std::uint64_t count = 1) {
+    steps_ += count;
+    if (steps_ >= next_check_) check();
+  }
+  /// Steps for reading or writing so many bytes at once.
+  void work(std::size_t bytes) { step(1 + bytes / 64); }
+  /// Counts memory that is kept.
+  void take(std::size_t bytes) {
+    bytes_ += bytes;
+    if (bytes_ > bounds_.bytes) out_of_bytes();
+  }
+  void give(std::size_t bytes) noexcept { bytes_ -= std::min(bytes, bytes_); }
+  /// Refuses a text that would not fit, before it is made.
+  void expect(std::size_t bytes) {
+    if (bytes > bounds_.bytes - std::min(bytes_, bounds_.bytes)) out_of_bytes();
+  }
+  /// Counts a row, or a triple of a graph, of the answer.
+  void row() {
+    if (++rows_ > bounds_.rows) out_of_rows();
+  }
+  /// Looks at the clock and the cancellation now.
+  void check();
+  /// A regular expression needs more work than it may.
+  [[noreturn]] void out_of_search();
+
+ private:
+  [[noreturn]] void end(Errc code, const std::string& limit) const;
+  [[noreturn]] void out_of_bytes();
+  [[noreturn]] void out_of_rows();
+
+  const Bounds& bounds_;
+  const std::atomic<bool>& cancelled_;
+  std::chrono::steady_clock::time_point end_;
+  std::uint64_t steps_ = 0, next_check_ = 0;
+  std::size_t bytes_ = 0, rows_ = 0;
+};
+
+}  // namespace lrt::query
