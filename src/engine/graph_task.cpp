@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include <lrt/rdf/value_codec.hpp>
+
 #include "src/base/charset.hpp"
 #include "src/engine/resource.hpp"
 
@@ -68,10 +70,11 @@ BodyFault GraphTask::fault_of(model::GraphRefusal refusal) const {
     default: return {422, "the graph: " + refusal.message};
   }
   BodyFault fault{422};
-  fault.errors = body_errors(*refusal.report, {}, std::nullopt, nullptr, body.vocabulary);
-  for (BodyError& error : fault.errors) {
-    error.detail = with_base(std::move(error.detail), base);
-    error.value = with_base(std::move(error.value), base);
+  for (const shacl::ValidationResult& result : refusal.report->results()) {
+    std::string detail = rdf::to_string(result.focus.view());
+    if (!result.path.empty()) detail += " " + result.path.to_string();
+    for (const rdf::Term& message : result.messages) detail.append(": ").append(message.view().text);
+    fault.errors.push_back({{}, with_base(std::move(detail), base), {}, rdf::abbreviate(result.component.text)});
   }
   fault.report = std::move(refusal.report);
   return fault;

@@ -395,6 +395,10 @@ std::optional<http::Response> Representations::failed_precondition(const Context
   const bool if_match = request.find("If-Match").has_value(), if_none_match = request.find("If-None-Match").has_value();
   if (!if_match && !if_none_match) return std::nullopt;
   Resource& resource = *context.resource;
+  if (!resource.exists()) {
+    if (!if_match) return std::nullopt;
+    return responses_.problem(context, 412, "If-Match: there is no such resource yet");
+  }
   const std::string wanted = resource.for_write(request.joined("If-Match")), unwanted = resource.for_write(request.joined("If-None-Match"));
   bool matched = false, excluded = false;
   // Those that are kept first: the client probably has one of them, and to make the others of a large value takes time.

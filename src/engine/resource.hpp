@@ -167,9 +167,11 @@ class Resource {
   virtual http::Response respond(const Context& context, const Caller& caller, const Responses& responses);
   /// Its representations are known without user code, and nothing that would change them is under way.
   virtual bool is_up_to_date() const noexcept { return reads() == Reads::nothing; }
-  /// Bodies may be plain values, not only RDF.
+  /// False: it stands for one that a request may make, which has no representation yet.
+  virtual bool exists() const noexcept { return true; }
   /// POST stops the robot (Action::stop()).
   virtual bool is_stop() const noexcept { return false; }
+  /// Bodies may be plain values, not only RDF.
   virtual bool takes_plain_values() const noexcept { return false; }
   /// The fragment of the shape that judges its bodies, "rotation" or "actions/rotate/input".
   virtual std::string input_shape() const { return {}; }

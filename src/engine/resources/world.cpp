@@ -280,7 +280,7 @@ Input NewGraphResource::input(const EngineOptions& options) const { return world
 const std::string& NewGraphResource::path_of_rights() const noexcept { return world_.path; }
 
 Outcome NewGraphResource::put(Context& context, Parts& parts) {
-  if (context.request().find("If-Match")) return parts.responses.problem(context, 412, "If-Match: there is no graph yet");
+  if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
   return world_.make_graph(context, parts, world_.named_path(context.request().target, parts));
 }
 

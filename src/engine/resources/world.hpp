@@ -111,6 +111,7 @@ class NewGraphResource final : public Resource {
  public:
   NewGraphResource(WorldResource& its_world, std::string its_path);
   Methods methods() const noexcept override;
+  bool exists() const noexcept override { return false; }
   Outcome put(Context& context, Parts& parts) override;
   Outcome post(Context& context, Parts& parts) override { return put(context, parts); }
   Input input(const EngineOptions& options) const override;
