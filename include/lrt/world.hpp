@@ -32,11 +32,12 @@ struct GraphOptions {
   std::string shapes;
   bool clients_may_write = false;             ///< PUT, POST, PATCH and DELETE; the right to write is needed as well
   std::size_t max_triples = 100'000;          ///< a write that would leave more is refused (413)
-  std::size_t max_bytes = 16 * 1024 * 1024;   ///< the same of its IRIs and literals, each counted once; also of a request body
+  std::size_t max_bytes = 32 * 1024 * 1024;   ///< the same of its IRIs and literals, written out each time they occur; also of a request body
   /// Where the graph is kept over a restart: N-Triples with a first line of lrt. The file is replaced whole after each change, by a thread of
-  /// its own, so that it always has one state of the graph; what is published() is not in it. Empty: nowhere.
+  /// its own, so that it always has one state of the graph; what is published() is not in it. A file that was changed or cut off is kept beside as
+  /// FILE.damaged-1, the log says so, and the graph begins with `turtle`. One process writes a file at a time. Empty: nowhere.
   std::string file;
-  std::string turtle;                         ///< what the graph has at first, unless there is a file. Its base is the graph's IRI
+  std::string turtle;                         ///< what the graph has at first, unless a file was written. Its base is the graph's IRI
 };
 
 /// What clients may do with a World besides its graphs.

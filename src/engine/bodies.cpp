@@ -222,7 +222,7 @@ std::variant<GraphTask, http::Response> Bodies::graph_task(const Context& contex
   }
   const GraphOptions& options = state->options();
   task.body.limits = std::make_shared<const BodyLimits>(
-      BodyLimits{options.max_triples, std::max(options.max_bytes, options_.max_body_text_bytes), options_.max_list_members, options_.prefixes});
+      BodyLimits{options.max_triples, options.max_bytes, options_.max_list_members, options_.prefixes});
   task.body.here = view_.bases[context.base] + state->path();
   task.base = view_.bases[context.base];
   task.state = std::move(state);

@@ -31,12 +31,14 @@ rdf::Graph unmarked(const rdf::Graph& graph, const std::vector<bool>& marked) {
   return rest;
 }
 
+/// Of all terms, each time they occur: what writing the graph out takes.
 std::size_t text_bytes(const rdf::Graph& graph) {
   std::size_t bytes = 0;
-  for (std::size_t i = 0; i < graph.term_count(); ++i) {
-    const rdf::TermView term = graph.term(static_cast<rdf::TermId>(i));
-    bytes += term.text.size() + term.language.size();
-  }
+  for (const rdf::Triple& t : graph.triples())
+    for (const rdf::TermId id : {t.subject, t.predicate, t.object}) {
+      const rdf::TermView term = graph.term(id);
+      bytes += term.text.size() + term.datatype.size() + term.language.size();
+    }
   return bytes;
 }
 
@@ -305,7 +307,7 @@ std::optional<GraphRefusal> GraphState::judge(const rdf::Graph& graph) const {
     return GraphRefusal{Kind::too_large, "it would have " + std::to_string(graph.size()) + " triples; " + std::to_string(options_.max_triples) + " are allowed"};
   if (const std::size_t bytes = text_bytes(graph); bytes > options_.max_bytes)
     return GraphRefusal{Kind::too_large,
-                        "it would have " + std::to_string(bytes) + " bytes of IRIs and literals; " + std::to_string(options_.max_bytes) + " are allowed"};
+                        "it would have " + std::to_string(bytes) + " bytes of IRIs and literals, written out; " + std::to_string(options_.max_bytes) + " are allowed"};
   if (!shapes_) return std::nullopt;
   shacl::ValidateOptions limits;
   limits.max_results = max_violations;
