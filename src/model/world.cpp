@@ -129,6 +129,9 @@ WorldGraph World::graph(std::string_view path, GraphOptions options) {
   const std::string whole = "/" + spec_->path + "/" + *encoded;
   for (const auto& other : spec_->world->graphs)
     if (other->path() == whole) return fails({Errc::duplicate_path, "path \"" + whole.substr(1) + "\" is taken by another graph: choose another name"});
+  for (const auto& other : spec_->world->graphs)
+    if (!options.file.empty() && other->options().file == options.file)
+      return fails({Errc::invalid_option, "graph \"" + whole.substr(1) + "\": the file \"" + options.file + "\" is that of another graph"});
   if (options.title.empty()) options.title = std::string(path.substr(path.rfind('/') + 1));
   if (!options.shapes.empty()) shapes(options.shapes);
   auto state = model::GraphState::create(whole, std::move(options), std::string(base) + "/" + spec_->path + "/blueprint", spec_->handles);
