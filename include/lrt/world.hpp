@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -149,10 +150,11 @@ class WorldGraph {
   /// graph, and its triples, with the time, are also in the graph: `<#cup> predicate </world/map/cup>` and the value of </world/map/cup>. Before
   /// the first publish() neither is there. Clients cannot write it: what a body says of it is left out.
   ///
-  /// @param path  "cup", or "cup/pose" if the object has several values. The object is `<#cup>`: the first name.
+  /// @param path   "cup", or "cup/pose" if the object has several values. The object is `<#cup>`: the first name.
+  /// @param frame  of the numbers, as PropertyHandle::frame()
   /// @return      an empty handle if the path is not valid or taken; the server's log says so when the World is added
   template <class T>
-  PublishedObject<T> published(std::string_view path, Iri predicate, const Unit& unit = unit::none) {
+  PublishedObject<T> published(std::string_view path, Iri predicate, const Unit& unit = unit::none, const std::optional<Object>& frame = {}) {
     if constexpr (!std::is_default_constructible_v<T> || !std::is_copy_constructible_v<T> || !std::is_copy_assignable_v<T>) {
       static_assert(rdf::detail::always_false<T>, "lrt: values that are published need a default constructor and copies");
       return {};
@@ -160,6 +162,7 @@ class WorldGraph {
       auto spec = std::make_shared<model::PropertySpec>();
       spec->type = &rdf::traits<T>::type();
       spec->facets.unit(unit);
+      if (frame) spec->frame = std::make_unique<const Object>(*frame);
       auto slot = std::make_shared<model::Slot<T>>();
       spec->slot = slot;
       if (!add_published(spec, path, predicate)) return {};
