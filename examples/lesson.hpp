@@ -136,6 +136,16 @@ class Client {
     return shown("POST", path, turtle, fields);
   }
   Response remove(const std::string& path) { return shown("DELETE", path, {}, {}); }
+  /// PATCH in SPARQL 1.1 Update, with the prefixes declared.
+  Response patch(const std::string& path, const std::string& update) {
+    std::string declared = prefixes();
+    for (std::size_t at = 0; (at = declared.find("@prefix ", at)) != std::string::npos;) declared.replace(at, 8, "PREFIX ");
+    for (std::size_t at = 0; (at = declared.find("> .", at)) != std::string::npos;) declared.replace(at, 3, ">");
+    const std::string fields = "Content-Type: application/sparql-update\r\n";
+    const Response response = exchanged("PATCH", path, declared + update, fields);
+    print("PATCH", path, update, fields, response);
+    return response;
+  }
   Response options(const std::string& path, const std::string& fields = {}) { return shown("OPTIONS", path, {}, fields); }
   /// PUT with a body that is not Turtle.
   Response put_as(const std::string& type, const std::string& path, const std::string& body) {

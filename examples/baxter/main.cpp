@@ -1,4 +1,5 @@
 // Baxter's right arm as Linked Robotic Things: a 1 kHz control loop that also polls the server. right_arm.urdf describes the arm.
+// /world has what it sees, a table and two boxes, and a list of tasks that clients may change.
 //
 //   baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]... [--cors ORIGIN]... [--allowed-origin ORIGIN]... [--demo]
 //          [--allow-callback HOST]... [--subscriptions FILE] [--transport NAME] [--tls DIR] [--tokens FILE]
@@ -9,7 +10,7 @@
 // --allowed-host HOST     a further name of the robot that requests may have, with or without a port
 // --cors ORIGIN           pages of this origin may read the robot in a browser; "*": all pages
 // --allowed-origin ORIGIN pages of this origin may send commands and watch; with tokens, if they have one
-// --demo                  the arm moves by itself
+// --demo                  the arm moves by itself, and somebody pushes a box
 // --allow-callback HOST   a further receiver of web callbacks: a name, an address or a network, with or without a port
 // --subscriptions FILE    stores web callbacks across restarts
 // --transport NAME        http or libwebsockets, if it is built
@@ -31,10 +32,14 @@
 #include <thread>
 #include <vector>
 
+#ifdef BAXTER_HAS_QUERY
+#include <lrt/query.hpp>
+#endif
 #include <lrt/server_thing.hpp>
 #include <lrt/transport/named.hpp>
 
 #include "examples/baxter/linked_arm.hpp"
+#include "examples/baxter/surroundings.hpp"
 
 namespace {
 
@@ -59,6 +64,9 @@ int main(int argc, char** argv) {
   lrt::Options options;
   std::vector<std::string>& callbacks = options.callbacks.allow;
   callbacks = {"127.0.0.0/8", "::1"};  // this machine only, and the hosts of --allow-callback
+#ifdef BAXTER_HAS_QUERY
+  options.query = lrt::query::endpoint();  // SPARQL at /sparql
+#endif
   bool demo = false, metrics = false;
   for (int i = 1; i < argc; ++i) {
     const std::string arg = argv[i];
@@ -120,6 +128,8 @@ int main(int argc, char** argv) {
   auto server = lrt::Server::create(options);
   if (!server) return failed(server.error());
   if (auto added = linked.add_to(*server); !added) return failed(added.error());
+  baxter::Surroundings surroundings;
+  if (auto added = surroundings.add_to(*server); !added) return failed(added.error());
   if (metrics)
     if (auto added = server->add(lrt::server_thing(*server)); !added) return failed(added.error());
 
@@ -129,7 +139,8 @@ int main(int argc, char** argv) {
   std::printf("Baxter's right arm is at %s (Ctrl-C ends)\n", server->url().c_str());
   std::fflush(stdout);
 
-  auto next = std::chrono::steady_clock::now();
+  const auto began = std::chrono::steady_clock::now();
+  auto next = began;
   while (!interrupted) {
     if (hung_up) {
       hung_up = 0;
@@ -138,6 +149,7 @@ int main(int argc, char** argv) {
     if (demo) demonstrate(arm);
     arm.step();
     linked.publish();
+    surroundings.publish(std::chrono::duration<double>(next - began).count(), demo);
     server->poll();
     next += std::chrono::milliseconds(1);
     std::this_thread::sleep_until(next);

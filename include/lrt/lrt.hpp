@@ -12,3 +12,4 @@
 #include <lrt/server_thing.hpp>
 #include <lrt/thing.hpp>
 #include <lrt/version.hpp>
+#include <lrt/world.hpp>

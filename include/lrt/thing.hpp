@@ -152,10 +152,13 @@ class Thing {
   /// The path in percent-encoded form.
   const std::string& path() const noexcept;
 
+  /// For the engine and the server: what it has as a World; nullptr: it is no World.
+  const model::WorldSpec* world() const noexcept { return spec_ ? spec_->world.get() : nullptr; }
   /// For the engine: moves the description out. The thing is empty afterwards.
   std::unique_ptr<model::ThingSpec> release() && noexcept { return std::move(spec_); }
 
  private:
+  friend class World;
   std::shared_ptr<model::PropertySpec> new_property(std::string_view path, const rdf::Type& type, const Unit& unit);
   std::shared_ptr<model::ActionSpec> new_action(std::string_view path);
   std::shared_ptr<model::CollectionSpec> new_collection(std::string_view path, const rdf::Type& type);

@@ -14,7 +14,7 @@ using security::Rights;
 Rights Audience::rights(const Resource& resource) const {
   if (!view) return Rights::all();
   if (!resource.is_shown_to(*this)) return {};
-  const Rights given = view->at(resource.path);
+  const Rights given = view->at(resource.path_of_rights());
   return resource.thing || !sees_something() ? given : given | Right::read;
 }
 

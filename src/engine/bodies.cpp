@@ -1,5 +1,6 @@
 #include "src/engine/bodies.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include <lrt/base/media_type.hpp>
@@ -21,8 +22,12 @@ bool takes_octets(const Context& context, const rdf::Type* value) {
 }
 
 std::string accepted_types(const Context& context, const rdf::Type* value) {
+  if (context.request().method == "PATCH") return std::string(update_type);
   return readable_types(value != nullptr) + (takes_octets(context, value) ? ", " + std::string(rdf::media_type(rdf::Plain::octets)) : "");
 }
+
+/// A graph of more triples is changed by a BodyJob, whatever the size of the body.
+constexpr std::size_t small_graph = 500;
 
 bool is_text(std::optional<rdf::Plain> format) noexcept { return format != rdf::Plain::cbor && format != rdf::Plain::octets; }
 
@@ -88,6 +93,10 @@ std::optional<http::Response> Bodies::set_shapes(const Context& context, BodyTas
 http::Response Bodies::not_accepted(const Context& context, const rdf::Type* value, const std::string& detail) const {
   const std::string types = accepted_types(context, value);
   http::Response response = responses_.problem(context, 415, "Content-Type: " + detail);
+  if (context.request().method == "PATCH") {
+    response.fields.set("Accept-Patch", types);  // RFC 5789 2.2
+    return response;
+  }
   response.fields.set("Accept", types);  // RFC 9110 15.5.16
   if (context.request().method == "POST") response.fields.set("Accept-Post", types);
   return response;
@@ -110,9 +119,11 @@ std::variant<Bodies::Format, http::Response> Bodies::format_of(const Context& co
   if (!content_type) return unsupported("none");
   const Result<MediaType> type = MediaType::parse(*content_type);
   if (!type || request.count("Content-Type") > 1) return unsupported("\"" + request.joined("Content-Type") + "\"");
-  Format format{rdf::syntax_of(type->essence()), std::nullopt, {}};
+  const bool is_patch = request.method == "PATCH";
+  if (is_patch && type->essence() != update_type) return unsupported(type->essence());
+  Format format{is_patch ? std::nullopt : rdf::syntax_of(type->essence()), std::nullopt, {}};
   if (value && !format.syntax) format.plain = rdf::plain_of(*type);
-  if (!format.syntax && (!format.plain || (*format.plain == rdf::Plain::octets && !takes_octets(context, value)))) {
+  if (!is_patch && !format.syntax && (!format.plain || (*format.plain == rdf::Plain::octets && !takes_octets(context, value)))) {
     const bool is_form = value && type->essence() == "application/x-www-form-urlencoded";
     return unsupported(type->essence() + (is_form ? ", which curl -d sends; add -H 'Content-Type: application/json'" : ""));
   }
@@ -145,29 +156,39 @@ std::variant<BodyTask, http::Response> Bodies::task_for(const Context& context, 
 Bodies::Read Bodies::judge(Context& context, BodyTask task) {
   const std::size_t bytes = task.text.size();
   if (!options_.body_jobs || bytes <= options_.small_body_bytes) return as_read(context, task.judge());
+  auto owner = own_text(context, task.text);
+  return defer(context, bytes, [task = std::move(task), owner = std::move(owner)] { return task.judge(); }, false);
+}
+
+/// Keeps the text of a body beyond the call that it came with.
+std::shared_ptr<const void> Bodies::own_text(const Context& context, std::string_view& text) const {
+  if (context.request().body_owner) return context.request().body_owner;
+  const auto copy = std::make_shared<const std::string>(text);
+  text = *copy;
+  return copy;
+}
+
+/// Has a body judged by a BodyJob.
+/// @param writes  the work changes something: once it has begun, the request is carried out
+Bodies::Read Bodies::defer(Context& context, std::size_t bytes, Work work, bool writes) {
   const std::string client = client_key(context.request().peer);
   const auto known = waiting_by_client_.find(client);
   const std::size_t of_client = known == waiting_by_client_.end() ? 0 : known->second;
   if (waiting_bytes_ + bytes > options_.max_waiting_body_bytes || of_client + bytes > options_.max_waiting_body_bytes / 4) return too_many(context);
-  const auto ticket = pending_.defer(context, options_.host_timeout, [this](Ticket late, Context& c, bool) { pending_.respond(late, too_many(c)); },
-                                     Dispatch::io_thread);
+  const auto late = [this, writes](Ticket ticket, Context& c, bool runs) {
+    pending_.respond(ticket, runs && writes ? responses_.no_content(c, 202) : too_many(c));
+  };
+  const auto ticket = pending_.defer(context, options_.host_timeout, late, Dispatch::io_thread);
   if (!ticket) return too_many(context);
   // All memory that the way back takes is there before the job.
   struct Judging {
     CancelToken token;
-    std::shared_ptr<const void> owner;  ///< of the text
-    BodyTask task;
+    Work work;
     JudgedBody judged = BodyFault{500, "the server failed"};
     bool ran = false;
   };
   auto judging = std::make_shared<Judging>();
-  judging->owner = context.request().body_owner;
-  judging->task = std::move(task);
-  if (!judging->owner) {
-    const auto copy = std::make_shared<const std::string>(judging->task.text);
-    judging->task.text = *copy;
-    judging->owner = copy;
-  }
+  judging->work = std::move(work);
   Inbox::Reserved reply = Inbox::reserve([this, ticket = *ticket, client, bytes, judging](TimePoint now) {
     ended(client, bytes);
     Context* const kept = judging->ran ? pending_.resume(ticket, now) : nullptr;
@@ -179,16 +200,45 @@ Bodies::Read Bodies::judge(Context& context, BodyTask task) {
   jobs_.push_back({client, bytes, [judging, inbox = calls_.inbox(), reply = std::move(reply)]() mutable {
     if (judging->token.take()) {
       judging->ran = true;
-      Result<JudgedBody> result = guarded<JudgedBody>([&]() -> Result<JudgedBody> { return judging->task.judge(); });
+      Result<JudgedBody> result = guarded<JudgedBody>([&]() -> Result<JudgedBody> { return judging->work(); });
       if (result) judging->judged = *std::move(result);
     }
-    judging->task = {};
+    judging->work = {};
     inbox->put(std::move(reply));
   }});
   waiting += bytes;
   waiting_bytes_ += bytes;
   pending_.waits_for(*ticket, {judging, &judging->token});
   return Deferred{*ticket};
+}
+
+std::variant<GraphTask, http::Response> Bodies::graph_task(const Context& context, std::shared_ptr<model::GraphState> state) const {
+  GraphTask task;
+  task.is_update = context.request().method == "PATCH";
+  if (context.request().method != "DELETE") {
+    auto made = task_for(context, nullptr, {});
+    if (auto* response = std::get_if<http::Response>(&made)) return std::move(*response);
+    task.body = std::move(std::get<BodyTask>(made));
+  }
+  const GraphOptions& options = state->options();
+  task.body.limits = std::make_shared<const BodyLimits>(
+      BodyLimits{options.max_triples, options.max_bytes, options_.max_list_members, options_.prefixes});
+  task.body.here = view_.bases[context.base] + state->path();
+  task.base = view_.bases[context.base];
+  task.state = std::move(state);
+  return task;
+}
+
+Bodies::Read Bodies::change_graph(Context& context, GraphTask task) {
+  const std::size_t bytes = task.body.text.size();
+  const bool is_small = bytes <= options_.small_body_bytes && task.state->version().graph->size() <= small_graph;
+  // Never waits here for a write under way, which may run code of the user's.
+  if (!options_.body_jobs || is_small)
+    if (auto judged = task.carry_out(false)) return as_read(context, *std::move(judged));
+  if (!options_.body_jobs) return too_many(context);
+  auto owner = own_text(context, task.body.text);
+  const bool writes = !task.creates;
+  return defer(context, bytes, [task = std::move(task), owner = std::move(owner)]() mutable { return *task.carry_out(true); }, writes);
 }
 
 void Bodies::ended(const std::string& client, std::size_t bytes) noexcept {

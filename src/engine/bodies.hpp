@@ -19,6 +19,7 @@
 #include "src/engine/body_task.hpp"
 #include "src/engine/context.hpp"
 #include "src/engine/description.hpp"
+#include "src/engine/graph_task.hpp"
 #include "src/engine/host_calls.hpp"
 #include "src/engine/pending_requests.hpp"
 #include "src/engine/responses.hpp"
@@ -53,6 +54,13 @@ class Bodies {
   Read read_value(Context& context, const rdf::Type& type, const rdf::Facets& facets, std::shared_ptr<const void> owner);
   /// The node in a body that the rule finds and the input shape of the requested resource accepts.
   Read read_graph(Context& context, const FocusRule& focus);
+  /// What a request that changes a graph of a World has to do; the response if its body cannot be read.
+  std::variant<GraphTask, http::Response> graph_task(const Context& context, std::shared_ptr<model::GraphState> state) const;
+  /// Carries it out: here, or by a BodyJob.
+  Read change_graph(Context& context, GraphTask task);
+  /// What became of the change, when the request is handled again.
+  /// @pre Context::judged
+  Read changed_graph(Context& context) { return verdict(context); }
   /// A body of a resource that takes none: it may have any content that can be read, and is ignored.
   Read read_nothing(Context& context);
 
@@ -61,7 +69,11 @@ class Bodies {
  private:
   std::variant<BodyTask, http::Response> task_for(const Context& context, const rdf::Type* value, const rdf::Facets& facets) const;
   std::optional<http::Response> set_shapes(const Context& context, BodyTask& task) const;
+  /// Judges a body, on any thread.
+  using Work = UniqueFunction<JudgedBody()>;
   Read judge(Context& context, BodyTask task);
+  std::shared_ptr<const void> own_text(const Context& context, std::string_view& text) const;
+  Read defer(Context& context, std::size_t bytes, Work work, bool writes);
   Read verdict(Context& context);
   Read as_read(const Context& context, JudgedBody judged) const;
   http::Response not_accepted(const Context& context, const rdf::Type* value, const std::string& detail) const;

@@ -115,7 +115,7 @@ class Judge {
     Result<rdf::Graph> graph = rdf::read(text_, *task_.syntax, options);
     if (!graph) return BodyFault{graph.error().code == Errc::limit_exceeded ? 413 : 400, "body: " + graph.error().message};
     body_.graph = *std::move(graph);
-    accept_former_unit(body_.graph);
+    if (!task_.is_verbatim) accept_former_unit(body_.graph);
     return std::nullopt;
   }
 

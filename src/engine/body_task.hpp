@@ -18,6 +18,10 @@
 
 #include "src/engine/body_errors.hpp"
 
+namespace lrt::model {
+class GraphState;
+}
+
 namespace lrt::engine {
 
 /// A body that was accepted.
@@ -25,6 +29,7 @@ struct Body {
   rdf::Graph graph;                    ///< empty for a value without RDF that no shape judges
   std::optional<rdf::TermId> node{};   ///< that was judged
   rdf::Value value{};                  ///< null: the resource takes a graph, or the value is optional and missing
+  std::shared_ptr<model::GraphState> made_graph{};  ///< of a World, that the request has made
 };
 
 /// Why a body is refused.
@@ -71,6 +76,7 @@ struct BodyTask {
   std::string shape{};                    ///< IRI of the input shape
   bool completes = false;                 ///< the rules of completion hold; a shape of the user is taken literally
   const FocusRule* focus = nullptr;       ///< nullptr: the node that carries the value
+  bool is_verbatim = false;               ///< the triples are kept: none is added for older vocabularies
 
   JudgedBody judge() const;
 };

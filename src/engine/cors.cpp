@@ -9,7 +9,7 @@ namespace lrt::engine {
 namespace {
 
 constexpr std::string_view exposed =
-    "Accept-Post, Allow, Content-Location, Content-Range, ETag, Link, Location, Preference-Applied, Retry-After, Upgrade, "
+    "Accept-Patch, Accept-Post, Allow, Content-Location, Content-Range, ETag, Link, Location, Preference-Applied, Retry-After, Upgrade, "
     "Vary, WWW-Authenticate";
 constexpr std::string_view request_fields =
     "Accept, Authorization, Content-Type, If-Match, If-None-Match, Last-Event-ID, Link, Prefer, Range";
@@ -77,7 +77,7 @@ std::optional<http::Response> Cors::preflight(const http::Request& request) cons
   http::Response response;
   response.status = 204;
   response.fields.add("Access-Control-Allow-Methods",
-                      may_command(*origin) ? "GET, HEAD, OPTIONS, PUT, POST, DELETE" : "GET, HEAD, OPTIONS");
+                      may_command(*origin) ? "GET, HEAD, OPTIONS, PUT, POST, DELETE, PATCH" : "GET, HEAD, OPTIONS");
   response.fields.add("Access-Control-Allow-Headers", request_fields);
   response.fields.add("Access-Control-Max-Age", preflight_seconds);
   return response;

@@ -21,6 +21,9 @@ namespace {
 
 constexpr std::array<std::string_view, 7> known_methods = {"GET", "HEAD", "OPTIONS", "PUT", "POST", "DELETE", "PATCH"};
 
+/// Its body is judged by the resource.
+bool has_input(std::string_view method) noexcept { return method == "PUT" || method == "POST" || method == "PATCH"; }
+
 /// RFC 9110 9.2.1
 bool is_safe(std::string_view method) noexcept { return method == "GET" || method == "HEAD" || method == "OPTIONS"; }
 
@@ -76,6 +79,7 @@ class Engine::Impl {
   bool may_use_cookie(const Context& context) const;
   std::string_view local_path(std::string_view path) const;
   Result<Resource*> resource_at(std::string_view path) const;
+  Resource* new_graph(std::string_view path) const;
   std::optional<http::Response> find_resource(Context& context, const http::Target& target) const;
   std::optional<http::Response> read_page(Context& context, std::string_view query) const;
 };
@@ -152,7 +156,7 @@ Outcome Engine::Impl::route(Context& context, const Result<Caller>& caller) {
   if (!context.resource) {
     http::Response response;
     response.status = 204;
-    response.fields.add("Allow", "GET, HEAD, OPTIONS, PUT, POST, DELETE");
+    response.fields.add("Allow", "GET, HEAD, OPTIONS, PUT, POST, DELETE, PATCH");
     return response;
   }
   if (const http::Request& request = context.request(); !request.body.empty()) {
@@ -188,14 +192,15 @@ std::optional<http::Response> Engine::Impl::find(Context& context, const Result<
 bool Engine::Impl::is_allowed(const Context& context) const {
   const std::string_view method = context.request().method;
   const Methods allowed = context.resource->methods();
-  return is_safe(method) || (method == "PUT" && allowed.put) || (method == "POST" && allowed.post) || (method == "DELETE" && allowed.remove);
+  return is_safe(method) || (method == "PUT" && allowed.put) || (method == "POST" && allowed.post) || (method == "DELETE" && allowed.remove) ||
+         (method == "PATCH" && allowed.patch);
 }
 
 /// Without a method that is allowed there is no limit, because the response is 405.
 std::size_t Engine::Impl::max_body_bytes(const Context& context) const {
   if (!is_allowed(context)) return std::numeric_limits<std::size_t>::max();
   const std::string_view method = context.request().method;
-  if (method == "PUT" || method == "POST") return context.resource->input(parts.options).max_bytes;
+  if (has_input(method)) return context.resource->input(parts.options).max_bytes;
   return parts.options.max_scalar_body_bytes;
 }
 
@@ -214,7 +219,7 @@ std::optional<http::Response> Engine::Impl::refused_body(Context& context, std::
   } else if (method == "GET" || method == "HEAD") {
     if (!parts.subscriptions.requested_protocol(context))
       if (auto response = parts.representations.unacceptable(context)) return response;
-  } else if ((method == "PUT" || method == "POST") && !context.resource->is_stop()) {
+  } else if (has_input(method) && !context.resource->is_stop()) {
     // A chunked body may be empty.
     const Input input = context.resource->input(parts.options);
     if (body_bytes || (!input.may_be_empty && context.request().find("Content-Type"))) {
@@ -255,6 +260,7 @@ Outcome Engine::Impl::dispatch(Context& context) {
   if (method == "PUT" && allowed.put) return resource.put(context, parts);
   if (method == "POST" && allowed.post) return resource.post(context, parts);
   if (method == "DELETE" && allowed.remove) return resource.remove(context, parts);
+  if (method == "PATCH" && allowed.patch) return resource.patch(context, parts);
   return method_not_allowed(context);
 }
 
@@ -405,10 +411,24 @@ Result<Resource*> Engine::Impl::resource_at(std::string_view path) const {
   return parts.registry.find(*canonical);
 }
 
+/// What makes a graph at a path that names nothing: the World that the path is below of.
+Resource* Engine::Impl::new_graph(std::string_view path) const {
+  const Result<std::string> canonical = canonical_path(local_path(path));
+  if (!canonical || parts.registry.find(*canonical)) return nullptr;
+  std::string above = *canonical;
+  for (std::size_t slash = above.rfind('/'); slash != 0 && slash != std::string::npos; slash = above.rfind('/')) {
+    above.erase(slash);
+    if (Resource* const resource = parts.registry.find(above)) return resource->new_graph(*canonical, parts);
+  }
+  return nullptr;
+}
+
 std::optional<http::Response> Engine::Impl::find_resource(Context& context, const http::Target& target) const {
   const Result<Resource*> found = resource_at(target.path);
   if (!found) return parts.responses.problem(context, 400, "target: " + found.error().message);
   context.resource = *found;
+  if (context.resource && !target.query.empty()) context.resource = context.resource->find_graph(context.request().target, context, parts);
+  if (!context.resource && has_input(context.request().method)) context.resource = new_graph(target.path);
   if (!context.resource) return no_resource(context);
   context.resource_id = context.resource->id;
   if (target.query.empty()) return std::nullopt;

@@ -38,6 +38,7 @@ void Overview::summary(const Resource& resource) {
   if (methods.put) text({}, "PUT");
   if (methods.post) text({}, "POST");
   if (methods.remove) text({}, "DELETE");
+  if (methods.patch) text({}, "PATCH");
   end_array();
   resource.summarize(*this);
 }

@@ -12,6 +12,7 @@
 #include "src/engine/resources/action.hpp"
 #include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/property.hpp"
+#include "src/engine/resources/world.hpp"
 
 namespace lrt::engine {
 
@@ -130,6 +131,7 @@ Result<void> Parts::add(Thing thing) {
   vocabulary.add(*node.spec);
   registry.add_thing(*std::move(built));
   for (const auto& p : node.properties) values.take_published(*p);  // what was published before
+  if (node.world) node.world->attach(*this);
   return {};
 }
 
@@ -137,6 +139,7 @@ void Parts::remove(ThingNode& thing) {
   for (const auto& p : thing.properties) p->removed(*this);
   for (const auto& a : thing.actions) invocations.removed(*a, clock.now());
   for (const auto& c : thing.collections) c->removed(*this);
+  if (thing.world) thing.world->removed(*this);
   kinds.leave(thing);
   for (Resource* r : thing.resources()) registry.remove(*r);
   vocabulary.remove(*thing.spec);

@@ -89,7 +89,7 @@ std::vector<std::size_t> PropertyValues::wanted_encoders(const PropertyResource&
     return refresh && std::any_of(refresh->waiters.begin(), refresh->waiters.end(), contains);
   };
   for (std::size_t i = 0; i < property.spec->representations.size(); ++i) {
-    if (is_waited_for(i) || observed_in(property, i) || observed_in(property.thing->state, i)) wanted.push_back(i);
+    if (is_waited_for(i) || observed_in(property, i) || observed_in(property.whole_resource(), i)) wanted.push_back(i);
   }
   return wanted;
 }

@@ -16,14 +16,14 @@
 #include "src/base/client_key.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/engine/resources/world.hpp"
 #include "src/http/form.hpp"
 
 namespace lrt::engine {
 
 namespace {
 
-constexpr std::string_view form_type = "application/x-www-form-urlencoded", query_type = "application/sparql-query",
-                           update_type = "application/sparql-update";
+constexpr std::string_view form_type = "application/x-www-form-urlencoded", query_type = "application/sparql-query";
 /// A standing query with NOW() or RAND() is evaluated so often though nothing changes.
 constexpr std::chrono::seconds clock_interval{1};
 /// RFC 6455 5.5.1
@@ -55,9 +55,12 @@ class Queries::AllProperties final : public Resource {
   bool tolerates_failures() const noexcept override { return true; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override {
     const Utc oldest = clock_.now().utc - max_age_;
-    for (const auto& [at, node] : registry_.things())
+    for (const auto& [at, node] : registry_.things()) {
       for (const auto& p : node->properties)
         if (!p->spec->file && (p->spec->slot || p->modified < oldest)) visit(*p);
+      if (node->world)
+        for (const auto& graph : node->world->graphs()) graph->for_each_property(visit);
+    }
   }
 
  private:
@@ -359,7 +362,7 @@ void Queries::evaluate(StandingQuery& query, TimePoint now) {
   evaluation->snapshot = query.snapshot;
   evaluation->max_rows = service_->limits().max_standing_rows;
   evaluation->graphs_are_current = [this, id = query.id] {
-    if (StandingQuery* current = find(id)) watch(*current);
+    if (StandingQuery* const standing = find(id)) watch(*standing);
   };
   evaluation->done = [this, id = query.id](Result<std::shared_ptr<const QueryAnswer>> answer, const Result<std::string>&, TimePoint at) {
     evaluated(id, std::move(answer), at);
@@ -414,7 +417,7 @@ void Queries::watch(StandingQuery& query) {
   for (const auto& [path, entry] : snapshot.entries) {
     if (entry.described <= query.seen_version || query.watches.count(static_cast<std::uint64_t>(entry.id)) != 0) continue;
     Resource* const resource = registry_.find(entry.id);
-    if (!resource || !resource->observable() || !may_count(query, entry, *resource)) continue;
+    if (!resource || !may_count(query, entry, *resource)) continue;
     auto made = std::make_unique<StandingQuery::Watch>(query, *resource);
     resource->add_observer(*made, scanner_);
     query.watches.emplace(static_cast<std::uint64_t>(entry.id), std::move(made));
@@ -424,7 +427,7 @@ void Queries::watch(StandingQuery& query) {
 
 /// What has no value yet, or gets members, may get triples that count.
 bool Queries::may_count(const StandingQuery& query, const Snapshot::Entry& entry, const Resource& resource) const {
-  if (query.query->dependencies().everything || resource.kind() == "action" || resource.is_container()) return true;
+  if (query.query->dependencies().everything || resource.kind() == "action" || resource.kind() == "graph" || resource.is_container()) return true;
   if (resource.kind() == "property" && static_cast<const PropertyResource&>(resource).value.is_null()) return true;
   return std::any_of(entry.predicates.begin(), entry.predicates.end(), [&](std::uint32_t predicate) {
     return std::find(query.predicates.begin(), query.predicates.end(), predicate) != query.predicates.end();

@@ -297,7 +297,9 @@ Result<Representation*> Representations::make(Resource& resource, std::size_t ba
   Result<Bytes> body = body_of(resource, base, variant, audience, page);
   if (!body) return Unexpected{std::move(body).error()};
 
-  std::string tag = http::entity_tag(resource.variants().type_of(variant), **body);
+  const std::string_view type = resource.variants().type_of(variant);
+  std::string tag = resource.entity_tag(type, view_.bases[base], audience, false);
+  if (tag.empty()) tag = http::entity_tag(type, **body);
   Representation made{&resource, base, variant, page, audience.view, std::string(audience.name_in(resource)), state, structure, std::move(tag), *std::move(body)};
   if (kept && kept->structure == structure && resource.has_fixed_links()) made.links = std::move(kept->links);
   return &cache_.keep(std::move(made));
@@ -395,7 +397,11 @@ std::optional<http::Response> Representations::failed_precondition(const Context
   const bool if_match = request.find("If-Match").has_value(), if_none_match = request.find("If-None-Match").has_value();
   if (!if_match && !if_none_match) return std::nullopt;
   Resource& resource = *context.resource;
-  const std::string wanted = request.joined("If-Match"), unwanted = request.joined("If-None-Match");
+  if (!resource.exists()) {
+    if (!if_match) return std::nullopt;
+    return responses_.problem(context, 412, "If-Match: there is no such resource yet");
+  }
+  const std::string wanted = resource.for_write(request.joined("If-Match")), unwanted = resource.for_write(request.joined("If-None-Match"));
   bool matched = false, excluded = false;
   // Those that are kept first: the client probably has one of them, and to make the others of a large value takes time.
   std::vector<Variant> variants = resource.variants().variants;
@@ -409,11 +415,15 @@ std::optional<http::Response> Representations::failed_precondition(const Context
       if (lacks_encodings) *lacks_encodings = true;
       continue;
     }
-    const Result<Representation*> made = make(resource, context.base, variant, context.audience, context.page);
-    if (!made) continue;
+    std::string tag = resource.entity_tag(resource.variants().type_of(variant), view_.bases[context.base], context.audience, true);
+    if (tag.empty()) {
+      const Result<Representation*> made = make(resource, context.base, variant, context.audience, context.page);
+      if (!made) continue;
+      tag = (*made)->tag;
+    }
     const auto is_well_formed = [&](bool given, const std::string& field, bool weak, bool& found) {
       if (!given) return true;
-      const http::Match match = http::matches(field, (*made)->tag, weak);
+      const http::Match match = http::matches(field, tag, weak);
       found |= match == http::Match::yes;
       return match != http::Match::malformed;
     };

@@ -26,6 +26,7 @@ std::string Methods::text() const {
   if (put) text += ", PUT";
   if (post) text += ", POST";
   if (remove) text += ", DELETE";
+  if (patch) text += ", PATCH";
   return text;
 }
 
@@ -47,6 +48,7 @@ Result<std::string> Resource::answer(std::size_t) const { announced_only(*this, 
 Outcome Resource::put(Context&, Parts&) { announced_only(*this, "PUT"); }
 Outcome Resource::post(Context&, Parts&) { announced_only(*this, "POST"); }
 Outcome Resource::remove(Context&, Parts&) { announced_only(*this, "DELETE"); }
+Outcome Resource::patch(Context&, Parts&) { announced_only(*this, "PATCH"); }
 http::Response Resource::respond(const Context&, const Caller&, const Responses&) { announced_only(*this, "what respond() does"); }
 
 void Resource::describe_controls(About& about, const Description& d) const {
@@ -113,6 +115,25 @@ void add_placed(rdf::Graph& graph, const rdf::Graph& kept, const std::string& ba
     const rdf::TermId s = placed(t.subject), p = placed(t.predicate), o = placed(t.object);
     graph.add(s, p, o);
   }
+}
+
+rdf::Graph unplaced(const rdf::Graph& graph, const std::string& base) {
+  rdf::Graph kept;
+  std::vector<std::optional<rdf::TermId>> known(graph.term_count());
+  const auto same = [&](rdf::TermId id) {
+    std::optional<rdf::TermId>& mine = known[static_cast<std::size_t>(id)];
+    if (mine) return *mine;
+    const rdf::TermView term = graph.term(id);
+    const std::string_view rest = term.text.substr(std::min(base.size(), term.text.size()));
+    const bool is_ours = term.is_iri() && term.text.substr(0, base.size()) == base && (rest.empty() || rest[0] == '/' || rest[0] == '?' || rest[0] == '#');
+    mine = is_ours ? kept.intern(rdf::iri(std::string(placeholder_base).append(rest))) : kept.intern(term);
+    return *mine;
+  };
+  for (const rdf::Triple& t : graph.triples()) {
+    const rdf::TermId s = same(t.subject), p = same(t.predicate), o = same(t.object);
+    kept.add(s, p, o);
+  }
+  return kept;
 }
 
 bool fits(const rdf::Value& value, std::size_t& left) {

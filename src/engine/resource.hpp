@@ -97,6 +97,8 @@ class Observer {
   virtual void values_missed(std::uint64_t count) = 0;
   /// The resource is about to go. The observer leaves the list of observers.
   virtual void resource_removed() = 0;
+  /// It gets each change, not only the present state.
+  virtual bool queues() const noexcept = 0;
 
  protected:
   ~Observer() = default;
@@ -104,13 +106,13 @@ class Observer {
 
 /// The methods that a resource allows besides GET, HEAD and OPTIONS (R0.5, R0.10).
 struct Methods {
-  bool put = false, post = false, remove = false;
+  bool put = false, post = false, remove = false, patch = false;
 
   /// The value of Allow.
   std::string text() const;
 };
 
-/// What a resource takes as the body of a PUT or POST.
+/// What a resource takes as the body of a PUT, POST or PATCH.
 struct Input {
   const rdf::Type* type = nullptr;  ///< of the value; nullptr: a body is RDF
   bool may_be_empty = false;        ///< an empty body is taken, whatever the header fields say of it
@@ -163,6 +165,8 @@ class Resource {
   virtual Outcome put(Context& context, Parts& parts);
   virtual Outcome post(Context& context, Parts& parts);
   virtual Outcome remove(Context& context, Parts& parts);
+  /// The body is in SPARQL 1.1 Update (RFC 5789).
+  virtual Outcome patch(Context& context, Parts& parts);
   virtual Input input(const EngineOptions& options) const;
   /// post() reads its bodies, which are neither RDF nor values, and get() judges Accept.
   virtual bool has_own_protocol() const noexcept { return false; }
@@ -172,9 +176,11 @@ class Resource {
   virtual http::Response respond(const Context& context, const Caller& caller, const Responses& responses);
   /// Its representations are known without user code, and nothing that would change them is under way.
   virtual bool is_up_to_date() const noexcept { return reads() == Reads::nothing; }
-  /// Bodies may be plain values, not only RDF.
+  /// False: it stands for one that a request may make, which has no representation yet.
+  virtual bool exists() const noexcept { return true; }
   /// POST stops the robot (Action::stop()).
   virtual bool is_stop() const noexcept { return false; }
+  /// Bodies may be plain values, not only RDF.
   virtual bool takes_plain_values() const noexcept { return false; }
   /// The fragment of the shape that judges its bodies, "rotation" or "actions/rotate/input".
   virtual std::string input_shape() const { return {}; }
@@ -184,11 +190,18 @@ class Resource {
     (void)audience;
     return true;
   }
+  /// Where the rights to it are looked up.
+  virtual const std::string& path_of_rights() const noexcept { return path; }
   /// Two principals with the same rights see different things in it.
   virtual bool differs_by_principal() const noexcept { return false; }
 
   // What it describes.
   virtual void describe(const Description& d) const = 0;
+  /// All that it describes, if it keeps that: with IRIs of this server below placeholder_base. nullptr: it does not.
+  virtual std::shared_ptr<const rdf::Graph> kept_graph(const EngineView& engine) const {
+    (void)engine;
+    return nullptr;
+  }
   /// What a client can do with it, in its own representation only: how to watch it, and how to write it.
   virtual void describe_controls(About& about, const Description& d) const;
   /// Resources whose triples it has in one document. TriG and N-Quads also have a graph for each.
@@ -216,6 +229,8 @@ class Resource {
     (void)max_values;
     return true;
   }
+  /// The value of If-Match as entity_tag() for a write makes tags.
+  virtual std::string for_write(std::string field) const { return field; }
   /// Changes whenever a representation might have changed.
   /// @param structure  Registry::structure()
   virtual std::uint64_t state(std::uint64_t structure) const noexcept { return structure; }
@@ -228,10 +243,28 @@ class Resource {
   virtual Result<std::string> answer(std::size_t type) const;
   /// False: its first representation is yet to come, and its observers wait for it.
   virtual bool has_representation() const noexcept { return true; }
+  /// The entity tag of a representation of a resource that is too large to be written out for a comparison; empty: the tag is made of the bytes.
+  /// @param for_write  without what writes do not change: two tags that differ only in that are the same for If-Match of a write
+  virtual std::string entity_tag(std::string_view media_type, const std::string& base, const Audience& audience, bool for_write) const {
+    (void)media_type, (void)base, (void)audience, (void)for_write;
+    return {};
+  }
   virtual std::string_view cache_control() const noexcept { return "no-cache"; }
   virtual bool is_rdf_source() const noexcept { return true; }
   /// The bytes of a resource that is a fixed document instead of a graph.
   virtual std::optional<std::string_view> document() const { return std::nullopt; }
+
+  /// It holds graphs, and this is the resource that a request of the Graph Store Protocol names with it; nullptr: there is none.
+  /// @param query  parameters of the target: ?graph=IRI, ?default
+  virtual Resource* find_graph(std::string_view target, const Context& context, const Parts& parts) {
+    (void)target, (void)context, (void)parts;
+    return this;
+  }
+  /// The resource that makes a graph at a path below that has none; nullptr: nobody may.
+  virtual Resource* new_graph(std::string_view at, const Parts& parts) {
+    (void)at, (void)parts;
+    return nullptr;
+  }
 
   // What it links to (R0.9).
   virtual bool is_container() const noexcept { return false; }
@@ -313,6 +346,8 @@ Input input_of(const model::ResourceSpec& spec, const rdf::Type& type, const rdf
 inline constexpr std::string_view placeholder_base = "http://lrt.invalid";
 /// Adds a graph that was kept with the placeholder as base. Its blank nodes become fresh ones.
 void add_placed(rdf::Graph& graph, const rdf::Graph& kept, const std::string& base);
+/// The opposite: a graph of a client, with the placeholder in place of the base that its request has. Blank nodes keep their labels.
+rdf::Graph unplaced(const rdf::Graph& graph, const std::string& base);
 
 /// Whether a value has more numbers, texts and so on than `left`, which is counted down. An empty list is one.
 bool fits(const rdf::Value& value, std::size_t& left);

@@ -70,7 +70,7 @@ http::Response Responses::problem(const Context& context, int status, std::strin
   }
   if (context.resource && (status == 405 || request.method == "OPTIONS")) add_allow(response.fields, *context.resource, context.audience);
   add_types(response.fields, context.resource);
-  if (status < 500 && (request.method == "PUT" || request.method == "POST")) add_constrained_by(response.fields, context);
+  if (status < 500 && (request.method == "PUT" || request.method == "POST" || request.method == "PATCH")) add_constrained_by(response.fields, context);
   response.fields.add("Vary", context.vary());
   return response;
 }
@@ -116,7 +116,9 @@ http::Response Responses::violation(const Context& context, const shacl::Report&
   offers.insert(is_plain ? offers.begin() : offers.end(), {"application/problem+json", "application/json"});
   const auto choice = request.find("Accept") ? http::negotiate(std::string_view(request.joined("Accept")), offers) : 0;
   if (!choice || !rdf::syntax_of(offers[*choice])) return problem(context, 422, sentence_of(errors), json_of(errors));
-  http::Response response = graph(context, 422, report.to_graph());
+  rdf::Graph placed;  // IRIs of what the server keeps
+  add_placed(placed, report.to_graph(), bases_[context.base]);
+  http::Response response = graph(context, 422, placed);
   add_constrained_by(response.fields, context);
   return response;
 }
@@ -164,6 +166,7 @@ void Responses::add_allow(http::Fields& fields, const Resource& resource, const 
   const Methods methods = audience.methods(resource);
   fields.add("Allow", methods.text());
   if (methods.post && !resource.is_about_caller()) fields.add("Accept-Post", readable_types(resource.takes_plain_values()));
+  if (methods.patch) fields.add("Accept-Patch", update_type);
 }
 
 void Responses::add_types(http::Fields& fields, const Resource* resource) const {

@@ -9,6 +9,7 @@
 #include "src/engine/resources/kind.hpp"
 #include "src/engine/resources/property.hpp"
 #include "src/engine/resources/thing.hpp"
+#include "src/engine/resources/world.hpp"
 #include "src/rdf/hash.hpp"
 
 namespace lrt::engine {
@@ -78,7 +79,7 @@ void Snapshots::renew(Snapshot& snapshot, std::vector<NamedGraph>& changes) {
 
 void Snapshots::visit(Snapshot& snapshot, const ThingNode& thing, std::vector<NamedGraph>& changes) {
   const auto visit_one = [&](Resource& resource) { visit(snapshot, resource, changes); };
-  visit_one(const_cast<ThingResource&>(thing.self));
+  visit_one(thing.self);
   for (const auto& p : thing.properties)
     if (!p->is_failing()) visit_one(*p);
   for (const auto& a : thing.actions) {
@@ -88,6 +89,12 @@ void Snapshots::visit(Snapshot& snapshot, const ThingNode& thing, std::vector<Na
   for (const auto& c : thing.collections) {
     visit_one(*c);
     for (Resource* member : c->members()) visit_one(*member);
+  }
+  if (thing.world) {
+    for (const auto& graph : thing.world->graphs()) {
+      visit_one(*graph);
+      graph->for_each_property([&](PropertyResource& published) { visit_one(published); });
+    }
   }
   if (thing.kind && !thing.kind->things.empty() && thing.kind->things.front() == &thing) visit_one(*thing.kind);
   if (thing.adds_shapes()) visit_one(const_cast<BlueprintResource&>(thing.blueprint));
@@ -105,7 +112,9 @@ void Snapshots::visit(Snapshot& snapshot, Resource& resource, std::vector<NamedG
   entry.described = snapshot.version + 1;
   const std::string& base = representations_.base(snapshot.base);
   std::shared_ptr<const rdf::Graph> graph;
-  if (resource.fits_rdf(service_->limits().max_value_members))
+  if (!snapshot.audience.is_restricted()) graph = resource.kept_graph(representations_.view());
+  const bool is_kept = graph != nullptr;
+  if (!is_kept && resource.fits_rdf(service_->limits().max_value_members))
     graph = std::make_shared<const rdf::Graph>(representations_.describe(resource, snapshot.base, snapshot.audience));
   entry.predicates.clear();
   if (graph) {
@@ -114,7 +123,8 @@ void Snapshots::visit(Snapshot& snapshot, Resource& resource, std::vector<NamedG
       if (std::find(seen.begin(), seen.end(), t.predicate) == seen.end()) seen.push_back(t.predicate);
     for (const rdf::TermId predicate : seen) entry.predicates.push_back(hash_of(graph->term(predicate).text));
   }
-  if (graph || !entry.is_empty) changes.push_back({base + resource.path, graph});
+  if (is_kept) changes.push_back({base + resource.path, graph, std::string(placeholder_base), base});
+  else if (graph || !entry.is_empty) changes.push_back({base + resource.path, graph});
   entry.is_empty = graph == nullptr;
 }
 

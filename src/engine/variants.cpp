@@ -122,7 +122,8 @@ std::string escaped(std::string_view text) {
 }
 
 std::string variant_iri(const std::string& resource, std::string_view media_type, std::size_t page) {
-  return resource + (page > 1 ? "?page=" + std::to_string(page) + "&" : "?") + "accept=" + escaped(media_type);
+  const char* const first = resource.find('?') == std::string::npos ? "?" : "&";
+  return resource + first + (page > 1 ? "page=" + std::to_string(page) + "&" : "") + "accept=" + escaped(media_type);
 }
 
 }  // namespace lrt::engine

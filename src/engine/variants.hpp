@@ -13,6 +13,9 @@
 
 namespace lrt::engine {
 
+/// The media type of a PATCH.
+inline constexpr std::string_view update_type = "application/sparql-update";
+
 /// One of the media types in which a resource has a representation.
 class Variant {
  public:

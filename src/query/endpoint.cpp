@@ -155,6 +155,25 @@ class Answered final : public engine::QueryAnswer {
   const std::uint64_t digest_;
 };
 
+/// The graph with another beginning of IRIs.
+rdf::Graph placed(const rdf::Graph& graph, std::string_view placeholder, const std::string& base) {
+  rdf::Graph result;
+  std::vector<rdf::TermId> terms;
+  terms.reserve(graph.term_count());
+  std::string text;
+  for (std::size_t i = 0; i < graph.term_count(); ++i) {
+    rdf::TermView term = graph.term(static_cast<rdf::TermId>(i));
+    if (term.is_iri() && term.text.substr(0, placeholder.size()) == placeholder) {
+      text = base + std::string(term.text.substr(placeholder.size()));
+      term.text = text;
+    }
+    terms.push_back(result.intern(term));
+  }
+  const auto of = [&](rdf::TermId id) { return terms[static_cast<std::size_t>(id)]; };
+  for (const rdf::Triple& t : graph.triples()) result.add(of(t.subject), of(t.predicate), of(t.object));
+  return result;
+}
+
 /// The graphs of one audience. An evaluation reads a dataset that nothing changes: if an older one still reads it, the next change makes a copy.
 class Data final : public engine::QueryData {
  public:
@@ -198,8 +217,9 @@ class Data final : public engine::QueryData {
         current_ = std::move(copy);
       }
       for (const engine::NamedGraph& one : changes) {
-        if (one.graph) current_->dataset.put(one.name, *one.graph);
-        else current_->dataset.remove(one.name);
+        if (!one.graph) current_->dataset.remove(one.name);
+        else if (one.placeholder.empty()) current_->dataset.put(one.name, *one.graph);
+        else current_->dataset.put(one.name, placed(*one.graph, one.placeholder, one.base));
       }
     }
     current_->readers.fetch_add(1, std::memory_order_relaxed);

@@ -194,9 +194,9 @@ class SavedFile::Writer {
   Writer(std::string path, Written written, LogCallback log, ThreadOptions threads)
       : path_(std::move(path)), threads_(std::move(threads)), written_(std::move(written)), log_(std::move(log)) {}
 
-  void save(std::string text, std::uint64_t revision, const std::shared_ptr<Writer>& self) {
+  void save(Make make, std::uint64_t revision, const std::shared_ptr<Writer>& self) {
     const std::lock_guard lock(mutex_);
-    waiting_ = Text{std::move(text), revision};
+    waiting_ = Text{std::move(make), revision};
     is_fresh_ = true;
     if (!thread_.joinable()) thread_ = start_thread("lrt-save", threads_, [self] { self->run(); }).value();
     changed_.notify_all();
@@ -238,7 +238,7 @@ class SavedFile::Writer {
 
  private:
   struct Text {
-    std::string text;
+    Make make;
     std::uint64_t revision;
   };
 
@@ -253,7 +253,7 @@ class SavedFile::Writer {
         Text newest = *std::exchange(waiting_, std::nullopt);
         is_fresh_ = false;
         lock.unlock();
-        const bool written = write(newest.text);
+        const bool written = write(newest.make);
         report(newest.revision, written);
         lock.lock();
         if (!written && !waiting_ && !last) waiting_ = std::move(newest);
@@ -265,9 +265,9 @@ class SavedFile::Writer {
     changed_.notify_all();
   }
 
-  bool write(const std::string& text) noexcept {
+  bool write(const Make& make) noexcept {
     try {
-      const std::optional<Failure> failure = write_whole(path_, text);
+      const std::optional<Failure> failure = write_whole(path_, make());
       if (!failure) {
         logged_.clear();
         return true;
@@ -299,7 +299,16 @@ SavedFile::~SavedFile() { writer_->finish(); }
 
 void SavedFile::save(std::string text, std::uint64_t revision) noexcept {
   try {
-    writer_->save(std::move(text), revision, writer_);
+    save(Make([text = std::move(text)] { return text; }), revision);
+  } catch (...) {
+    writer_->say("saving \"" + writer_->path() + "\": out of memory");
+    writer_->report(revision, false);
+  }
+}
+
+void SavedFile::save(Make make, std::uint64_t revision) noexcept {
+  try {
+    writer_->save(std::move(make), revision, writer_);
   } catch (...) {
     writer_->say("saving \"" + writer_->path() + "\": no thread to write it");
     writer_->report(revision, false);

@@ -38,6 +38,10 @@ class SavedFile {
   /// was written again.
   /// @param revision  larger than that of the text before
   void save(std::string text, std::uint64_t revision) noexcept;
+  /// The same of a text that is long to make: the writing thread makes it, and only that of the newest state.
+  /// @param make  may be called again if writing has failed
+  using Make = std::function<std::string()>;
+  void save(Make make, std::uint64_t revision) noexcept;
 
   /// The right of this process to write a path. It ends with the object, and with the process however that ends.
   class Claim {

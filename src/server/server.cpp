@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <deque>
+#include <iterator>
 #include <mutex>
 #include <optional>
 #include <system_error>
@@ -23,6 +24,7 @@
 #include "src/server/client_limiter.hpp"
 #include "src/server/counters.hpp"
 #include "src/server/guest_requests.hpp"
+#include "src/server/kept_graphs.hpp"
 #include "src/server/listen_addresses.hpp"
 #include "src/server/log_queue.hpp"
 #include "src/server/saved_file.hpp"
@@ -56,6 +58,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     stop();
     transport_.reset();  // first: a turn on the host's loop may be under way
     saved_.reset();      // writes what waits
+    graphs_.clear();     // the same
     log_.flush();
   }
 
@@ -112,11 +115,16 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   template <class Things>
   Result<void> add(Things what) {
     if (Result<void> open = check_open(); !open) return open;
-    return with_engine([&] { return engine_.add(std::move(what)); });
+    Result<KeptGraphs::Opened> opened = open_graphs(what);
+    if (!opened) return Unexpected{std::move(opened).error()};
+    Result<void> added = with_engine([&] { return engine_.add(std::move(what)); });
+    if (added) graphs_.add(*std::move(opened));
+    return added;
   }
   Result<void> remove(std::string_view path) {
     if (!process_.is_current()) return check_open();
     Result<void> result = with_engine([&] { return engine_.remove(path); });
+    if (const Result<std::string> encoded = model::encode_path_from_root(path); result && encoded) graphs_.remove(*encoded);
     if (transport_waker_) transport_waker_->wake();
     return result;
   }
@@ -643,6 +651,20 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     return push;
   }
 
+  /// Restores the graphs that have a file.
+  Result<KeptGraphs::Opened> open_graphs(const Thing& thing) {
+    return thing.world() ? KeptGraphs::open(*thing.world(), waking_log(), options_.threads.own) : Result<KeptGraphs::Opened>(KeptGraphs::Opened());
+  }
+  Result<KeptGraphs::Opened> open_graphs(const std::vector<Thing>& things) {
+    KeptGraphs::Opened all;
+    for (const Thing& thing : things) {
+      Result<KeptGraphs::Opened> opened = open_graphs(thing);
+      if (!opened) return opened;
+      std::move(opened->begin(), opened->end(), std::back_inserter(all));
+    }
+    return all;
+  }
+
   /// The file of subscriptions. Something else in its place is an error, and stays there.
   Result<std::optional<SavedFile::Content>> load() {
     const std::size_t max_bytes = std::max<std::size_t>(16 * 1024 * 1024, options_.callbacks.max_callbacks * 32 * 1024);
@@ -763,6 +785,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   BodyPool bodies_, queries_;
   GuestRequests guests_;
   std::deque<engine::Reply> replies_;                     // of the transport, found by threads of guests
+  KeptGraphs graphs_;                                     // of Worlds, with their files
   SavedFile::Claim claim_;                                // on the path of saved_
   std::optional<SavedFile> saved_;                        // set before the transport starts to be served
   std::unique_ptr<delivery::Deliverer> deliverer_;        // the same

@@ -70,7 +70,7 @@ TEST_CASE("a pool runs all jobs, and drops what has not begun when it stops", "[
   std::condition_variable changed;
   int ran = 0;
   bool open = false, begun = false;
-  BodyPool pool(1, {});
+  BodyPool pool("test-body", 1, {});
   const auto count = [&] {
     const std::lock_guard lock(mutex);
     ++ran;

@@ -20,6 +20,7 @@ namespace lrt::engine {
 struct NamedGraph {
   std::string name;
   std::shared_ptr<const rdf::Graph> graph;  ///< nullptr: the resource is gone
+  std::string placeholder{}, base{};        ///< IRIs that begin with `placeholder` begin with `base` instead; empty: there are none
 };
 
 /// What a query may depend on besides the graphs that it is asked of.

@@ -105,18 +105,21 @@ void PropertyResource::set_watched(bool watched, ChangeScanner& scanner) {
 
 void PropertyResource::mark_changed() {
   Resource::mark_changed();
-  if (!spec->file) thing->state.notify_observers();
+  if (in_graph) in_graph->mark_changed();
+  else if (!spec->file) thing->state.notify_observers();
 }
 
+Resource& PropertyResource::whole_resource() const { return in_graph ? *in_graph : thing->state; }
+
 void PropertyResource::mark_changing() {
-  for (const auto* all : {&observers, &thing->state.observers})
+  for (const auto* all : {&observers, &whole_resource().observers})
     for (std::size_t i = 0; i < all->size(); ++i) (*all)[i]->resource_changes();
 }
 
 void PropertyResource::report_lost() {
   const std::uint64_t lost = spec->slot->lost();
   if (lost == seen_lost) return;
-  for (const auto* all : {&observers, &thing->state.observers})
+  for (const auto* all : {&observers, &whole_resource().observers})
     for (Observer* observer : *all) observer->values_missed(lost - seen_lost);
   seen_lost = lost;
 }

@@ -74,6 +74,9 @@ class PropertyResource final : public Resource {
   bool is_refreshing() const noexcept { return refresh_state && refresh_state->running; }
   /// The last read of a pulled property failed.
   bool is_failing() const noexcept { return refresh_state && refresh_state->failing; }
+  Resource* in_graph = nullptr;                    ///< the graph of a World that its value is part of
+  /// What has the value besides: its graph, or the state of its Thing.
+  Resource& whole_resource() const;
   std::uint32_t watchers = 0;
   std::uint32_t queues = 0;                      ///< observers with a queue, for which the slot keeps values; PropertyValues'
   DeadlineQueue<ResourceId>::Place next_sample;  ///< ChangeScanner's, of a pulled property

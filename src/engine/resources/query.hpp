@@ -82,6 +82,7 @@ class StandingQuery final : public Resource {
     void resource_changes() override {}
     void values_missed(std::uint64_t) override {}
     void resource_removed() override;
+    bool queues() const noexcept override { return false; }
 
     Resource& resource;
 

@@ -67,7 +67,7 @@ class SubscriptionResource final : public Resource, public Observer {
   void resource_removed() override;
 
   /// It gets each change, not only the present state.
-  bool queues() const noexcept { return backlog.policy().queues(); }
+  bool queues() const noexcept override { return backlog.policy().queues(); }
 
   const std::string subscription_id;
   const Channel channel;

@@ -14,6 +14,7 @@
 #include "src/engine/resources/collection.hpp"
 #include "src/engine/resources/kind.hpp"
 #include "src/engine/resources/property.hpp"
+#include "src/engine/resources/world.hpp"
 #include "src/engine/vocabulary.hpp"
 
 namespace lrt::engine {
@@ -172,11 +173,18 @@ const ThingTexts& no_texts() {
   return *none;
 }
 
+std::unique_ptr<ThingResource> make_self(const model::ThingSpec& spec, ThingNode* thing) {
+  if (spec.world) return std::make_unique<WorldResource>("/" + spec.path, thing, *spec.world);
+  return std::make_unique<ThingResource>("/" + spec.path, thing);
+}
+
 }  // namespace
 
 ThingNode::ThingNode(std::unique_ptr<model::ThingSpec> s)
     : spec(std::move(s)),
-      self("/" + spec->path, this),
+      own_self(make_self(*spec, this)),
+      self(*own_self),
+      world(spec->world ? static_cast<WorldResource*>(own_self.get()) : nullptr),
       state(self.path + "/state", this, (self.path + "/state").size()),
       blueprint(self.path + "/blueprint", this, (self.path + "/blueprint").size()),
       subscriptions(self.path + "/subscriptions", this, (self.path + "/subscriptions").size()),
@@ -236,6 +244,7 @@ std::vector<Resource*> ThingNode::resources() {
   for (const auto& p : properties) all.push_back(p.get());
   for (const auto& a : actions) all.push_back(a.get());
   for (const auto& c : collections) all.push_back(c.get());
+  for (Resource* r : self.more_resources()) all.push_back(r);
   return all;
 }
 

@@ -23,9 +23,10 @@ class ActionResource;
 class CollectionResource;
 class KindResource;
 class PropertyResource;
+class WorldResource;
 
 /// A Thing: links, the types of what it links to, and static triples, without values (SPEC 2).
-class ThingResource final : public Resource {
+class ThingResource : public Resource {
  public:
   using Resource::Resource;
   void describe(const Description& d) const override;
@@ -38,6 +39,8 @@ class ThingResource final : public Resource {
   Iri saved_type() const noexcept override { return vocab::hybrit::RoboticThing; }
   bool observable() const noexcept override { return true; }
   void set_observed(bool observed, ChangeScanner& scanner) override;
+  /// Resources that a Thing of this kind has besides.
+  virtual std::vector<Resource*> more_resources() { return {}; }
 };
 
 /// A Thing with the values of all its Properties (lrt:state).
@@ -133,7 +136,9 @@ struct ThingNode {
   const std::unique_ptr<model::ThingSpec> spec;
   std::unique_ptr<ThingTexts> texts;                    ///< null: there are none
   ThinVector<CompiledShapes> compiled_shapes;           ///< of a Thing with a Blueprint of its own, from the first body on
-  ThingResource self;
+  const std::unique_ptr<ThingResource> own_self;
+  ThingResource& self;
+  WorldResource* const world;                           ///< `self` of a World; nullptr: it is no World
   StateResource state;
   BlueprintResource blueprint;
   SubscriptionsResource subscriptions;

@@ -150,6 +150,8 @@ struct CollectionSpec : ResourceSpec {
   UniqueFunction<Result<void>(const std::string& id)> remove;                     ///< empty: no DELETE
 };
 
+struct WorldSpec;
+
 struct ThingSpec {
   std::string path;                      ///< percent-encoded, without leading or trailing '/'
   std::shared_ptr<HandleContext> handles;  ///< null: it has no resources
@@ -164,6 +166,7 @@ struct ThingSpec {
   ThinVector<std::shared_ptr<ActionSpec>> actions;
   ThinVector<std::shared_ptr<CollectionSpec>> collections;
   std::unique_ptr<const Error> first_error;  ///< null: none
+  std::shared_ptr<WorldSpec> world;      ///< of a World; null: it is no World
 };
 
 /// Percent-encodes each segment of a path.

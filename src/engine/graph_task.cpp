@@ -1,0 +1,83 @@
+#include "src/engine/graph_task.hpp"
+
+#include <utility>
+
+#include <lrt/rdf/value_codec.hpp>
+
+#include "src/base/charset.hpp"
+#include "src/engine/resource.hpp"
+
+namespace lrt::engine {
+
+static_assert(World::base == placeholder_base, "graphs of code and of the engine have the same base");
+
+namespace {
+
+std::string with_base(std::string text, const std::string& base) {
+  for (std::size_t at = text.find(placeholder_base); at != std::string::npos; at = text.find(placeholder_base, at + base.size()))
+    text.replace(at, placeholder_base.size(), base);
+  return text;
+}
+
+}  // namespace
+
+std::optional<JudgedBody> GraphTask::carry_out(bool waits) {
+  if (auto fault = parse()) return JudgedBody(*std::move(fault));
+  std::optional<model::GraphRefusal> refused = state->write(write, waits);
+  if (refused && refused->kind == model::GraphRefusal::Kind::busy) return std::nullopt;
+  if (refused) return JudgedBody(fault_of(*std::move(refused)));
+  Body body;
+  if (creates) body.made_graph = state;
+  return JudgedBody(std::move(body));
+}
+
+std::optional<BodyFault> GraphTask::parse() {
+  if (std::exchange(is_parsed_, true)) return std::nullopt;
+  if (!is_update) {
+    body.is_verbatim = true;
+    JudgedBody read = body.judge();
+    if (auto* fault = std::get_if<BodyFault>(&read)) return std::move(*fault);
+    write.graph = unplaced(std::get<Body>(read).graph, base);
+    return std::nullopt;
+  }
+  std::string transcoded;
+  std::string_view text = body.text;
+  if (!body.charset.empty()) {
+    const Result<std::string_view> utf8 = charset::to_utf8(text, body.charset, transcoded);
+    if (!utf8) return BodyFault{400, "body: " + utf8.error().message};
+    text = *utf8;
+  }
+  rdf::ReadOptions options;
+  options.base = body.here;
+  options.max_triples = body.limits->max_triples;
+  options.max_bytes = body.limits->max_text_bytes;
+  Result<std::vector<rdf::DataUpdate>> updates = rdf::read_data_updates(text, options);
+  if (!updates) {
+    const Errc code = updates.error().code;
+    return BodyFault{code == Errc::limit_exceeded ? 413 : code == Errc::unsupported_syntax ? 422 : 400, "body: " + updates.error().message};
+  }
+  for (rdf::DataUpdate& update : *updates) update.graph = unplaced(update.graph, base);
+  write.updates = *std::move(updates);
+  return std::nullopt;
+}
+
+BodyFault GraphTask::fault_of(model::GraphRefusal refusal) const {
+  using Kind = model::GraphRefusal::Kind;
+  switch (refusal.kind) {
+    case Kind::changed: return {412, "If-Match: the graph has changed meanwhile; GET it again"};
+    case Kind::too_large: return {413, "the graph: " + refusal.message};
+    case Kind::violation: break;
+    default: return {422, "the graph: " + refusal.message};
+  }
+  BodyFault fault{422};
+  for (const shacl::ValidationResult& result : refusal.report->results()) {
+    std::string detail = rdf::to_string(result.focus.view());
+    if (!result.path.empty()) detail += " " + result.path.to_string();
+    for (const rdf::Term& message : result.messages) detail.append(": ").append(message.view().text);
+    fault.errors.push_back({{}, with_base(std::move(detail), base), {}, rdf::abbreviate(result.component.text)});
+  }
+  fault.report = std::move(refusal.report);
+  return fault;
+}
+
+}  // namespace lrt::engine

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "src/engine/body_task.hpp"
+#include "src/model/graph_state.hpp"
+
+namespace lrt::engine {
+
+/// A request of a client that changes a graph of a World: bytes to triples, and then the write, judged by the graph's shapes. As with BodyTask any
+/// thread may carry it out.
+struct GraphTask {
+  BodyTask body;
+  bool is_update = false;                      ///< the body is in SPARQL 1.1 Update
+  std::string base{};                          ///< IRI of the server in the body
+  std::shared_ptr<model::GraphState> state{};
+  model::GraphWrite write{};
+  bool creates = false;                        ///< nobody knows the graph yet
+
+  /// @param waits  for a write that is under way
+  /// @return nullopt: another write is under way
+  std::optional<JudgedBody> carry_out(bool waits);
+
+ private:
+  std::optional<BodyFault> parse();
+  BodyFault fault_of(model::GraphRefusal refusal) const;
+  bool is_parsed_ = false;
+};
+
+}  // namespace lrt::engine

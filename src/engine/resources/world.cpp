@@ -1,0 +1,426 @@
+#include "src/engine/resources/world.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <lrt/base/ids.hpp>
+#include <lrt/base/iri.hpp>
+#include <lrt/http/etag.hpp>
+#include <lrt/http/target.hpp>
+
+#include "src/base/canonical_path.hpp"
+#include "src/engine/description.hpp"
+#include "src/engine/overview.hpp"
+#include "src/engine/parts.hpp"
+#include "src/engine/resources/collection.hpp"
+
+namespace lrt::engine {
+
+namespace {
+
+using model::GraphState;
+using model::GraphWrite;
+
+/// Names below a World that a client may choose.
+constexpr std::size_t max_name_bytes = 1000, max_names = 16;
+
+bool is_conditional(const http::Request& request) { return request.find("If-Match") || request.find("If-None-Match"); }
+
+/// A parameter without a value, as in ?default.
+bool has_parameter(std::string_view target, std::string_view name) {
+  for (std::size_t at = target.find('?'); at != std::string_view::npos; at = target.find('&', at + 1)) {
+    const std::string_view one = target.substr(at + 1, target.find('&', at + 1) - at - 1);
+    if (one == name || (one.size() == name.size() + 1 && one.substr(0, name.size()) == name && one.back() == '=')) return true;
+  }
+  return false;
+}
+
+Input input_of(const GraphOptions& options) {
+  Input input;
+  input.may_be_empty = true;
+  input.max_bytes = options.max_bytes;
+  return input;
+}
+
+}  // namespace
+
+// ----------------------------------------------------------------------------------------------------------------- graph
+
+WorldGraphResource::WorldGraphResource(WorldResource& its_world, std::shared_ptr<GraphState> state, bool created)
+    : Resource(state->path(), its_world.thing), world(its_world), graph_state(std::move(state)), is_created(created), version_(graph_state->version()) {}
+
+WorldGraphResource::~WorldGraphResource() { graph_state->set_listener(nullptr); }
+
+Methods WorldGraphResource::methods() const noexcept {
+  Methods methods;
+  methods.put = methods.post = methods.remove = methods.patch = is_created || graph_state->options().clients_may_write;
+  return methods;
+}
+
+Input WorldGraphResource::input(const EngineOptions&) const { return input_of(graph_state->options()); }
+
+Outcome WorldGraphResource::put(Context& context, Parts& parts) { return write(context, parts, GraphWrite::Kind::replace); }
+Outcome WorldGraphResource::post(Context& context, Parts& parts) { return write(context, parts, GraphWrite::Kind::merge); }
+Outcome WorldGraphResource::patch(Context& context, Parts& parts) { return write(context, parts, GraphWrite::Kind::edit); }
+
+Outcome WorldGraphResource::remove(Context& context, Parts& parts) {
+  if (!is_created) return write(context, parts, GraphWrite::Kind::replace);
+  if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
+  http::Response response = parts.responses.no_content(context);
+  world.remove_graph(*this, parts);  // this is gone now
+  return response;
+}
+
+Outcome WorldGraphResource::write(Context& context, Parts& parts, GraphWrite::Kind kind) {
+  if (context.judged) {
+    auto judged = parts.bodies.changed_graph(context);
+    take_changes(parts);
+    if (auto outcome = outcome_of(judged)) return *std::move(outcome);
+    return parts.responses.no_content(context);
+  }
+  if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
+  auto made = parts.bodies.graph_task(context, graph_state);
+  if (auto* response = std::get_if<http::Response>(&made)) return std::move(*response);
+  GraphTask& task = std::get<GraphTask>(made);
+  task.write.kind = kind;
+  if (is_conditional(context.request())) task.write.expected = version_.revision;
+  auto changed = parts.bodies.change_graph(context, std::move(task));
+  take_changes(parts);
+  if (auto outcome = outcome_of(changed)) return *std::move(outcome);
+  return parts.responses.no_content(context);
+}
+
+void WorldGraphResource::attach(Parts& parts) {
+  epoch_ = parts.options.ids->next();
+  graph_state->set_listener([inbox = parts.calls.inbox(), &parts, ref = Ref(*this), waits = changes_wait_] {
+    if (waits->exchange(true)) return;
+    try {
+      inbox->put([&parts, ref](TimePoint) {
+        if (WorldGraphResource* graph = parts.registry.find(ref)) graph->take_changes(parts);
+      });
+    } catch (...) {
+      waits->store(false);
+      throw;
+    }
+  });
+  take_changes(parts);
+}
+
+void WorldGraphResource::take_changes(Parts& parts) {
+  changes_wait_->store(false);
+  bool changed = take_published(parts);
+  if (GraphState::Version version = graph_state->version(); version.revision != version_.revision) {
+    version_ = std::move(version);
+    changed = true;
+  }
+  if (changed) mark_changed();
+}
+
+bool WorldGraphResource::take_published(Parts& parts) {
+  const std::vector<model::PublishedSpec> present = graph_state->published();
+  bool changed = false;
+  for (std::size_t i = published_.size(); i-- > 0;) {
+    const auto is_it = [&](const model::PublishedSpec& spec) { return spec.property == published_[i].resource->spec; };
+    if (std::any_of(present.begin(), present.end(), is_it)) continue;
+    Published gone = std::move(published_[i]);
+    published_.erase(published_.begin() + static_cast<std::ptrdiff_t>(i));
+    remove_published(gone, parts);
+    changed = true;
+  }
+  for (const model::PublishedSpec& spec : present) {
+    const auto is_it = [&](const Published& known) { return known.resource->spec == spec.property; };
+    if (std::none_of(published_.begin(), published_.end(), is_it)) add_published(spec, parts);
+  }
+  return changed;
+}
+
+void WorldGraphResource::add_published(const model::PublishedSpec& spec, Parts& parts) {
+  auto made = std::make_unique<PropertyResource>(spec.property->location(), thing, spec.property);
+  made->in_graph = this;
+  published_.reserve(published_.size() + 1);
+  if (!parts.registry.add(*made)) {
+    parts.responses.log(LogLevel::error, "path \"" + spec.property->location().substr(1) + "\" is taken: what is published there is not shown");
+    graph_state->remove_published(*spec.property);
+    return;
+  }
+  spec.property->seal();
+  spec.property->slot->set_clock(parts.clock);
+  spec.property->slot->attach(parts.scanner.wake_signal());
+  PropertyResource& resource = *made;
+  published_.push_back({std::move(made), spec.predicate, spec.object});
+  for (const Observer* observer : observers)
+    if (observer->queues()) parts.values.keep(resource, true);
+  if (!observers.empty()) resource.set_watched(true, parts.scanner);
+  parts.values.take_published(resource);
+}
+
+void WorldGraphResource::remove_published(Published& published, Parts& parts) {
+  PropertyResource& resource = *published.resource;
+  if (!observers.empty()) resource.set_watched(false, parts.scanner);
+  resource.removed(parts);
+  parts.registry.remove(resource);
+  parts.discard(std::move(published.resource));
+}
+
+void WorldGraphResource::removed(Parts& parts) {
+  graph_state->set_listener(nullptr);
+  while (!observers.empty()) observers.back()->resource_removed();
+  for (Published& published : std::exchange(published_, {})) remove_published(published, parts);
+}
+
+// What it says.
+
+void WorldGraphResource::describe(const Description& d) const {
+  add_placed(d.graph, *version_.graph, d.base);
+  describe_published(d);
+}
+
+void WorldGraphResource::describe_published(const Description& d) const {
+  for (const Published& published : published_) {
+    const PropertyResource& resource = *published.resource;
+    if (resource.value.is_null()) continue;
+    About(d.graph, d.base + path + published.object).link(Iri(std::string_view(published.predicate)), d.base + resource.path);
+    resource.describe(d);
+  }
+}
+
+void WorldGraphResource::describe_types(About& about, const Description&) const { about.a(vocab::lrt_::WorldGraph).a(vocab::ldp::RDFSource); }
+
+void WorldGraphResource::describe_as_member(About& about, const Description& d) const {
+  describe_types(about, d);
+  if (const std::string& title = graph_state->options().title; !title.empty()) about.add(vocab::dcterms::title, rdf::literal(title));
+  Resource::describe_controls(about, d);
+}
+
+void WorldGraphResource::summarize(Overview& o) const {
+  o.text("title", graph_state->options().title);
+  o.number("triples", version_.graph->size());
+}
+
+/// Its state has a number, and so no representation is written out to compare tags. What is published has its own after a point.
+std::string WorldGraphResource::entity_tag(std::string_view media_type, const std::string& base, const Audience& audience, bool for_write) const {
+  std::string state = base + " " + path + " " + epoch_ + " " + std::to_string(version_.revision);
+  if (audience.is_restricted() && audience.principal) state += " " + audience.principal->name;
+  std::string tag = http::entity_tag(media_type, state);
+  if (!for_write && !published_.empty()) tag.insert(tag.size() - 1, "." + std::to_string(revision));
+  return tag;
+}
+
+std::string WorldGraphResource::for_write(std::string field) const {
+  for (std::size_t dot = field.find('.'); dot != std::string::npos; dot = field.find('.', dot)) {
+    std::size_t end = dot + 1;
+    while (end < field.size() && field[end] >= '0' && field[end] <= '9') ++end;
+    if (end == dot + 1 || end == field.size() || field[end] != '"') ++dot;
+    else field.erase(dot, end - dot);
+  }
+  return field;
+}
+
+std::shared_ptr<const rdf::Graph> WorldGraphResource::graph(const EngineView& view) const {
+  if (published_.empty()) return version_.graph;
+  if (whole_ && whole_revision_ == revision) return whole_;
+  auto whole = std::make_shared<rdf::Graph>(*version_.graph);
+  const std::string base(placeholder_base);
+  const Audience everything;
+  describe_published({*whole, base, 1, view, everything});
+  whole_ = std::move(whole);
+  whole_revision_ = revision;
+  return whole_;
+}
+
+void WorldGraphResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const {
+  for (const Published& published : published_) visit(*published.resource);
+}
+
+void WorldGraphResource::set_observed(bool observed, ChangeScanner& scanner) {
+  for (const Published& published : published_) published.resource->set_watched(observed, scanner);
+}
+
+// ------------------------------------------------------------------------------------------------------------ all graphs
+
+AllGraphsResource::AllGraphsResource(WorldResource& its_world, std::string its_path) : Resource(std::move(its_path), its_world.thing), world_(its_world) {}
+
+void AllGraphsResource::describe(const Description& d) const {
+  for (const auto& graph : world_.graphs())
+    if (d.audience.sees(*graph)) graph->describe(d);
+}
+
+std::vector<const Resource*> AllGraphsResource::described_resources() const {
+  std::vector<const Resource*> parts;
+  for (const auto& graph : world_.graphs()) parts.push_back(graph.get());
+  return parts;
+}
+
+void AllGraphsResource::describe_types(About& about, const Description&) const { about.a(vocab::ldp::RDFSource); }
+const Variants& AllGraphsResource::variants() const { return graph_variants(); }
+const std::string& AllGraphsResource::path_of_rights() const noexcept { return world_.path; }
+std::size_t AllGraphsResource::max_bytes(const EngineOptions& options) const noexcept { return options.max_all_bytes; }
+
+std::uint64_t AllGraphsResource::state(std::uint64_t structure) const noexcept {
+  std::uint64_t mixed = structure;
+  for (const auto& graph : world_.graphs()) mixed = (mixed ^ graph->revision) * 1099511628211U;
+  return mixed;
+}
+
+void AllGraphsResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const {
+  for (const auto& graph : world_.graphs()) graph->for_each_property(visit);
+}
+
+// ------------------------------------------------------------------------------------------------------------- new graph
+
+NewGraphResource::NewGraphResource(WorldResource& its_world, std::string its_path) : Resource(std::move(its_path), its_world.thing), world_(its_world) {}
+
+Methods NewGraphResource::methods() const noexcept {
+  Methods methods;
+  methods.put = methods.post = world_.takes_graphs();
+  return methods;
+}
+
+Input NewGraphResource::input(const EngineOptions& options) const { return world_.input(options); }
+const std::string& NewGraphResource::path_of_rights() const noexcept { return world_.path; }
+
+Outcome NewGraphResource::put(Context& context, Parts& parts) {
+  if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
+  return world_.make_graph(context, parts, world_.named_path(context.request().target, parts));
+}
+
+// ----------------------------------------------------------------------------------------------------------------- world
+
+WorldResource::WorldResource(std::string its_path, ThingNode* its_thing, const model::WorldSpec& its_spec)
+    : ThingResource(its_path, its_thing), spec(its_spec), all_(*this, its_path + "?default"), new_(*this, its_path + "?graph") {
+  for (const auto& state : spec.graphs) graphs_.push_back(std::make_unique<WorldGraphResource>(*this, state, false));
+}
+WorldResource::~WorldResource() = default;
+
+Methods WorldResource::methods() const noexcept {
+  Methods methods;
+  methods.post = takes_graphs();
+  return methods;
+}
+
+Input WorldResource::input(const EngineOptions& options) const { return takes_graphs() ? input_of(spec.options.created) : Resource::input(options); }
+
+Outcome WorldResource::post(Context& context, Parts& parts) {
+  if (requests_other_model(context.request().joined("Link"))) return parts.responses.problem(context, 409, "members of this container are ldp:RDFSource");
+  if (!context.judged)
+    if (auto response = parts.representations.failed_precondition(context)) return *std::move(response);
+  return make_graph(context, parts, path + "/" + parts.options.ids->next());
+}
+
+Outcome WorldResource::make_graph(Context& context, Parts& parts, const std::string& at) {
+  if (at.empty()) return parts.responses.problem(context, 409, "a graph of this World needs a name below \"" + path + "\"");
+  if (created_ >= spec.options.max_created)
+    return parts.responses.problem(context, 409, "the World is full with " + std::to_string(spec.options.max_created) + " graphs of clients");
+  if (!context.judged) {
+    auto made = parts.bodies.graph_task(context, GraphState::like(*spec.created, at));
+    if (auto* response = std::get_if<http::Response>(&made)) return std::move(*response);
+    std::get<GraphTask>(made).creates = true;
+    auto changed = parts.bodies.change_graph(context, std::move(std::get<GraphTask>(made)));
+    if (auto outcome = outcome_of(changed)) return *std::move(outcome);
+    context.judged = std::make_shared<JudgedBody>(std::move(std::get<Body>(changed)));
+  }
+  auto judged = parts.bodies.changed_graph(context);
+  if (auto outcome = outcome_of(judged)) return *std::move(outcome);
+  auto graph = std::make_unique<WorldGraphResource>(*this, std::get<Body>(judged).made_graph, true);
+  WorldGraphResource& added = *graph;
+  graphs_.reserve(graphs_.size() + 1);
+  if (!parts.registry.add(added)) return parts.responses.problem(context, 409, "the path \"" + added.path + "\" has been taken meanwhile");
+  graphs_.push_back(std::move(graph));
+  ++created_;
+  added.attach(parts);
+  parts.registry.structure_changed();
+  mark_changed();
+  http::Response response = parts.responses.no_content(context, 201);
+  response.fields.add("Location", parts.responses.iri(context, added.path));
+  return response;
+}
+
+void WorldResource::remove_graph(WorldGraphResource& graph, Parts& parts) {
+  graph.removed(parts);
+  parts.registry.remove(graph);
+  const auto found = std::find_if(graphs_.begin(), graphs_.end(), [&](const auto& g) { return g.get() == &graph; });
+  parts.discard(std::move(*found));
+  graphs_.erase(found);
+  --created_;
+  parts.registry.structure_changed();
+  mark_changed();
+}
+
+void WorldResource::attach(Parts& parts) {
+  for (const auto& graph : graphs_) graph->attach(parts);
+}
+
+void WorldResource::removed(Parts& parts) {
+  for (const auto& graph : graphs_) graph->removed(parts);
+}
+
+std::vector<Resource*> WorldResource::more_resources() {
+  std::vector<Resource*> all = members();
+  all.push_back(&all_);
+  if (takes_graphs()) all.push_back(&new_);
+  return all;
+}
+
+std::vector<Resource*> WorldResource::members() const {
+  std::vector<Resource*> all;
+  for (const auto& graph : graphs_) all.push_back(graph.get());
+  return all;
+}
+
+std::string WorldResource::named_path(std::string_view target, const Parts& parts) const {
+  std::optional<std::string> named;
+  if (const auto iri = query_parameter(target, "graph")) {
+    named = parts.bases.path_of(*iri);
+  } else if (const auto split = http::split_target(target)) {
+    named = std::string(split->path);
+    const std::string_view prefix = parts.bases.public_path();
+    if (named->compare(0, path.size(), path) != 0 && named->compare(0, prefix.size(), prefix) == 0) named->erase(0, prefix.size());
+  }
+  const Result<std::string> canonical = named ? canonical_path(*named) : Result<std::string>(std::string());
+  if (!canonical || canonical->compare(0, path.size(), path) != 0 || canonical->size() <= path.size() + 1 || (*canonical)[path.size()] != '/') return {};
+  const std::string_view below = std::string_view(*canonical).substr(path.size() + 1);
+  const auto names = static_cast<std::size_t>(std::count(below.begin(), below.end(), '/')) + 1;
+  if (below.size() > max_name_bytes || names > max_names || below.back() == '/' || below.find("//") != std::string_view::npos) return {};
+  return *canonical;
+}
+
+Resource* WorldResource::find_graph(std::string_view target, const Context& context, const Parts& parts) {
+  if (has_parameter(target, "default")) return &all_;
+  if (!query_parameter(target, "graph")) return this;
+  const std::string named = named_path(target, parts);
+  Resource* const found = named.empty() ? nullptr : parts.registry.find(named);
+  const bool is_graph = std::any_of(graphs_.begin(), graphs_.end(), [&](const auto& g) { return g.get() == found; });
+  if (is_graph) return found;
+  const std::string_view method = context.request().method;
+  return !found && !named.empty() && takes_graphs() && (method == "PUT" || method == "POST") ? &new_ : nullptr;
+}
+
+Resource* WorldResource::new_graph(std::string_view at, const Parts& parts) {
+  (void)at, (void)parts;
+  return takes_graphs() ? &new_ : nullptr;
+}
+
+void WorldResource::describe(const Description& d) const {
+  ThingResource::describe(d);
+  About about(d.graph, d.base + path);
+  about.link(vocab::lrt_::allGraphs, d.base + all_.path);
+  describe_container(about, *this, d);
+}
+
+void WorldResource::describe_types(About& about, const Description& d) const {
+  ThingResource::describe_types(about, d);
+  about.a(vocab::lrt_::World);
+  describe_container_types(about);
+}
+
+void WorldResource::overview(Overview& o) const {
+  ThingResource::overview(o);
+  o.members("graphs", *this);
+}
+
+void WorldResource::link_related(http::LinkWriter& links, const std::string& base) const {
+  ThingResource::link_related(links, base);
+  links.add(base + all_.path, "related");
+}
+
+}  // namespace lrt::engine

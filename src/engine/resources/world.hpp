@@ -1,0 +1,169 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "src/engine/resources/property.hpp"
+#include "src/engine/resources/thing.hpp"
+#include "src/model/graph_state.hpp"
+
+namespace lrt::engine {
+
+class WorldResource;
+
+/// A named graph of a World. Its representations are its triples and those of the values that are published in it, and no others: what it is, its World
+/// says.
+class WorldGraphResource final : public Resource {
+ public:
+  /// @param is_created  a client has made it, and may remove it
+  WorldGraphResource(WorldResource& world, std::shared_ptr<model::GraphState> state, bool is_created);
+  ~WorldGraphResource() override;
+
+  Methods methods() const noexcept override;
+  Outcome put(Context& context, Parts& parts) override;
+  /// Adds the triples of the body (SPARQL 1.1 Graph Store Protocol 5.5).
+  Outcome post(Context& context, Parts& parts) override;
+  Outcome patch(Context& context, Parts& parts) override;
+  /// A graph of the integrator's is empty afterwards, one of a client is gone.
+  Outcome remove(Context& context, Parts& parts) override;
+  Input input(const EngineOptions& options) const override;
+  bool is_up_to_date() const noexcept override { return true; }
+
+  void describe(const Description& d) const override;
+  void describe_controls(About&, const Description&) const override {}
+  void describe_types(About& about, const Description& d) const override;
+  void describe_as_member(About& about, const Description& d) const override;
+  std::string_view kind() const noexcept override { return "graph"; }
+  void summarize(Overview& o) const override;
+  std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
+  std::string entity_tag(std::string_view media_type, const std::string& base, const Audience& audience, bool for_write) const override;
+  std::string for_write(std::string field) const override;
+  bool has_fixed_links() const noexcept override { return true; }
+  Iri saved_type() const noexcept override { return vocab::lrt_::WorldGraph; }
+
+  Reads reads() const noexcept override { return Reads::values; }
+  void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
+  bool observable() const noexcept override { return true; }
+  void set_observed(bool observed, ChangeScanner& scanner) override;
+
+  /// Its triples, with those of published values; IRIs of this server stand below placeholder_base. It never changes. Costs a copy only if values are
+  /// published and one has changed since the last call.
+  std::shared_ptr<const rdf::Graph> graph(const EngineView& view) const;
+  std::shared_ptr<const rdf::Graph> kept_graph(const EngineView& engine) const override { return graph(engine); }
+  /// The same without what is published.
+  const std::shared_ptr<const rdf::Graph>& stored() const noexcept { return version_.graph; }
+
+  /// It is registered: changes by code arrive from here on.
+  void attach(Parts& parts);
+  /// It goes.
+  void removed(Parts& parts);
+
+  WorldResource& world;
+  const std::shared_ptr<model::GraphState> graph_state;
+  const bool is_created;
+
+ private:
+  struct Published {
+    std::unique_ptr<PropertyResource> resource;
+    std::string predicate, object;
+  };
+  Outcome write(Context& context, Parts& parts, model::GraphWrite::Kind kind);
+  /// Takes over what other threads have changed.
+  void take_changes(Parts& parts);
+  bool take_published(Parts& parts);
+  void add_published(const model::PublishedSpec& spec, Parts& parts);
+  void remove_published(Published& published, Parts& parts);
+  void describe_published(const Description& d) const;
+  Result<void> refused_removal() const;
+
+  model::GraphState::Version version_;
+  std::string epoch_;  ///< of entity tags: another one after a restart
+  std::vector<Published> published_;
+  std::shared_ptr<std::atomic<bool>> changes_wait_ = std::make_shared<std::atomic<bool>>(false);  ///< a message for take_changes() is on its way
+  mutable std::shared_ptr<const rdf::Graph> whole_;  ///< graph(), with the revision that it had
+  mutable std::uint64_t whole_revision_ = 0;
+};
+
+/// All graphs of a World that the reader sees, as one graph (`?default`).
+class AllGraphsResource final : public Resource {
+ public:
+  AllGraphsResource(WorldResource& its_world, std::string its_path);
+  void describe(const Description& d) const override;
+  void describe_controls(About&, const Description&) const override {}
+  void describe_types(About& about, const Description& d) const override;
+  std::vector<const Resource*> described_resources() const override;
+  const Variants& variants() const override;
+  std::string_view kind() const noexcept override { return "graphs"; }
+  std::uint64_t state(std::uint64_t structure) const noexcept override;
+  std::size_t max_bytes(const EngineOptions& options) const noexcept override;
+  Reads reads() const noexcept override { return Reads::values; }
+  void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
+  const std::string& path_of_rights() const noexcept override;
+
+ private:
+  WorldResource& world_;
+};
+
+/// Stands for graphs that are not there yet: a PUT or POST makes one.
+class NewGraphResource final : public Resource {
+ public:
+  NewGraphResource(WorldResource& its_world, std::string its_path);
+  Methods methods() const noexcept override;
+  bool exists() const noexcept override { return false; }
+  Outcome put(Context& context, Parts& parts) override;
+  Outcome post(Context& context, Parts& parts) override { return put(context, parts); }
+  Input input(const EngineOptions& options) const override;
+  void describe(const Description&) const override {}
+  void describe_types(About&, const Description&) const override {}
+  std::string_view kind() const noexcept override { return "graph"; }
+  const std::string& path_of_rights() const noexcept override;
+
+ private:
+  WorldResource& world_;
+};
+
+/// A World: a Thing that is the container of its graphs, and a graph store.
+class WorldResource final : public ThingResource {
+ public:
+  WorldResource(std::string its_path, ThingNode* its_thing, const model::WorldSpec& its_spec);
+  ~WorldResource() override;
+
+  Methods methods() const noexcept override;
+  /// A new graph, whose name the server chooses (SPARQL 1.1 Graph Store Protocol 5.5).
+  Outcome post(Context& context, Parts& parts) override;
+  Input input(const EngineOptions& options) const override;
+  void describe(const Description& d) const override;
+  void describe_types(About& about, const Description& d) const override;
+  std::string_view kind() const noexcept override { return "world"; }
+  void overview(Overview& o) const override;
+  void link_related(http::LinkWriter& links, const std::string& base) const override;
+  bool is_container() const noexcept override { return true; }
+  std::vector<Resource*> members() const override;
+  std::vector<Resource*> more_resources() override;
+  Resource* find_graph(std::string_view target, const Context& context, const Parts& parts) override;
+  Resource* new_graph(std::string_view at, const Parts& parts) override;
+
+  const std::vector<std::unique_ptr<WorldGraphResource>>& graphs() const noexcept { return graphs_; }
+  void attach(Parts& parts);
+  void removed(Parts& parts);
+  /// Makes a graph at a path, with the body of a request: 201.
+  Outcome make_graph(Context& context, Parts& parts, const std::string& at);
+  /// @pre WorldGraphResource::is_created
+  void remove_graph(WorldGraphResource& graph, Parts& parts);
+  /// The path that a request names for a new graph; empty: none that a graph of this World could have.
+  std::string named_path(std::string_view target, const Parts& parts) const;
+  bool takes_graphs() const noexcept { return spec.created != nullptr; }
+
+  const model::WorldSpec& spec;
+
+ private:
+  std::vector<std::unique_ptr<WorldGraphResource>> graphs_;
+  AllGraphsResource all_;
+  NewGraphResource new_;
+  std::size_t created_ = 0;
+};
+
+}  // namespace lrt::engine

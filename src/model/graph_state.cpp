@@ -1,0 +1,393 @@
+#include "src/model/graph_state.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+#include <lrt/base/iri.hpp>
+#include <lrt/rdf/codec.hpp>
+#include <lrt/rdf/lexical.hpp>
+#include <lrt/shacl/validator.hpp>
+
+namespace lrt::model {
+
+namespace {
+
+/// The triples that are not marked. Terms that none of them has are left out.
+rdf::Graph unmarked(const rdf::Graph& graph, const std::vector<bool>& marked) {
+  rdf::Graph rest;
+  std::vector<std::optional<rdf::TermId>> known(graph.term_count());
+  const auto same = [&](rdf::TermId id) {
+    std::optional<rdf::TermId>& mine = known[static_cast<std::size_t>(id)];
+    if (!mine) mine = rest.intern(graph.term(id));
+    return *mine;
+  };
+  const std::vector<rdf::Triple>& all = graph.triples();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (i < marked.size() && marked[i]) continue;
+    const rdf::TermId s = same(all[i].subject), p = same(all[i].predicate), o = same(all[i].object);
+    rest.add(s, p, o);
+  }
+  return rest;
+}
+
+/// Of all terms, each time they occur: what writing the graph out takes.
+std::size_t text_bytes(const rdf::Graph& graph) {
+  std::size_t bytes = 0;
+  for (const rdf::Triple& t : graph.triples())
+    for (const rdf::TermId id : {t.subject, t.predicate, t.object}) {
+      const rdf::TermView term = graph.term(id);
+      bytes += term.text.size() + term.datatype.size() + term.language.size();
+    }
+  return bytes;
+}
+
+constexpr std::size_t max_violations = 64;
+
+}  // namespace
+
+// ------------------------------------------------------------------------------------------------------------------ edit
+
+std::string GraphEdit::resolved(std::string_view iri) {
+  if (iri::is_absolute(iri)) return std::string(iri);
+  Result<std::string> whole = iri::resolve(base_, iri);
+  if (whole && iri::is_absolute(*whole)) return *std::move(whole);
+  fail({Errc::expected_iri, "expected an IRI, found \"" + std::string(iri) + "\""});
+  return base_;
+}
+
+rdf::Term GraphEdit::term_of(const Object& o) {
+  switch (o.kind()) {
+    case Object::Kind::iri: return rdf::iri(resolved(o.text()));
+    case Object::Kind::resource: {
+      const Result<std::string> path = encode_path_from_root(o.text());
+      if (!path) fail(path.error());
+      return rdf::iri(std::string(World::base) + "/" + path.value_or(std::string()));
+    }
+    case Object::Kind::literal: break;
+  }
+  if (!o.language().empty()) return rdf::tagged_literal(o.text(), o.language());
+  return o.datatype().empty() ? rdf::literal(o.text()) : rdf::literal(o.text(), Iri(std::string_view(o.datatype())));
+}
+
+void GraphEdit::add(const rdf::TermView& subject, const rdf::TermView& predicate, const rdf::TermView& object) {
+  if (error_) return;
+  if (subject.is_literal() || !predicate.is_iri())
+    return fail({Errc::expected_rdf, "expected a triple, found " + rdf::to_string(subject) + " " + rdf::to_string(predicate) + " " + rdf::to_string(object)});
+  const auto interned = [&](const rdf::TermView& term) { return graph_.intern(term.is_iri() ? rdf::iri(resolved(term.text)) : term); };
+  // A view may be of this graph, whose text moves when a term is added.
+  const rdf::Term s(subject), p(predicate), o(object);
+  const rdf::TermId s_id = interned(s), p_id = interned(p);
+  add(s_id, p_id, interned(o));
+}
+
+void GraphEdit::add(rdf::TermId subject, rdf::TermId predicate, rdf::TermId object) {
+  if (graph_.add(subject, predicate, object)) return;
+  const std::size_t at = place(*graph_.match(subject, predicate, object).begin());
+  if (!is_removed(at)) return;
+  removed_[at] = false;
+  --removed_count_;
+  if (at < before_) --removed_before_;
+}
+
+void GraphEdit::merge(const rdf::Graph& other) {
+  if (error_) return;
+  std::vector<std::optional<rdf::TermId>> known(other.term_count());
+  const auto mine = [&](rdf::TermId id) {
+    std::optional<rdf::TermId>& same = known[static_cast<std::size_t>(id)];
+    if (!same) {
+      const rdf::TermView term = other.term(id);
+      same = term.is_blank() ? graph_.fresh_blank() : graph_.intern(term);
+    }
+    return *same;
+  };
+  for (const rdf::Triple& t : other.triples()) {
+    const rdf::TermId s = mine(t.subject), p = mine(t.predicate), o = mine(t.object);
+    add(s, p, o);
+  }
+}
+
+void GraphEdit::mark(std::size_t at) {
+  if (is_removed(at)) return;
+  if (removed_.size() <= at) removed_.resize(graph_.size());
+  removed_[at] = true;
+  ++removed_count_;
+  if (at < before_) ++removed_before_;
+}
+
+void GraphEdit::remove(const rdf::TermView* subject, const rdf::TermView* predicate, const rdf::TermView* object) {
+  if (error_) return;
+  std::vector<rdf::Term> terms;  // resolved
+  terms.reserve(3);
+  rdf::TermView views[3];
+  const rdf::TermView* wanted[3] = {subject, predicate, object};
+  for (int i = 0; i < 3; ++i) {
+    if (!wanted[i]) continue;
+    terms.push_back(wanted[i]->is_iri() ? rdf::Term(rdf::iri(resolved(wanted[i]->text))) : rdf::Term(*wanted[i]));
+    views[i] = terms.back().view();
+    wanted[i] = &views[i];
+  }
+  for (const rdf::Triple& t : graph_.match(wanted[0], wanted[1], wanted[2])) mark(place(t));
+}
+
+void GraphEdit::remove_node(const rdf::TermView& subject) {
+  if (error_) return;
+  const auto first = graph_.find(subject);
+  if (!first) return;
+  for (const rdf::Triple& t : graph_.match(std::nullopt, std::nullopt, *first)) mark(place(t));
+  std::vector<rdf::TermId> open = {*first};
+  while (!open.empty()) {
+    const rdf::TermId node = open.back();
+    open.pop_back();
+    for (const rdf::Triple& t : graph_.match(node, std::nullopt, std::nullopt)) {
+      if (is_removed(place(t))) continue;
+      mark(place(t));
+      if (!graph_.term(t.object).is_blank()) continue;
+      const auto leading = graph_.match(std::nullopt, std::nullopt, t.object);
+      if (std::all_of(leading.begin(), leading.end(), [&](const rdf::Triple& other) { return is_removed(place(other)); })) open.push_back(t.object);
+    }
+  }
+}
+
+void GraphEdit::clear() {
+  if (error_) return;
+  removed_.assign(graph_.size(), true);
+  removed_count_ = graph_.size();
+  removed_before_ = before_;
+}
+
+const rdf::Graph& GraphEdit::graph() {
+  if (removed_count_ != 0) remove_removed();
+  return graph_;
+}
+
+/// Places change here. What was removed of the first triples is remembered as a number only.
+void GraphEdit::remove_removed() {
+  std::size_t first_left = 0;
+  for (std::size_t i = 0; i < before_; ++i)
+    if (!is_removed(i)) ++first_left;
+  graph_ = unmarked(graph_, removed_);
+  removed_.clear();
+  removed_count_ = 0;
+  // A triple that is removed, and then added again, counts as a change from here on.
+  lost_ += before_ - first_left;
+  before_ = first_left;
+  removed_before_ = 0;
+}
+
+// ----------------------------------------------------------------------------------------------------------------- state
+
+Result<std::shared_ptr<GraphState>> GraphState::create(std::string path, GraphOptions options, const std::string& shapes_base,
+                                                       std::shared_ptr<HandleContext> thing) {
+  std::shared_ptr<GraphState> state(new GraphState(std::move(path), std::move(options), std::move(thing)));
+  const auto named = [&](Error error) {
+    error.message = "graph \"" + state->path_.substr(1) + "\": " + error.message;
+    return Unexpected{std::move(error)};
+  };
+  rdf::ReadOptions reading;
+  reading.base = shapes_base;
+  if (!state->options_.shapes.empty()) {
+    Result<rdf::Graph> shapes = rdf::read(state->options_.shapes, rdf::Syntax::turtle, reading);
+    if (!shapes) return named(shapes.error());
+    Result<shacl::Shapes> compiled = shacl::Shapes::compile(*std::move(shapes));
+    if (!compiled) return named(compiled.error());
+    state->shapes_ = *std::move(compiled);
+  }
+  if (!state->options_.turtle.empty()) {
+    const Result<void> first = state->update([&](GraphEdit& edit) {
+      rdf::ReadOptions first_reading;
+      first_reading.base = edit.base();
+      const Result<rdf::Graph> graph = rdf::read(state->options_.turtle, rdf::Syntax::turtle, first_reading);
+      if (graph) edit.merge(*graph);
+      else edit.fail(graph.error());
+    });
+    if (!first) return named(first.error());
+  }
+  return state;
+}
+
+std::shared_ptr<GraphState> GraphState::like(const GraphState& other, std::string path) {
+  std::shared_ptr<GraphState> state(new GraphState(std::move(path), other.options_, other.thing_));
+  state->shapes_ = other.shapes_;
+  return state;
+}
+
+GraphState::Version GraphState::version() const {
+  const std::lock_guard lock(mutex_);
+  return current_;
+}
+
+Result<void> GraphState::update(FunctionRef<void(GraphEdit&)> change) {
+  if (writer_.load() == std::this_thread::get_id())
+    return unexpected(Errc::refused, "graph \"" + path_.substr(1) + "\": update() was called within update() of the same graph");
+  const std::lock_guard writing(writers_mutex_);
+  struct Mine {
+    explicit Mine(std::atomic<std::thread::id>& id) : writer(id) { writer = std::this_thread::get_id(); }
+    ~Mine() { writer = std::thread::id(); }
+    std::atomic<std::thread::id>& writer;
+  } mine(writer_);
+  try {
+    const Version before = version();
+    GraphEdit edit(*before.graph, iri());
+    change(edit);
+    if (edit.error()) return Unexpected{*edit.error()};
+    const std::optional<GraphRefusal> refused = commit(edit);
+    if (!refused) return {};
+    const Errc code = refused->kind == GraphRefusal::Kind::violation ? Errc::expected_value : Errc::limit_exceeded;
+    return unexpected(code, "graph \"" + path_.substr(1) + "\": " + (refused->report ? "it would not conform to its shapes: " + refused->report->to_text() : refused->message));
+  } catch (const BadResult& e) {
+    return Unexpected{e.error()};
+  } catch (const std::exception& e) {
+    return unexpected(Errc::failed, "the update of graph \"" + path_.substr(1) + "\" threw: " + e.what());
+  } catch (...) {
+    return unexpected(Errc::failed, "the update of graph \"" + path_.substr(1) + "\" threw something that is no std::exception");
+  }
+}
+
+std::optional<GraphRefusal> GraphState::write(const GraphWrite& wanted, bool waits) {
+  std::unique_lock writing(writers_mutex_, std::defer_lock);
+  if (waits) writing.lock();
+  else if (!writing.try_lock()) return GraphRefusal{GraphRefusal::Kind::busy};
+  const Version before = version();
+  if (wanted.expected && *wanted.expected != before.revision) return GraphRefusal{GraphRefusal::Kind::changed};
+  GraphEdit edit(*before.graph, iri());
+  switch (wanted.kind) {
+    case GraphWrite::Kind::replace:
+      edit.clear();
+      [[fallthrough]];
+    case GraphWrite::Kind::merge:
+      merge(edit, wanted.graph);
+      break;
+    case GraphWrite::Kind::edit:
+      for (const rdf::DataUpdate& update : wanted.updates) {
+        if (update.kind == rdf::DataUpdate::Kind::insert) {
+          merge(edit, update.graph);
+          continue;
+        }
+        for (const rdf::Triple& t : update.graph.triples()) {
+          const rdf::TermView s = update.graph.term(t.subject), p = update.graph.term(t.predicate), o = update.graph.term(t.object);
+          edit.remove(&s, &p, &o);
+        }
+      }
+      break;
+  }
+  return commit(edit);
+}
+
+Result<void> GraphState::restore(rdf::Graph graph) {
+  return update([&](GraphEdit& edit) {
+    edit.clear();
+    edit.merge(graph);
+  });
+}
+
+/// @pre writers_mutex_ is held
+std::optional<GraphRefusal> GraphState::commit(GraphEdit& edit) {
+  if (!edit.has_changed()) return std::nullopt;
+  auto next = std::make_shared<const rdf::Graph>(edit.graph());
+  if (auto refused = judge(*next)) return refused;
+  Version made;
+  {
+    const std::lock_guard lock(mutex_);
+    std::swap(current_.graph, next);  // the former one is destroyed without the lock
+    ++current_.revision;
+    made = current_;
+  }
+  {
+    const std::lock_guard lock(listener_mutex_);
+    if (saver_) saver_(made);
+  }
+  notify();
+  return std::nullopt;
+}
+
+std::optional<GraphRefusal> GraphState::judge(const rdf::Graph& graph) const {
+  using Kind = GraphRefusal::Kind;
+  if (graph.size() > options_.max_triples)
+    return GraphRefusal{Kind::too_large, "it would have " + std::to_string(graph.size()) + " triples; " + std::to_string(options_.max_triples) + " are allowed"};
+  if (const std::size_t bytes = text_bytes(graph); bytes > options_.max_bytes)
+    return GraphRefusal{Kind::too_large,
+                        "it would have " + std::to_string(bytes) + " bytes of IRIs and literals, written out; " + std::to_string(options_.max_bytes) + " are allowed"};
+  if (!shapes_) return std::nullopt;
+  shacl::ValidateOptions limits;
+  limits.max_results = max_violations;
+  Result<shacl::Report> report = shacl::validate(*shapes_, graph, limits);
+  if (!report) return GraphRefusal{Kind::failed, "it could not be judged: " + report.error().message};
+  if (report->conforms()) return std::nullopt;
+  return GraphRefusal{Kind::violation, {}, *std::move(report)};
+}
+
+/// What a client says of values that the robot publishes is left out: it may write back what it has read.
+void GraphState::merge(GraphEdit& edit, const rdf::Graph& graph) const {
+  std::vector<rdf::TermId> open;
+  std::vector<bool> reached(graph.term_count()), removed(graph.size());
+  const auto remove = [&](const rdf::Triple& t) { removed[static_cast<std::size_t>(&t - graph.triples().data())] = true; };
+  for (const PublishedSpec& p : published()) {
+    const std::string value = std::string(World::base) + p.property->location();
+    const auto id = graph.find(rdf::iri(value));
+    if (!id) continue;
+    reached[static_cast<std::size_t>(*id)] = true;
+    open.push_back(*id);
+    for (const rdf::Triple& t : graph.match(std::nullopt, std::nullopt, *id)) remove(t);
+  }
+  if (open.empty()) return edit.merge(graph);
+  while (!open.empty()) {
+    const rdf::TermId node = open.back();
+    open.pop_back();
+    for (const rdf::Triple& t : graph.match(node, std::nullopt, std::nullopt)) {
+      remove(t);
+      if (!graph.term(t.object).is_blank() || reached[static_cast<std::size_t>(t.object)]) continue;
+      reached[static_cast<std::size_t>(t.object)] = true;
+      open.push_back(t.object);
+    }
+  }
+  edit.merge(unmarked(graph, removed));
+}
+
+bool GraphState::add_published(std::shared_ptr<PropertySpec> property, std::string predicate, std::string object) {
+  {
+    const std::lock_guard lock(mutex_);
+    for (const PublishedSpec& p : published_)
+      if (p.property->path == property->path) return false;
+    published_.push_back({std::move(property), std::move(predicate), std::move(object)});
+  }
+  notify();
+  return true;
+}
+
+void GraphState::remove_published(const PropertySpec& property) noexcept {
+  std::optional<PublishedSpec> gone;  // is destroyed without the lock
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = std::find_if(published_.begin(), published_.end(), [&](const PublishedSpec& p) { return p.property.get() == &property; });
+    if (found == published_.end()) return;
+    gone = std::move(*found);
+    published_.erase(found);
+  }
+  notify();
+}
+
+std::vector<PublishedSpec> GraphState::published() const {
+  const std::lock_guard lock(mutex_);
+  return published_;
+}
+
+void GraphState::set_listener(std::function<void()> listener) {
+  const std::lock_guard lock(listener_mutex_);
+  listener_ = std::move(listener);
+}
+
+void GraphState::set_saver(std::function<void(const Version&)> saver) {
+  const std::lock_guard lock(listener_mutex_);
+  saver_ = std::move(saver);
+}
+
+void GraphState::notify() noexcept {
+  const std::lock_guard lock(listener_mutex_);
+  try {
+    if (listener_) listener_();
+  } catch (...) {  // no memory for the message: the next change brings one
+  }
+}
+
+}  // namespace lrt::model

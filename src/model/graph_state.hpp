@@ -1,0 +1,170 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include <lrt/base/result.hpp>
+#include <lrt/model/detail/spec.hpp>
+#include <lrt/rdf/graph.hpp>
+#include <lrt/shacl/report.hpp>
+#include <lrt/shacl/shapes.hpp>
+#include <lrt/world.hpp>
+
+#include "src/base/function_ref.hpp"
+#include "src/rdf/update_data.hpp"
+
+namespace lrt::model {
+
+/// Changes to a copy of a graph, in the order in which they are made.
+class GraphEdit {
+ public:
+  /// @param base  IRI of the graph
+  GraphEdit(const rdf::Graph& before, std::string base) : before_(before.size()), base_(std::move(base)), graph_(before) {}
+
+  void add(const rdf::TermView& subject, const rdf::TermView& predicate, const rdf::TermView& object);
+  /// Adds all triples with new blank nodes.
+  void merge(const rdf::Graph& graph);
+  void remove(const rdf::TermView* subject, const rdf::TermView* predicate, const rdf::TermView* object);
+  void remove_node(const rdf::TermView& subject);
+  void clear();
+  /// The graph with the changes up to now.
+  const rdf::Graph& graph();
+  std::size_t size() const noexcept { return graph_.size() - removed_count_; }
+  /// The triples differ from those at the beginning.
+  bool has_changed() const noexcept { return size() != before_ || removed_before_ != 0 || lost_ != 0; }
+
+  /// An IRI that may be relative to the graph. What is wrong with it becomes the error.
+  std::string resolved(std::string_view iri);
+  rdf::Term term_of(const Object& object);
+  void fail(Error error) {
+    if (!error_) error_ = std::move(error);
+  }
+  const std::optional<Error>& error() const noexcept { return error_; }
+  const std::string& base() const noexcept { return base_; }
+
+ private:
+  std::size_t place(const rdf::Triple& triple) const noexcept { return static_cast<std::size_t>(&triple - graph_.triples().data()); }
+  bool is_removed(std::size_t at) const noexcept { return at < removed_.size() && removed_[at]; }
+  void mark(std::size_t at);
+  void add(rdf::TermId subject, rdf::TermId predicate, rdf::TermId object);
+  void remove_removed();
+
+  std::size_t before_;           ///< triples of the graph at the beginning
+  const std::string base_;
+  rdf::Graph graph_;
+  std::vector<bool> removed_;    ///< by place in graph_; the rest: not removed
+  std::size_t removed_count_ = 0;
+  std::size_t removed_before_ = 0;  ///< of those that were there at the beginning
+  std::size_t lost_ = 0;            ///< those that are not in graph_ any more
+  std::optional<Error> error_;
+};
+
+/// A change that a client requests. IRIs of this server stand below World::base.
+struct GraphWrite {
+  enum class Kind : std::uint8_t { replace, merge, edit };
+  Kind kind = Kind::replace;
+  rdf::Graph graph{};                       ///< to replace the present one, or to be added
+  std::vector<rdf::DataUpdate> updates{};   ///< Kind::edit
+  std::optional<std::uint64_t> expected{};  ///< carried out only if this is the revision
+};
+
+/// Why a write is refused. Nothing has changed.
+struct GraphRefusal {
+  enum class Kind : std::uint8_t {
+    changed,    ///< the revision is another one than expected
+    too_large,
+    violation,  ///< the shapes refuse the graph: `report`
+    failed,     ///< it could not be judged
+    busy,       ///< another write is under way, and this one was not to wait
+  };
+  Kind kind;
+  std::string message{};
+  std::optional<shacl::Report> report{};
+};
+
+/// A value that the control loop publishes into a graph.
+struct PublishedSpec {
+  std::shared_ptr<PropertySpec> property;
+  std::string predicate;
+  std::string object;  ///< the fragment that names it, "#cup"
+};
+
+/// A graph with all that judges it. The handles of the user and the engine share it.
+///
+/// @par Threads  Any. Writers follow one another; readers wait for none of them.
+class GraphState {
+ public:
+  struct Version {
+    std::shared_ptr<const rdf::Graph> graph;
+    std::uint64_t revision;
+  };
+
+  /// @param path  of the graph below the root, percent-encoded, with a leading '/'
+  /// @par Errors  expected_rdf, expected_value, limit_exceeded: of the shapes and of the first content
+  static Result<std::shared_ptr<GraphState>> create(std::string path, GraphOptions options, const std::string& shapes_base,
+                                                    std::shared_ptr<HandleContext> thing);
+  /// One without content and with the rules of another.
+  static std::shared_ptr<GraphState> like(const GraphState& other, std::string path);
+
+  const std::string& path() const noexcept { return path_; }
+  const GraphOptions& options() const noexcept { return options_; }
+  /// Its IRI below World::base.
+  std::string iri() const { return std::string(World::base) + path_; }
+  Version version() const;
+
+  Result<void> update(FunctionRef<void(GraphEdit&)> change);
+  /// @param waits  for a write that is under way; false: GraphRefusal::Kind::busy
+  std::optional<GraphRefusal> write(const GraphWrite& write, bool waits);
+  /// Replaces the graph by what was kept in a file.
+  Result<void> restore(rdf::Graph graph);
+
+  /// A value to be published; false: another one has its path.
+  bool add_published(std::shared_ptr<PropertySpec> property, std::string predicate, std::string object);
+  void remove_published(const PropertySpec& property) noexcept;
+  std::vector<PublishedSpec> published() const;
+  std::shared_ptr<HandleContext> thing() const noexcept { return thing_; }
+
+  /// Called after each change of the graph or of what is published, on the thread that made it, and not after it was set to nullptr.
+  void set_listener(std::function<void()> listener);
+  /// Called with each new state, in order.
+  void set_saver(std::function<void(const Version&)> saver);
+
+ private:
+  GraphState(std::string path, GraphOptions options, std::shared_ptr<HandleContext> thing)
+      : path_(std::move(path)), options_(std::move(options)), thing_(std::move(thing)) {}
+  std::optional<GraphRefusal> commit(GraphEdit& edit);
+  std::optional<GraphRefusal> judge(const rdf::Graph& graph) const;
+  void merge(GraphEdit& edit, const rdf::Graph& graph) const;
+  void notify() noexcept;
+
+  const std::string path_;
+  const GraphOptions options_;
+  const std::shared_ptr<HandleContext> thing_;
+  std::optional<shacl::Shapes> shapes_;
+  std::mutex writers_mutex_;                 // held during a write, with the user's lambda
+  std::atomic<std::thread::id> writer_{};    // who holds it
+  mutable std::mutex mutex_;                 // guards the rest, for moments
+  Version current_{std::make_shared<const rdf::Graph>(), 1};
+  std::vector<PublishedSpec> published_;
+  std::mutex listener_mutex_;                // guards them, and is held while they run
+  std::function<void()> listener_;
+  std::function<void(const Version&)> saver_;
+};
+
+/// What a Thing has as a World.
+struct WorldSpec {
+  WorldOptions options;
+  std::vector<std::shared_ptr<GraphState>> graphs;
+  std::shared_ptr<GraphState> created;  ///< the rules of graphs that clients create; nullptr: they may not
+};
+
+}  // namespace lrt::model

@@ -1,0 +1,143 @@
+#include <lrt/world.hpp>
+
+#include <algorithm>
+#include <utility>
+
+#include <lrt/base/iri.hpp>
+#include <lrt/rdf/codec.hpp>
+
+#include "src/model/graph_state.hpp"
+
+namespace lrt {
+
+// ---------------------------------------------------------------------------------------------------------------- update
+
+GraphUpdate& GraphUpdate::add(std::string_view subject, Iri predicate, const Object& object) {
+  const rdf::Term term = edit_.term_of(object);
+  return add(rdf::iri(subject), predicate, term.view());
+}
+
+GraphUpdate& GraphUpdate::add(const rdf::TermView& subject, const rdf::TermView& predicate, const rdf::TermView& object) {
+  edit_.add(subject, predicate, object);
+  return *this;
+}
+
+GraphUpdate& GraphUpdate::add_turtle(std::string_view text) {
+  rdf::ReadOptions options;
+  options.base = edit_.base();
+  const Result<rdf::Graph> graph = rdf::read(text, rdf::Syntax::turtle, options);
+  if (graph) edit_.merge(*graph);
+  else edit_.fail(graph.error());
+  return *this;
+}
+
+GraphUpdate& GraphUpdate::add(const rdf::Graph& graph) {
+  edit_.merge(graph);
+  return *this;
+}
+
+GraphUpdate& GraphUpdate::remove(std::string_view subject, Iri predicate, const Object& object) {
+  const rdf::Term term = edit_.term_of(object);
+  return remove(rdf::iri(subject), predicate, term.view());
+}
+
+GraphUpdate& GraphUpdate::remove(const rdf::TermView& subject, const rdf::TermView& predicate, const rdf::TermView& object) {
+  return remove_matching(&subject, &predicate, &object);
+}
+
+GraphUpdate& GraphUpdate::remove_matching(const rdf::TermView* subject, const rdf::TermView* predicate, const rdf::TermView* object) {
+  edit_.remove(subject, predicate, object);
+  return *this;
+}
+
+GraphUpdate& GraphUpdate::remove_node(std::string_view subject) {
+  const std::string whole = edit_.resolved(subject);
+  edit_.remove_node(rdf::iri(whole));
+  return *this;
+}
+
+GraphUpdate& GraphUpdate::set(std::string_view subject, Iri predicate, const Object& object) {
+  const rdf::TermView s = rdf::iri(subject), p = predicate;
+  edit_.remove(&s, &p, nullptr);
+  return add(subject, predicate, object);
+}
+
+GraphUpdate& GraphUpdate::clear() {
+  edit_.clear();
+  return *this;
+}
+
+const rdf::Graph& GraphUpdate::graph() { return edit_.graph(); }
+std::size_t GraphUpdate::size() const noexcept { return edit_.size(); }
+
+// ----------------------------------------------------------------------------------------------------------------- graph
+
+Result<void> WorldGraph::apply(const std::function<void(GraphUpdate&)>& change) {
+  if (!state_) return unexpected(Errc::closed, "the handle of the graph is empty: assign what World::graph returns");
+  return state_->update([&change](model::GraphEdit& edit) {
+    GraphUpdate update(edit);
+    change(update);
+  });
+}
+
+std::shared_ptr<const rdf::Graph> WorldGraph::snapshot() const {
+  return state_ ? state_->version().graph : std::make_shared<const rdf::Graph>();
+}
+
+std::uint64_t WorldGraph::revision() const { return state_ ? state_->version().revision : 0; }
+
+bool WorldGraph::add_published(std::shared_ptr<model::PropertySpec> spec, std::string_view path, Iri predicate) {
+  if (!state_ || !iri::is_absolute(predicate.text)) return false;
+  const Result<std::string> below = model::encode_path(path);
+  if (!below) return false;
+  spec->thing = state_->thing();
+  const std::string& root = spec->thing->path;  // "world", of a graph at "/world/map"
+  spec->path = state_->path().substr(root.size() + 2) + "/" + *below;
+  std::string object = "#" + below->substr(0, below->find('/'));
+  return state_->add_published(std::move(spec), std::string(predicate.text), std::move(object));
+}
+
+std::function<void()> WorldGraph::remover(std::shared_ptr<model::PropertySpec> spec) const {
+  return [state = state_, spec = std::move(spec)] { state->remove_published(*spec); };
+}
+
+// ----------------------------------------------------------------------------------------------------------------- world
+
+World::World(std::string_view path, WorldOptions options) : Thing(path) {
+  spec_->world = std::make_shared<model::WorldSpec>();
+  model::WorldSpec& world = *spec_->world;
+  world.options = std::move(options);
+  if (!spec_->handles) spec_->handles = std::make_shared<model::HandleContext>(model::HandleContext{spec_->path});
+  if (!world.options.clients_may_create) return;
+  GraphOptions& created = world.options.created;
+  created.clients_may_write = true;
+  created.file.clear();
+  created.turtle.clear();
+  if (!created.shapes.empty()) shapes(created.shapes);
+  auto rules = model::GraphState::create("/" + spec_->path, created, std::string(base) + "/" + spec_->path + "/blueprint", spec_->handles);
+  if (rules) world.created = *std::move(rules);
+  else remember(rules.error());
+}
+
+WorldGraph World::graph(std::string_view path, GraphOptions options) {
+  const auto fails = [this](Error error) {
+    remember(std::move(error));
+    return WorldGraph();
+  };
+  Result<std::string> encoded = model::encode_path(path);
+  if (!encoded) return fails({encoded.error().code, "graph of world \"" + spec_->path + "\": " + encoded.error().message});
+  const std::string whole = "/" + spec_->path + "/" + *encoded;
+  for (const auto& other : spec_->world->graphs)
+    if (other->path() == whole) return fails({Errc::duplicate_path, "path \"" + whole.substr(1) + "\" is taken by another graph: choose another name"});
+  for (const auto& other : spec_->world->graphs)
+    if (!options.file.empty() && other->options().file == options.file)
+      return fails({Errc::invalid_option, "graph \"" + whole.substr(1) + "\": the file \"" + options.file + "\" is that of another graph"});
+  if (options.title.empty()) options.title = std::string(path.substr(path.rfind('/') + 1));
+  if (!options.shapes.empty()) shapes(options.shapes);
+  auto state = model::GraphState::create(whole, std::move(options), std::string(base) + "/" + spec_->path + "/blueprint", spec_->handles);
+  if (!state) return fails(std::move(state).error());
+  spec_->world->graphs.push_back(*state);
+  return WorldGraph(*std::move(state));
+}
+
+}  // namespace lrt

@@ -1,0 +1,92 @@
+#include "src/server/kept_graphs.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include <lrt/rdf/codec.hpp>
+
+namespace lrt {
+
+namespace {
+
+/// More than N-Triples of a graph within its limits take: punctuation and escapes.
+std::size_t max_file_bytes(const GraphOptions& options) { return 2 * options.max_bytes + 64 * options.max_triples + 4096; }
+
+Unexpected named(const model::GraphState& state, Error error) {
+  error.message = "graph \"" + state.path().substr(1) + "\", its file: " + error.message;
+  return Unexpected{std::move(error)};
+}
+
+}  // namespace
+
+KeptGraphs::Kept::~Kept() {
+  state_->set_saver(nullptr);
+  file_.reset();  // writes what waits
+}
+
+void KeptGraphs::Kept::begin(LogCallback log, ThreadOptions threads) {
+  file_ = std::make_unique<SavedFile>(state_->options().file, nullptr, std::move(log), std::move(threads));
+  state_->set_saver([file = file_.get()](const model::GraphState::Version& version) {
+    file->save([graph = version.graph] { return rdf::write(*graph, rdf::Syntax::n_triples).value(); }, version.revision);
+  });
+}
+
+Result<KeptGraphs::Opened> KeptGraphs::open(const model::WorldSpec& world, const LogCallback& log, const ThreadOptions& threads) {
+  Opened opened;
+  for (const auto& state : world.graphs) {
+    const std::string& path = state->options().file;
+    if (path.empty()) continue;
+    Result<SavedFile::Claim> claim = SavedFile::prepare(path);
+    if (!claim) return named(*state, std::move(claim).error());
+    auto kept = std::make_unique<Kept>(state, *std::move(claim));
+    Result<std::optional<SavedFile::Content>> content = SavedFile::load(path, max_file_bytes(state->options()));
+    if (!content) return named(*state, std::move(content).error());
+    if (*content && (*content)->state == SavedFile::State::unmarked)
+      return named(*state, {Errc::invalid_option, "\"" + path + "\": expected a file that lrt wrote, or none; found a file of another program. Choose another path"});
+    if (*content) {
+      rdf::ReadOptions options;
+      options.max_triples = state->options().max_triples;
+      options.max_bytes = max_file_bytes(state->options());
+      const bool is_whole = (*content)->state == SavedFile::State::whole;
+      Result<rdf::Graph> graph = is_whole ? rdf::read((*content)->text, rdf::Syntax::n_triples, options) : unexpected(Errc::expected_rdf, "damaged");
+      if (graph) {
+        if (Result<void> restored = state->restore(*std::move(graph)); !restored) return named(*state, restored.error());
+      } else if (is_whole && graph.error().code == Errc::limit_exceeded) {
+        return named(*state, std::move(graph).error());
+      } else {
+        const Result<std::string> copy = SavedFile::keep_copy(path);
+        if (log)
+          log(LogLevel::error, "the file \"" + path + "\" of the graph \"" + state->path().substr(1) +
+                                   "\" was changed or cut off since lrt wrote it: nothing of it is restored; it " +
+                                   (copy ? "is kept as \"" + *copy + "\"" : "could not be kept: " + copy.error().message));
+      }
+    }
+    kept->begin(log, threads);
+    opened.push_back(std::move(kept));
+  }
+  return opened;
+}
+
+void KeptGraphs::add(Opened opened) {
+  const std::lock_guard lock(mutex_);
+  for (auto& kept : opened) all_.push_back(std::move(kept));
+}
+
+void KeptGraphs::remove(const std::string& path) {
+  Opened gone;  // ends without the lock
+  const std::string below = "/" + path + "/";
+  const std::lock_guard lock(mutex_);
+  const auto first = std::stable_partition(all_.begin(), all_.end(), [&](const auto& kept) { return kept->state().path().compare(0, below.size(), below) != 0; });
+  std::move(first, all_.end(), std::back_inserter(gone));
+  all_.erase(first, all_.end());
+}
+
+void KeptGraphs::clear() {
+  Opened gone;
+  const std::lock_guard lock(mutex_);
+  gone.swap(all_);
+}
+
+}  // namespace lrt

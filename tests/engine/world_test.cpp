@@ -1,0 +1,410 @@
+#include <lrt/world.hpp>
+
+#include <atomic>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/support/bench.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/event_stream.hpp"
+#include "tests/support/graphs.hpp"
+
+using namespace lrt;
+using namespace lrt::test;
+
+namespace {
+
+constexpr Iri label = vocab::rdfs::label;
+constexpr Iri pose{"https://example.org/pose"};
+const std::string a_cup = "<#cup> rdfs:label \"a cup\" .";
+
+WorldOptions creation(std::size_t max = 3) {
+  WorldOptions options;
+  options.clients_may_create = true;
+  options.max_created = max;
+  return options;
+}
+
+GraphOptions writable() {
+  GraphOptions options;
+  options.clients_may_write = true;
+  return options;
+}
+
+/// A World with a graph that clients may write, and one that they may not.
+struct Robot {
+  explicit Robot(GraphOptions options = writable(), WorldOptions world_options = {}, engine::EngineOptions engine_options = {})
+      : bench(std::move(engine_options)) {
+    World world("world", std::move(world_options));
+    map = world.graph("map", std::move(options));
+    tasks = world.graph("tasks");
+    bench.add(std::move(world));
+  }
+  Answer put(const std::string& body, const std::string& fields = {}) { return bench.turtle("PUT", "/world/map", body, fields); }
+  Answer patch(const std::string& body, const std::string& fields = {}) {
+    return bench.ask("PATCH /world/map\nContent-Type: application/sparql-update\n" + fields + "\n" + body);
+  }
+  void say(const std::string& text) { map.update([&](GraphUpdate& u) { u.add("#cup", label, text); }).value(); }
+  Answer get(const std::string& fields = {}) { return bench.ask("GET /world/map\n" + fields); }
+
+  WorldGraph map, tasks;
+  Bench bench;
+};
+
+std::string shapes() {
+  return "@prefix sh: <http://www.w3.org/ns/shacl#> . @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> . @prefix ex: <https://example.org/> ."
+         "<#cup> a sh:NodeShape ; sh:targetClass ex:Cup ; sh:property [ sh:path rdfs:label ; sh:minCount 1 ] .";
+}
+
+}  // namespace
+
+TEST_CASE("a graph of a World is read in every syntax, with an ETag", "[engine][world]") {
+  Robot r;
+  r.say("a cup");
+  const Answer a = r.get();
+  CHECK(a.status == 200);
+  CHECK(missing(a, "<world/map#cup> rdfs:label \"a cup\" .") == "");
+  CHECK(r.get("If-None-Match: " + a.tag() + "\n").status == 304);
+  for (const char* type : {"text/turtle", "application/n-triples", "application/ld+json", "application/trig", "application/n-quads"}) {
+    CAPTURE(type);
+    const Answer b = r.get("Accept: " + std::string(type) + "\n");
+    CHECK(b.field("Content-Type") == type);
+    CHECK(b.body.find("a cup") != std::string::npos);
+  }
+  CHECK(r.bench.ask("HEAD /world/map").status == 200);
+  CHECK(a.field("Allow") == "GET, HEAD, OPTIONS, PUT, POST, DELETE, PATCH");
+  CHECK(a.field("Accept-Patch") == "application/sparql-update");
+  CHECK(r.bench.get("/world/tasks").field("Allow") == "GET, HEAD, OPTIONS");
+  r.say("another");
+  CHECK(r.get("If-None-Match: " + a.tag() + "\n").status == 200);
+}
+
+TEST_CASE("a World lists its graphs, and is listed itself", "[engine][world]") {
+  Robot r;
+  const Answer a = r.bench.get("/world");
+  CHECK(missing(a, "<world> a lrt:World, ldp:BasicContainer ; ldp:contains <world/map>, <world/tasks> ; lrt:allGraphs <world?default> . "
+                   "<world/map> a lrt:WorldGraph ; dcterms:title \"map\" .") == "");
+  CHECK(a.links_to("http://www.w3.org/ns/ldp#BasicContainer", "type"));
+  CHECK(missing(r.bench.get("/"), "<> ldp:contains <world> .") == "");
+}
+
+TEST_CASE("all graphs are one at ?default", "[engine][world]") {
+  Robot r;
+  r.say("a cup");
+  r.tasks.update([](GraphUpdate& u) { u.add("#1", label, "clean up"); }).value();
+  CHECK(missing(r.bench.get("/world?default"), "<world/map#cup> rdfs:label \"a cup\" . <world/tasks#1> rdfs:label \"clean up\" .") == "");
+  CHECK(r.bench.turtle("PUT", "/world?default", a_cup).status == 405);
+}
+
+TEST_CASE("an update takes effect as a whole or not at all", "[engine][world]") {
+  Robot r;
+  r.say("a cup");
+  const auto before = r.map.snapshot();
+  CHECK(r.map.update([](GraphUpdate& u) { u.clear().add("no iri", label, "x"); }).error().code == Errc::expected_iri);
+  CHECK(r.map.update([](GraphUpdate& u) { u.clear().add_turtle("<a"); }).error().code == Errc::expected_rdf);
+  CHECK(r.map.update([](GraphUpdate& u) { u.clear(); throw std::runtime_error("no camera"); }).error().code == Errc::failed);
+  CHECK(r.map.snapshot() == before);
+  CHECK_FALSE(r.map.update([](GraphUpdate& u) { u.set("#cup", label, "x").add_turtle("<#plate> rdfs:label \"x\" ."); }));  // no such prefix
+  CHECK(r.map.snapshot() == before);
+  r.map.update([](GraphUpdate& u) { u.set("#cup", label, "a red cup").add("#cup", pose, 7); }).value();
+  CHECK(r.map.snapshot()->size() == 2);
+  CHECK(before->size() == 1);
+  r.map.update([](GraphUpdate& u) { u.remove("#cup", pose, 7); CHECK(u.size() == 1); CHECK(u.graph().size() == 1); }).value();
+  CHECK(r.map.revision() == 4);
+  r.map.update([](GraphUpdate& u) { u.add("#cup", label, "x").remove("#cup", label, "x"); }).value();
+  CHECK(r.map.revision() == 4);  // nothing has changed
+  r.map.update([](GraphUpdate& u) { u.add_turtle("<#cup> <p:at> [ <p:x> 1 ; <p:in> [ <p:y> 2 ] ] . <#table> <p:has> <#cup> ."); }).value();
+  r.map.update([](GraphUpdate& u) { u.remove_node("#cup"); CHECK(u.size() == 0); }).value();
+  CHECK(r.map.update([&](GraphUpdate&) { r.map.update([](GraphUpdate&) {}).value(); }).error().code == Errc::refused);
+}
+
+TEST_CASE("clients replace, add, remove and patch", "[engine][world]") {
+  Robot r;
+  CHECK(r.put(a_cup).status == 204);
+  CHECK(missing(r.get(), "<world/map#cup> rdfs:label \"a cup\" .") == "");
+  CHECK(r.map.snapshot()->contains(rdf::iri("http://lrt.invalid/world/map#cup"), label, rdf::literal("a cup")));
+  CHECK(r.bench.turtle("POST", "/world/map", "<#plate> rdfs:label \"a plate\" .").status == 204);
+  CHECK(r.map.snapshot()->size() == 2);
+  CHECK(r.patch("PREFIX rdfs: <http://www.w3.org/2000/01/rdf-schema#>\nDELETE DATA { <#cup> rdfs:label \"a cup\" } ;\n"
+                "INSERT DATA { <#cup> rdfs:label \"a red cup\" . <http://localhost/arm> rdfs:label 'arm' }").status == 204);
+  CHECK(missing(r.get(), "<world/map#cup> rdfs:label \"a red cup\" . <arm> rdfs:label \"arm\" .") == "");
+  CHECK(r.map.snapshot()->size() == 3);
+  CHECK(r.bench.ask("DELETE /world/map").status == 204);
+  CHECK(r.get().status == 200);
+  CHECK(r.map.snapshot()->empty());
+  CHECK(r.bench.turtle("PUT", "/world/tasks", a_cup).status == 405);
+  CHECK(r.bench.ask("PATCH /world/tasks\nContent-Type: application/sparql-update\n\nINSERT DATA {}").status == 405);
+  CHECK(r.bench.ask("PUT /world/map\nContent-Type: text/plain\n\nx").status == 415);
+  const Answer a = r.bench.ask("PATCH /world/map\nContent-Type: text/turtle\n\n<a> <b> <c> .");
+  CHECK(a.status == 415);
+  CHECK(a.field("Accept-Patch") == "application/sparql-update");
+}
+
+TEST_CASE("what a PATCH does not take is refused with its place, and changes nothing", "[engine][world]") {
+  Robot r;
+  r.say("a cup");
+  const auto before = r.map.snapshot();
+  const auto refused = [&](const std::string& body, int status, const std::string& text) {
+    CAPTURE(body);
+    const Answer a = r.patch(body);
+    CHECK(a.status == status);
+    CHECK(a.body.find(text) != std::string::npos);
+    if (a.body.find(text) == std::string::npos) UNSCOPED_INFO(a.body);
+    CHECK(r.map.snapshot() == before);
+  };
+  refused("LOAD <http://example.org/>", 422, "line 1, column 1: LOAD is not taken here");
+  refused("CLEAR ALL", 422, "CLEAR");
+  refused("INSERT DATA {} ;\n DELETE WHERE { ?s ?p ?o }", 422, "line 2, column 9: DELETE WHERE");
+  refused("DELETE { ?s ?p ?o } WHERE {}", 422, "DELETE with a pattern");
+  refused("INSERT DATA { GRAPH <http://example.org/> { <a:b> <c:d> 1 } }", 422, "GRAPH");
+  refused("INSERT DATA { <#a> <p:b> ?x }", 400, "variable");
+  refused("INSERT DATA { <#a> <p:b> 1 ", 400, "expected '}'");
+  refused("INSERT DATA { <#a> <p:b> 'x }", 400, "end of a string");
+  refused("INSERT DATA { <#a> <p:b> <c }", 400, "end of an IRI");
+  refused("INSERT DATA { <#a> x:b 1 }", 400, "line 1, column 20");
+  refused("INSERT DATA { @prefix x: <x:> . <#a> x:b 1 }", 400, "directive");
+  refused("INSERT DATA { PREFIX x: <x:> <#a> x:b 1 }", 400, "PREFIX");
+  refused("DELETE DATA { _:a <p:b> 1 }", 400, "blank");
+  refused("INSERT DATA {} INSERT DATA {}", 400, "';'");
+  refused("", 400, "expected INSERT DATA");
+  refused("INSERT DATA { <#a> <p:b> 1 } ; INSERT DATA { <#a> <p:b> }", 400, "");
+  std::string many;
+  for (int i = 0; i < 101; ++i) many += "INSERT DATA {};";
+  refused(many, 413, "100 operations");
+}
+
+TEST_CASE("a PATCH takes what SPARQL writes otherwise than Turtle", "[engine][world]") {
+  Robot r;
+  CHECK(r.patch("# a comment }\nBASE <http://example.org/>\nPREFIX : <#>\ninsert data { # and }\n <a> :b 'x}', \"\"\"y\"}\"\"\", <c#d> . :e :f 1.5 . }\n;\n"
+                "PREFIX x: <x:> INSERT DATA { x:a x:b.c 5 ; a x:\\# };").status == 204);
+  CHECK(r.map.snapshot()->size() == 6);
+  CHECK(r.patch("PREFIX x: <x:> DELETE DATA { x:a x:b.c 5 }").status == 204);
+  CHECK(r.map.snapshot()->size() == 5);
+}
+
+TEST_CASE("of two writers with the same If-Match the second is refused", "[engine][world]") {
+  Robot r;
+  r.say("a cup");
+  const std::string tag = r.get().tag(), triples = r.get("Accept: application/n-triples\n").tag();
+  CHECK(r.put("<#x> rdfs:label \"x\" .", "If-Match: " + tag + "\n").status == 204);
+  CHECK(r.put("<#y> rdfs:label \"y\" .", "If-Match: " + tag + "\n").status == 412);
+  CHECK(r.put("<#y> rdfs:label \"y\" .", "If-Match: " + triples + "\n").status == 412);
+  CHECK(r.put("<#y> rdfs:label \"y\" .", "If-None-Match: *\n").status == 412);
+  CHECK(r.patch("INSERT DATA {}", "If-Match: " + tag + "\n").status == 412);
+  CHECK(missing(r.get(), "<world/map#x> rdfs:label \"x\" .") == "");
+}
+
+TEST_CASE("a write whose precondition held when it came is refused if the graph has changed meanwhile", "[engine][world]") {
+  engine::EngineOptions options;
+  options.body_jobs = true;
+  options.small_body_bytes = 0;
+  Robot r(writable(), {}, options);
+  r.say("a cup");
+  const std::string tag = r.get().tag();
+  const auto first = r.bench.send(Bench::turtle_request("PUT", "/world/map", "<#x> rdfs:label \"x\" .", "If-Match: " + tag + "\n"));
+  const auto second = r.bench.send(Bench::turtle_request("PUT", "/world/map", "<#y> rdfs:label \"y\" .", "If-Match: " + tag + "\n"));
+  r.bench.run();
+  CHECK(r.bench.answer(first)->status == 204);
+  CHECK(r.bench.answer(second)->status == 412);
+  CHECK(missing(r.get(), "<world/map#x> rdfs:label \"x\" .") == "");
+}
+
+TEST_CASE("shapes judge what code writes and what clients write", "[engine][world]") {
+  GraphOptions options = writable();
+  options.shapes = shapes();
+  Robot r(options);
+  const Result<void> refused = r.map.update([](GraphUpdate& u) { u.add("#cup", vocab::rdf_::type, Iri("https://example.org/Cup")); });
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().code == Errc::expected_value);
+  CHECK(refused.error().message.find("MinCount") != std::string::npos);
+  CHECK(r.map.snapshot()->empty());
+  const std::string cup = "<#cup> a <https://example.org/Cup> .";
+  const Answer a = r.put(cup);
+  CHECK(a.status == 422);
+  CHECK(missing(a, "[] a sh:ValidationReport ; sh:conforms false ; sh:result [ sh:focusNode <world/map#cup> ] .") == "");
+  CHECK(r.put(cup, "Accept: application/json\n").body.find("http://localhost/world/map#cup") != std::string::npos);
+  CHECK(r.put(cup + a_cup).status == 204);
+  // The whole graph that results is judged, not the change alone.
+  CHECK(r.patch("DELETE DATA { <#cup> <http://www.w3.org/2000/01/rdf-schema#label> \"a cup\" }").status == 422);
+  CHECK(r.bench.ask("DELETE /world/map").status == 204);
+  CHECK(r.bench.get("/world/blueprint").body.find("targetClass") != std::string::npos);
+}
+
+TEST_CASE("a graph has its limits", "[engine][world]") {
+  GraphOptions options = writable();
+  options.max_triples = 2;
+  options.max_bytes = 4000;
+  Robot r(options);
+  CHECK(r.put("<#a> <p:b> 1, 2 .").status == 204);
+  CHECK(r.put("<#a> <p:b> 1, 2, 3 .").status == 413);
+  CHECK(r.bench.turtle("POST", "/world/map", "<#a> <p:b> 3 .").status == 413);
+  CHECK(r.patch("INSERT DATA { <#a> <p:b> 3 }").status == 413);
+  CHECK(r.map.update([](GraphUpdate& u) { u.add("#a", pose, 3); }).error().code == Errc::limit_exceeded);
+  CHECK(r.map.update([](GraphUpdate& u) { u.clear().add("#a", pose, std::string(4000, 'x')); }).error().code == Errc::limit_exceeded);
+  CHECK(r.patch("INSERT DATA { <#a> <p:b> '" + std::string(4000, 'x') + "' }").status == 413);  // the body alone
+  CHECK(r.map.snapshot()->size() == 2);
+}
+
+TEST_CASE("clients make graphs where they may, up to a number, and remove them", "[engine][world]") {
+  Robot r(writable(), creation(2));
+  const Answer a = r.bench.turtle("PUT", "/world/seen/1.ttl", a_cup);
+  CHECK(a.status == 201);
+  CHECK(a.field("Location") == "http://localhost/world/seen/1.ttl");
+  CHECK(missing(r.bench.get("/world/seen/1.ttl"), "<world/seen/1.ttl#cup> rdfs:label \"a cup\" .") == "");
+  const Answer b = r.bench.turtle("POST", "/world", a_cup);
+  CHECK(b.status == 201);
+  const std::string made = b.field("Location").substr(std::string("http://localhost").size());
+  CHECK(r.bench.get(made).status == 200);
+  CHECK(r.bench.get("/world").body.find(made.substr(7)) != std::string::npos);
+  CHECK(r.bench.turtle("PUT", "/world/third", a_cup).status == 409);
+  CHECK(r.bench.turtle("PUT", "/world/seen/1.ttl", a_cup).status == 204);
+  CHECK(r.bench.ask("DELETE " + made).status == 204);
+  CHECK(r.bench.get(made).status == 404);
+  CHECK(r.bench.ask("DELETE " + made).status == 404);
+  CHECK(r.bench.turtle("PUT", "/world/third", a_cup, "If-Match: *\n").status == 412);
+  CHECK(r.bench.turtle("PUT", "/world/third", a_cup, "If-None-Match: *\n").status == 201);
+  CHECK(r.bench.turtle("PUT", "/elsewhere", a_cup).status == 404);
+  CHECK(r.bench.ask("HEAD /world/none").status == 404);
+  Robot none;
+  CHECK(none.bench.turtle("PUT", "/world/new", a_cup).status == 404);
+  CHECK(none.bench.turtle("POST", "/world", a_cup).status == 405);
+}
+
+TEST_CASE("graphs are named by the parameter graph, too", "[engine][world]") {
+  Robot r(writable(), creation());
+  CHECK(r.bench.turtle("PUT", "/world?graph=http%3A%2F%2Flocalhost%2Fworld%2Fmap", a_cup).status == 204);
+  CHECK(missing(r.bench.get("/world?graph=http://localhost/world/map"), "<world/map#cup> rdfs:label \"a cup\" .") == "");
+  CHECK(r.bench.turtle("PUT", "/world?graph=http://localhost/world/new", a_cup).status == 201);
+  CHECK(r.bench.get("/world/new").status == 200);
+  CHECK(r.bench.ask("DELETE /world?graph=http://localhost/world/new").status == 204);
+  CHECK(r.bench.get("/world?graph=http://localhost/world/new").status == 404);
+  CHECK(r.bench.get("/world?graph=http://example.org/g").status == 404);
+  CHECK(r.bench.turtle("PUT", "/world?graph=http://example.org/g", a_cup).status == 404);
+  CHECK(r.bench.turtle("PUT", "/world?graph=http://localhost/elsewhere", a_cup).status == 404);
+}
+
+TEST_CASE("what the control loop publishes is in the graph, and clients cannot write it", "[engine][world]") {
+  Robot r;
+  auto cup = r.map.published<double>("cup", pose, unit::metre);
+  CHECK_FALSE(r.map.published<double>("cup", pose));
+  CHECK(r.get().body.find("example.org") == std::string::npos);
+  const std::string stored = r.get().tag();
+  cup.publish(0.5);
+  const Answer a = r.get();
+  CHECK(missing(a, "<world/map#cup> <https://example.org/pose> <world/map/cup> . <world/map/cup> a hybrit:Property ; vom:numericalValue \"0.5\"^^xsd:double .") == "");
+  CHECK(a.body.find("dcterms:modified") != std::string::npos);
+  CHECK(a.tag() != stored);
+  CHECK(missing(r.bench.get("/world/map/cup"), "<world/map/cup> vom:numericalValue \"0.5\"^^xsd:double .") == "");
+  CHECK(missing(r.bench.get("/world?default"), "<world/map/cup> vom:numericalValue \"0.5\"^^xsd:double .") == "");
+  // A client writes back what it has read, while the cup moves.
+  cup.publish(0.6);
+  CHECK(r.bench.ask("PUT /world/map\nContent-Type: text/turtle\nIf-Match: " + a.tag() + "\n\n" + a.body).status == 204);
+  CHECK(r.map.snapshot()->empty());
+  CHECK(missing(r.get(), "<world/map/cup> vom:numericalValue \"0.6\"^^xsd:double .") == "");
+  CHECK(r.get().body.find("0.5") == std::string::npos);
+  cup.remove();
+  CHECK(r.bench.get("/world/map/cup").status == 404);
+  CHECK(r.get().body.find("example.org") == std::string::npos);
+  cup.publish(1);
+}
+
+TEST_CASE("observers of a graph get what code, clients and the control loop change", "[engine][world]") {
+  Robot r;
+  auto cup = r.map.published<double>("cup", pose);
+  const engine::Channel channel = r.bench.open("/world/map");
+  const auto says = [&](const std::string& text) {
+    r.bench.look();
+    const std::vector<std::string> messages = r.bench.messages(channel);
+    return messages.size() == 1 && messages[0].find(text) != std::string::npos;
+  };
+  CHECK(r.bench.messages(channel).size() == 1);
+  r.say("a red cup");
+  CHECK(says("a red cup"));
+  CHECK(r.put("<#x> rdfs:label \"a green cup\" .").status == 204);
+  CHECK(says("a green cup"));
+  CHECK(r.patch("INSERT DATA { <#x> <p:b> 'blue' }").status == 204);
+  CHECK(says("blue"));
+  cup.publish(0.25);
+  CHECK(says("0.25"));
+  auto plate = r.map.published<double>("plate", pose);
+  plate.publish(0.75);
+  CHECK(says("0.75"));
+  cup.remove();
+  CHECK(says("0.75"));
+  CHECK(r.map.update([](GraphUpdate& u) { u.add("#x", pose, 1).remove("#x", pose, 1); }));
+  CHECK(r.bench.messages(channel).empty());
+}
+
+TEST_CASE("an observer with a queue gets each published value of an object that came later", "[engine][world]") {
+  Robot r;
+  const engine::Channel channel = r.bench.open("/world/map?queueLength=10&delivery=queue");
+  auto cup = r.map.published<double>("cup", pose);
+  r.bench.run();
+  CHECK(r.bench.messages(channel).size() == 1);
+  for (const double x : {1.5, 2.5, 3.5}) cup.publish(x);
+  r.bench.look();
+  CHECK(r.bench.messages(channel).size() == 3);
+  cup.remove();
+  r.bench.run();
+  r.bench.engine.closed(channel);
+  CHECK(r.get().status == 200);
+}
+
+TEST_CASE("a World that is removed leaves working handles", "[engine][world]") {
+  Robot r;
+  auto cup = r.map.published<double>("cup", pose);
+  const engine::Channel channel = r.bench.open("/world/map");
+  r.bench.engine.remove("world").value();
+  CHECK(r.bench.get("/world/map").status == 404);
+  r.say("a cup");
+  cup.publish(1);
+  cup.remove();
+  CHECK(r.map.snapshot()->size() == 1);
+  (void)channel;
+}
+
+TEST_CASE("what is wrong with a World is said when it is added", "[engine][world]") {
+  const auto code = [](GraphOptions options, const char* path = "map") {
+    Bench bench;
+    World world("world");
+    world.graph(path, std::move(options));
+    world.graph("map2");
+    const Result<void> added = bench.engine.add(std::move(world));
+    REQUIRE_FALSE(added);
+    INFO(added.error().message);
+    return added.error().code;
+  };
+  GraphOptions bad_shapes, bad_turtle, not_conforming;
+  bad_shapes.shapes = "<#a> <b";
+  bad_turtle.turtle = "<#a> <b";
+  not_conforming.shapes = shapes();
+  not_conforming.turtle = "<#cup> a <https://example.org/Cup> .";
+  CHECK(code(bad_shapes) == Errc::expected_rdf);
+  CHECK(code(bad_turtle) == Errc::expected_rdf);
+  CHECK(code(not_conforming) == Errc::expected_value);
+  CHECK(code({}, "") == Errc::expected_iri);
+  CHECK(code({}, "map2") == Errc::duplicate_path);
+}
+
+TEST_CASE("threads update a graph while requests read and write it", "[engine][world][threads]") {
+  Robot r;
+  std::atomic<bool> done{false};
+  std::vector<std::thread> writers;
+  for (int n = 0; n < 2; ++n)
+    writers.emplace_back([&, n] {
+      const std::string me = "#w" + std::to_string(n);
+      for (int i = 0; i < 200; ++i) r.map.update([&](GraphUpdate& u) { u.set(me, label, i).set(me, pose, i); }).value();
+      if (n == 0) done = true;
+    });
+  while (!done) {
+    const auto graph = r.map.snapshot();
+    CHECK(graph->size() % 2 == 0);  // never half an update
+    (void)r.get();
+    const int status = r.patch("INSERT DATA { <#c> <p:a> 1 . <#c> <p:b> 1 }").status;
+    CHECK((status == 204 || status == 503));
+  }
+  for (std::thread& w : writers) w.join();
+  CHECK(r.map.snapshot()->size() >= 4);
+}

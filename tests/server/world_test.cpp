@@ -1,0 +1,263 @@
+#include <lrt/world.hpp>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <lrt/server.hpp>
+
+#include "src/server/saved_file.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/folder.hpp"
+#include "tests/support/message.hpp"
+#include "tests/support/sanitizer.hpp"
+#include "tests/support/socket.hpp"
+
+using namespace lrt;
+using namespace lrt::test;
+
+namespace {
+
+constexpr Iri label = vocab::rdfs::label;
+
+struct Log {
+  LogCallback callback() {
+    return [this](LogLevel, std::string_view text) {
+      const std::lock_guard lock(mutex);
+      all.append(text).append("\n");
+    };
+  }
+  bool has(const std::string& text) {
+    const std::lock_guard lock(mutex);
+    return all.find(text) != std::string::npos;
+  }
+  std::mutex mutex;
+  std::string all;
+};
+
+Options options_of(Log* log = nullptr) {
+  Options options;
+  options.listen.port = 0;
+  if (log) options.log = log->callback();
+  return options;
+}
+
+/// A server whose World has a graph in a file.
+struct Robot {
+  explicit Robot(const std::string& file, GraphOptions options = {}, Log* log = nullptr) : server(Server::create(options_of(log)).value()) {
+    World world("world");
+    options.file = file;
+    options.clients_may_write = true;
+    map = world.graph("map", std::move(options));
+    added = server.add(std::move(world));
+  }
+  Server server;
+  WorldGraph map;
+  Result<void> added;
+};
+
+void say(WorldGraph& map, const std::string& text) {
+  map.update([&](GraphUpdate& u) { u.set("#cup", label, text); }).value();
+}
+bool says(const WorldGraph& map, const std::string& text) {
+  return map.snapshot()->contains(rdf::iri("http://lrt.invalid/world/map#cup"), label, rdf::literal(text));
+}
+std::string bytes_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+}  // namespace
+
+TEST_CASE("a graph with a file is there again after a restart, whoever wrote it", "[server][world][saves]") {
+  const Folder folder;
+  const std::string file = folder / "worlds/map.nt";
+  {
+    GraphOptions options;
+    options.turtle = "<#table> <http://www.w3.org/2000/01/rdf-schema#label> \"a table\" .";
+    Robot robot(file, options);
+    robot.added.value();
+    CHECK(robot.map.snapshot()->size() == 1);
+    say(robot.map, "a cup");
+    Socket client(robot.server.port());
+    const Answer a = client.ask("PATCH /world/map\nHost: localhost:" + std::to_string(robot.server.port()) +
+                                "\nContent-Type: application/sparql-update\n\nINSERT DATA { <#plate> <p:in> _:x . _:x <p:of> <#cup> }");
+    CHECK(a.status == 204);
+  }
+  GraphOptions options;
+  options.turtle = "<#other> <p:q> 1 .";
+  Robot robot(file, options);
+  robot.added.value();
+  CHECK(says(robot.map, "a cup"));
+  CHECK(robot.map.snapshot()->size() == 4);
+  Socket client(robot.server.port());
+  const Answer a = client.ask("GET /world/map\nHost: localhost:" + std::to_string(robot.server.port()));
+  CHECK(missing(a, "<world/map#cup> rdfs:label \"a cup\" .", "http://localhost:" + std::to_string(robot.server.port()) + "/") == "");
+  World world("other");
+  options.file = file;
+  world.graph("a", options);
+  world.graph("b", options);
+  CHECK(robot.server.add(std::move(world)).error().code == Errc::invalid_option);  // two graphs, one file
+}
+
+TEST_CASE("a World that is removed leaves its files to the next", "[server][world][saves]") {
+  const Folder folder;
+  const std::string file = folder / "map.nt";
+  Robot robot(file);
+  robot.added.value();
+  say(robot.map, "a cup");
+  robot.server.remove("world").value();
+  say(robot.map, "unseen");
+  World world("world");
+  GraphOptions options;
+  options.file = file;
+  WorldGraph map = world.graph("map", options);
+  robot.server.add(std::move(world)).value();
+  CHECK(says(map, "a cup"));
+}
+
+TEST_CASE("a damaged file of a graph is kept aside, and the log says so", "[server][world][saves]") {
+  const Folder folder;
+  const std::string file = folder / "map.nt";
+  {
+    Robot robot(file);
+    robot.added.value();
+    say(robot.map, "a cup");
+  }
+  const std::string whole = bytes_of(file);
+  std::filesystem::resize_file(file, whole.size() - 5);
+  Log log;
+  GraphOptions options;
+  options.turtle = "<#cup> <http://www.w3.org/2000/01/rdf-schema#label> \"a first cup\" .";
+  {
+    Robot robot(file, options, &log);
+    robot.added.value();
+    CHECK(says(robot.map, "a first cup"));
+    CHECK(log.has("was changed or cut off"));
+    CHECK(log.has("map.nt.damaged-1"));
+    say(robot.map, "a new cup");
+  }
+  CHECK(bytes_of(file + ".damaged-1") == whole.substr(0, whole.size() - 5));
+  Robot robot(file, options, &log);
+  CHECK(says(robot.map, "a new cup"));
+}
+
+TEST_CASE("what is no file of a graph stops adding the World and stays", "[server][world][saves]") {
+  const Folder folder;
+  const std::string file = folder / "map.nt";
+  std::ofstream(file) << "<http://example.org/> <http://example.org/> 1 .";
+  CHECK(Robot(file).added.error().code == Errc::invalid_option);
+  CHECK(bytes_of(file) == "<http://example.org/> <http://example.org/> 1 .");
+  std::filesystem::remove(file);
+  {
+    Robot robot(file);
+    robot.added.value();
+    say(robot.map, "a cup");
+  }
+  GraphOptions strict;
+  strict.shapes = "@prefix sh: <http://www.w3.org/ns/shacl#> . <#s> a sh:NodeShape ; sh:targetSubjectsOf <http://www.w3.org/2000/01/rdf-schema#label> ;"
+                  " sh:property [ sh:path <p:q> ; sh:minCount 1 ] .";
+  CHECK(Robot(file, strict).added.error().code == Errc::expected_value);
+  GraphOptions small;
+  small.max_triples = 0;
+  CHECK(Robot(file, small).added.error().code == Errc::limit_exceeded);
+  CHECK(says(Robot(file).map, "a cup"));
+}
+
+TEST_CASE("a process that is killed while it writes leaves one whole state of the graph", "[server][world][saves]") {
+  if (is_sanitized) return;  // fork with threads
+  const Folder folder;
+  const std::string file = folder / "map.nt";
+  int last = 0;
+  for (int round = 0; round < 3; ++round) {
+    const pid_t child = ::fork();
+    REQUIRE(child >= 0);
+    if (child == 0) {
+      Robot robot(file);
+      for (int i = last + 1;; ++i)
+        (void)robot.map.update([&](GraphUpdate& u) {
+          for (int n = 0; n < 50; ++n) u.set("#n" + std::to_string(n), label, i);
+        });
+    }
+    const std::string before = bytes_of(file);
+    while (bytes_of(file) == before) std::this_thread::yield();  // it has written
+    ::kill(child, SIGKILL);
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    Robot robot(file);
+    robot.added.value();
+    const auto graph = robot.map.snapshot();
+    REQUIRE(graph->size() == 50);
+    std::string value;
+    for (const rdf::Triple& t : graph->triples()) {
+      if (value.empty()) value = std::string(graph->term(t.object).text);
+      CHECK(graph->term(t.object).text == value);
+    }
+    CHECK(std::stoi(value) > last);
+    last = std::stoi(value);
+  }
+}
+
+TEST_CASE("threads, clients and a control loop change a World at once", "[server][world][threads]") {
+  const Folder folder;
+  Robot robot(folder / "map.nt");
+  robot.added.value();
+  auto pose = robot.map.published<double>("cup", Iri("https://example.org/pose"));
+  const std::string host = "\nHost: localhost:" + std::to_string(robot.server.port());
+  std::atomic<bool> done{false};
+  std::thread loop([&] {
+    for (double x = 0; !done; x += 0.25) pose.publish(x);
+  });
+  std::vector<std::thread> writers;
+  for (int n = 0; n < 2; ++n)
+    writers.emplace_back([&, n] {
+      for (int i = 0; i < 50; ++i) {
+        say(robot.map, std::to_string(n) + "/" + std::to_string(i));
+        auto other = robot.map.published<double>("plate" + std::to_string(n), Iri("https://example.org/pose"));
+        other.publish(i);
+        other.remove();
+      }
+    });
+  Socket client(robot.server.port());
+  for (int i = 0; i < 50; ++i) {
+    CHECK(client.ask("GET /world/map" + host).status == 200);
+    CHECK(client.ask("PATCH /world/map" + host + "\nContent-Type: application/sparql-update\n\nINSERT DATA { <#a> <p:b> " + std::to_string(i) + " }").status == 204);
+  }
+  for (std::thread& w : writers) w.join();
+  done = true;
+  loop.join();
+  CHECK(robot.map.snapshot()->size() == 51);
+}
+
+TEST_CASE("code updates a graph from its lambda that calls the server, while clients write it", "[server][world][threads]") {
+  const Folder folder;
+  Robot robot(folder / "map.nt");
+  const std::string host = "\nHost: localhost:" + std::to_string(robot.server.port());
+  std::atomic<bool> done{false};
+  std::thread code([&] {
+    for (int i = 0; i < 20; ++i)
+      robot.map.update([&](GraphUpdate& u) {
+        u.set("#i", label, i);
+        Thing thing("thing" + std::to_string(i));
+        robot.server.add(std::move(thing)).value();  // takes the engine's lock
+      }).value();
+    done = true;
+  });
+  Socket client(robot.server.port());
+  while (!done) {
+    const int status = client.ask("PATCH /world/map" + host + "\nContent-Type: application/sparql-update\n\nINSERT DATA { <#a> <p:b> 1 }").status;
+    CHECK((status == 204 || status == 202));
+  }
+  code.join();
+  CHECK(robot.map.snapshot()->size() == 2);
+}
