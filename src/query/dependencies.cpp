@@ -1,81 +1,148 @@
 #include "src/query/dependencies.hpp"
 
 #include <algorithm>
+#include <set>
 
 namespace lrt::query {
-
 namespace {
 
-/// Visits all patterns and expressions. The parser bounds how deep they are.
-class Search {
+class Finder {
  public:
-  Search(const Query& outermost, Dependencies& found) : constants_(outermost.constants), found_(found) {}
+  explicit Finder(const Query& query) : query_(query), restricted_(!query.from.empty() || !query.from_named.empty()) {}
 
-  void visit(const Query& query) {
-    if (query.form == Query::Form::describe) found_.everything = true;
-    visit(*query.where);
-    for (const Query::Column& column : query.columns)
-      if (column.expression) visit(*column.expression);
-    for (const Query::Group& group : query.group_by) visit(group.expression);
-    for (const Expression& expression : query.having) visit(expression);
-    for (const Query::Order& order : query.order_by) visit(order.expression);
+  Dependencies find() {
+    if (query_.form == Query::Form::describe) {
+      out_.everything = true;
+      reads_default_graph();
+    }
+    walk(query_);
+    out_.predicates.assign(predicates_.begin(), predicates_.end());
+    if (!any_graph_) out_.graphs.assign(graphs_.begin(), graphs_.end());
+    return std::move(out_);
   }
 
  private:
-  void visit(const Pattern& pattern) {
-    for (const TriplePattern& t : pattern.triples) {
-      if (t.path) visit(*t.path);
-      else if (t.predicate.is_variable()) found_.everything = true;
-      else add(static_cast<Constant>(t.predicate.index));
-    }
-    // Which graphs there are may count, whatever is in them.
-    if (pattern.kind == Pattern::Kind::graph && pattern.node.is_variable() && is_empty(*pattern.parts[0])) found_.everything = true;
-    for (const auto& part : pattern.parts) visit(*part);
-    if (pattern.condition) visit(*pattern.condition);
-    if (pattern.query) visit(*pattern.query);
+  /// Where a pattern is matched.
+  enum class Place { default_graph, some_graph, one_graph };
+
+  std::string text_of(std::uint32_t constant) const { return std::string(query_.constants[constant].view().text); }
+  void reads_default_graph() {
+    if (restricted_) graphs_.insert(query_.from.begin(), query_.from.end());
+    else any_graph_ = true;
   }
-  static bool is_empty(const Pattern& pattern) { return pattern.kind == Pattern::Kind::triples ? pattern.triples.empty() : has_no_triples(pattern); }
-  static bool has_no_triples(const Pattern& pattern) {
-    return !pattern.query && std::all_of(pattern.parts.begin(), pattern.parts.end(), [](const auto& part) { return is_empty(*part); });
-  }
-  /// `*` and `?` also join each node with itself, so that any triple may count unless an end is fixed; the rest is what the links are.
-  void visit(const Path& path) {
-    switch (path.kind) {
-      case Path::Kind::link: return add(path.predicate);
-      case Path::Kind::negated:
-      case Path::Kind::zero_or_more:
-      case Path::Kind::zero_or_one: found_.everything = true; return;
-      default:
-        for (const Path& part : path.parts) visit(part);
+  void reads(Place place, std::uint32_t graph) {
+    switch (place) {
+      case Place::default_graph: reads_default_graph(); break;
+      case Place::some_graph:
+        if (restricted_) graphs_.insert(query_.from_named.begin(), query_.from_named.end());
+        else any_graph_ = true;
+        break;
+      case Place::one_graph: graphs_.insert(text_of(graph));
     }
   }
-  void visit(const Expression& expression) {
+
+  void walk(const Query& query) {
+    walk(*query.where, Place::default_graph, 0);
+    walk_expressions(query, Place::default_graph, 0);
+  }
+  void walk_expressions(const Query& query, Place place, std::uint32_t graph) {
+    for (const Query::Column& column : query.columns) {
+      if (column.expression) walk(*column.expression, place, graph);
+    }
+    for (const Query::Group& group : query.group_by) walk(group.expression, place, graph);
+    for (const Expression& condition : query.having) walk(condition, place, graph);
+    for (const Query::Order& order : query.order_by) walk(order.expression, place, graph);
+  }
+
+  void walk(const Expression& expression, Place place, std::uint32_t graph) {
     switch (expression.op) {
       case Operator::now:
       case Operator::rand:
       case Operator::uuid:
-      case Operator::struuid: found_.uses_now_or_random = true; break;
+      case Operator::struuid: out_.uses_now_or_random = true; break;
       default: break;
     }
-    if (expression.pattern) visit(*expression.pattern);
-    for (const Expression& argument : expression.arguments) visit(argument);
-  }
-  void add(Constant predicate) {
-    const std::string_view iri = constants_[static_cast<std::size_t>(predicate)].view().text;
-    if (std::find(found_.predicates.begin(), found_.predicates.end(), iri) == found_.predicates.end()) found_.predicates.emplace_back(iri);
+    for (const Expression& argument : expression.arguments) walk(argument, place, graph);
+    if (expression.pattern) walk(*expression.pattern, place, graph);
   }
 
-  const std::vector<rdf::Term>& constants_;
-  Dependencies& found_;
+  void walk(const Pattern& pattern, Place place, std::uint32_t graph) {
+    if (pattern.condition) walk(*pattern.condition, place, graph);
+    if (pattern.kind == Pattern::Kind::triples) {
+      if (!pattern.triples.empty()) reads(place, graph);
+      for (const TriplePattern& triple : pattern.triples) {
+        if (triple.path) {
+          if (walk(*triple.path) && !has_term(pattern, triple.subject) && !has_term(pattern, triple.object))
+            out_.everything = true;
+        } else if (triple.predicate.is_variable()) {
+          out_.everything = true;
+        } else {
+          predicates_.insert(text_of(triple.predicate.index));
+        }
+      }
+    } else if (pattern.kind == Pattern::Kind::graph) {
+      if (pattern.node.is_variable()) place = Place::some_graph;
+      else place = Place::one_graph, graph = pattern.node.index;
+      reads(place, graph);
+      if (!needs_triple(*pattern.parts[0])) out_.everything = true;  // a graph that comes or goes is enough
+    } else if (pattern.kind == Pattern::Kind::select) {
+      walk(*pattern.query->where, place, graph);
+      walk_expressions(*pattern.query, place, graph);
+    }
+    for (const auto& part : pattern.parts) walk(*part, place, graph);
+  }
+
+  /// Whether each solution has a triple of a known predicate.
+  static bool needs_triple(const Pattern& pattern) {
+    switch (pattern.kind) {
+      case Pattern::Kind::triples:
+        return std::any_of(pattern.triples.begin(), pattern.triples.end(), [](const TriplePattern& t) { return !t.path; });
+      case Pattern::Kind::join:
+        return std::any_of(pattern.parts.begin(), pattern.parts.end(), [](const auto& part) { return needs_triple(*part); });
+      case Pattern::Kind::union_:
+        return std::all_of(pattern.parts.begin(), pattern.parts.end(), [](const auto& part) { return needs_triple(*part); });
+      case Pattern::Kind::left_join:
+      case Pattern::Kind::minus:
+      case Pattern::Kind::filter:
+      case Pattern::Kind::extend: return needs_triple(*pattern.parts[0]);
+      default: return false;
+    }
+  }
+
+  /// Whether an end of a path is a term, or a variable of another triple beside it: then it begins there, and not at every node.
+  static bool has_term(const Pattern& pattern, const Node& node) {
+    if (!node.is_variable()) return true;
+    const auto is = [&](const Node& other) { return other.is_variable() && other.index == node.index; };
+    return std::any_of(pattern.triples.begin(), pattern.triples.end(),
+                       [&](const TriplePattern& t) { return !t.path && (is(t.subject) || is(t.object)); });
+  }
+
+  /// @return  whether the path may have no length
+  bool walk(const Path& path) {
+    bool any = false, all = true;
+    for (const Path& part : path.parts) {
+      const bool empty = walk(part);
+      any = any || empty;
+      all = all && empty;
+    }
+    switch (path.kind) {
+      case Path::Kind::link: predicates_.insert(text_of(static_cast<std::uint32_t>(path.predicate))); return false;
+      case Path::Kind::negated: out_.everything = true; return false;
+      case Path::Kind::zero_or_more:
+      case Path::Kind::zero_or_one: return true;
+      case Path::Kind::sequence: return all;
+      default: return any;
+    }
+  }
+
+  const Query& query_;
+  bool restricted_, any_graph_ = false;
+  std::set<std::string> predicates_, graphs_;
+  Dependencies out_;
 };
 
 }  // namespace
 
-Dependencies dependencies_of(const Query& query) {
-  Dependencies found;
-  Search(query, found).visit(query);
-  if (found.everything) found.predicates.clear();
-  return found;
-}
+Dependencies dependencies_of(const Query& query) { return Finder(query).find(); }
 
 }  // namespace lrt::query

@@ -344,20 +344,22 @@ Regex::Replaced Regex::replace(std::string_view subject, std::string_view replac
 }
 
 std::string to_case(std::string_view text, bool upper) {
-  // One expression for the process: it has no state, and is not freed.
-  static const pcre2_code* const everything = [] {
+  // One expression for the process: it has no state, and is not freed. The capital of U+00DF is two letters, so it stays.
+  static const pcre2_code* const letters = [] {
+    constexpr std::string_view pattern = R"([^\x{DF}]+)";
     int error = 0;
     PCRE2_SIZE offset = 0;
-    return pcre2_compile(reinterpret_cast<PCRE2_SPTR>(".+"), 2, PCRE2_UTF | PCRE2_UCP | PCRE2_DOTALL, &error, &offset, nullptr);
+    return pcre2_compile(reinterpret_cast<PCRE2_SPTR>(pattern.data()), pattern.size(), PCRE2_UTF | PCRE2_UCP, &error, &offset,
+                         nullptr);
   }();
-  if (!everything) throw std::bad_alloc();
+  if (!letters) throw std::bad_alloc();
   const char* const replacement = upper ? "\\U$0" : "\\L$0";
   std::string out(text.size() + text.size() / 2 + 16, '\0');  // some letters of the other case are longer by a byte
   for (;;) {
     PCRE2_SIZE size = out.size();
-    const int result = pcre2_substitute(everything, reinterpret_cast<PCRE2_SPTR>(text.data()), text.size(), 0,
-                                        PCRE2_SUBSTITUTE_EXTENDED | PCRE2_SUBSTITUTE_OVERFLOW_LENGTH, nullptr, nullptr,
-                                        reinterpret_cast<PCRE2_SPTR>(replacement), PCRE2_ZERO_TERMINATED,
+    const int result = pcre2_substitute(letters, reinterpret_cast<PCRE2_SPTR>(text.data()), text.size(), 0,
+                                        PCRE2_SUBSTITUTE_EXTENDED | PCRE2_SUBSTITUTE_GLOBAL | PCRE2_SUBSTITUTE_OVERFLOW_LENGTH,
+                                        nullptr, nullptr, reinterpret_cast<PCRE2_SPTR>(replacement), PCRE2_ZERO_TERMINATED,
                                         reinterpret_cast<PCRE2_UCHAR*>(out.data()), &size);
     if (result == PCRE2_ERROR_NOMEMORY && size > out.size()) {
       out.resize(size);
