@@ -417,7 +417,7 @@ void Queries::watch(StandingQuery& query) {
   for (const auto& [path, entry] : snapshot.entries) {
     if (entry.described <= query.seen_version || query.watches.count(static_cast<std::uint64_t>(entry.id)) != 0) continue;
     Resource* const resource = registry_.find(entry.id);
-    if (!resource || !may_count(query, entry, *resource)) continue;
+    if (!resource || !may_count(query, path, entry, *resource)) continue;
     auto made = std::make_unique<StandingQuery::Watch>(query, *resource);
     resource->add_observer(*made, scanner_);
     query.watches.emplace(static_cast<std::uint64_t>(entry.id), std::move(made));
@@ -426,8 +426,13 @@ void Queries::watch(StandingQuery& query) {
 }
 
 /// What has no value yet, or gets members, may get triples that count.
-bool Queries::may_count(const StandingQuery& query, const Snapshot::Entry& entry, const Resource& resource) const {
-  if (query.query->dependencies().everything || resource.kind() == "action" || resource.kind() == "graph" || resource.is_container()) return true;
+bool Queries::may_count(const StandingQuery& query, const std::string& path, const Snapshot::Entry& entry, const Resource& resource) const {
+  const QueryDependencies& needs = query.query->dependencies();
+  if (!needs.graphs.empty() && !resource.is_container() && resource.kind() != "action") {
+    const std::string name = representations_.base(query.snapshot->base) + path;
+    if (std::find(needs.graphs.begin(), needs.graphs.end(), name) == needs.graphs.end()) return false;
+  }
+  if (needs.everything || resource.kind() == "action" || resource.kind() == "graph" || resource.is_container()) return true;
   if (resource.kind() == "property" && static_cast<const PropertyResource&>(resource).value.is_null()) return true;
   return std::any_of(entry.predicates.begin(), entry.predicates.end(), [&](std::uint32_t predicate) {
     return std::find(query.predicates.begin(), query.predicates.end(), predicate) != query.predicates.end();

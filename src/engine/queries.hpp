@@ -98,7 +98,7 @@ class Queries {
   void evaluated(ResourceId id, Result<std::shared_ptr<const QueryAnswer>> answer, TimePoint now);
   void serve_waiters(StandingQuery& query, TimePoint now);
   void watch(StandingQuery& query);
-  bool may_count(const StandingQuery& query, const Snapshot::Entry& entry, const Resource& resource) const;
+  bool may_count(const StandingQuery& query, const std::string& path, const Snapshot::Entry& entry, const Resource& resource) const;
   StandingQuery* find(ResourceId id) const;
   void remove(StandingQuery& query);
 

@@ -48,10 +48,11 @@ const Types& graph_types() {
 
 class Prepared final : public engine::PreparedQuery {
  public:
-  explicit Prepared(std::shared_ptr<const Query> parsed) : query(std::move(parsed)) {
+  Prepared(std::shared_ptr<const Query> parsed, Selection of_request) : query(std::move(parsed)), selection(std::move(of_request)) {
     Dependencies found = dependencies_of(*query);
     dependencies_.everything = found.everything;
     dependencies_.predicates = std::move(found.predicates);
+    dependencies_.graphs = selection.default_graphs.empty() && selection.named_graphs.empty() ? std::move(found.graphs) : std::vector<std::string>();
     dependencies_.time = found.uses_now_or_random;
   }
   const Types& types() const override {
@@ -65,6 +66,7 @@ class Prepared final : public engine::PreparedQuery {
   bool has_rows() const noexcept override { return query->form == Query::Form::select; }
 
   const std::shared_ptr<const Query> query;
+  const Selection selection;
 
  private:
   engine::QueryDependencies dependencies_;
@@ -245,11 +247,9 @@ class Endpoint final : public engine::QueryService {
     parsing.base = base;
     parsing.max_bytes = options_.max_text_bytes;
     parsing.max_depth = options_.max_depth;
-    parsing.from = std::move(default_graphs);
-    parsing.from_named = std::move(named_graphs);
     Result<std::shared_ptr<const Query>> parsed = query::parse(text, parsing);
     if (!parsed) return Unexpected{std::move(parsed).error()};
-    return std::shared_ptr<const engine::PreparedQuery>(std::make_shared<Prepared>(*std::move(parsed)));
+    return std::shared_ptr<const engine::PreparedQuery>(std::make_shared<Prepared>(*std::move(parsed), Selection{std::move(default_graphs), std::move(named_graphs)}));
   }
 
   std::shared_ptr<engine::QueryData> make_data() const override { return std::make_shared<Data>(); }
@@ -266,10 +266,10 @@ class Endpoint final : public engine::QueryService {
     bounds.steps = options_.max_steps;
     bounds.rows = max_rows ? std::min(*max_rows, options_.max_rows) : options_.max_rows;
     bounds.bytes = options_.max_solution_bytes;
-    const auto& query = static_cast<const Prepared&>(prepared).query;
-    Result<Answer> answer = query::evaluate(*query, *reader, bounds, cancelled, now.utc);
+    const auto& asked = static_cast<const Prepared&>(prepared);
+    Result<Answer> answer = query::evaluate(*asked.query, *reader, bounds, cancelled, now.utc, &asked.selection);
     if (!answer) return Unexpected{std::move(answer).error()};
-    return std::shared_ptr<const engine::QueryAnswer>(std::make_shared<Answered>(query, *std::move(answer)));
+    return std::shared_ptr<const engine::QueryAnswer>(std::make_shared<Answered>(asked.query, *std::move(answer)));
   }
 
  private:

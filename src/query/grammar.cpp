@@ -61,10 +61,6 @@ Result<std::shared_ptr<const Query>> Grammar::run() {
   advance();
   const bool read = prologue() && query() && (is(Token::Kind::end) || expected("the end of the query"));
   if (!read) return error();
-  if (!options_.from.empty() || !options_.from_named.empty()) {
-    query_->from = options_.from;
-    query_->from_named = options_.from_named;
-  }
   return std::shared_ptr<const Query>(std::move(query_));
 }
 

@@ -2,9 +2,7 @@
 
 #include <cstddef>
 #include <memory>
-#include <string>
 #include <string_view>
-#include <vector>
 
 #include <lrt/base/result.hpp>
 
@@ -18,8 +16,6 @@ struct ParseOptions {
   /// Groups, brackets, paths and queries in each other; more: limit_exceeded. No pattern or expression of the algebra is more than four times as
   /// high: each OPTIONAL, MINUS and BIND of a group has what stands before it as a part.
   std::size_t max_depth = 64;
-  /// The dataset, instead of what the query says: default graphs and named graphs (SPARQL 1.1 Protocol 2.1.4). Both empty: the query decides.
-  std::vector<std::string> from{}, from_named{};
   /// Patterns of all groups and the template; a sequence path is several. Also, apart from them, of the variables that each `SELECT *` stands for.
   /// More: limit_exceeded.
   std::size_t max_triples = 10'000;

@@ -27,6 +27,7 @@ struct NamedGraph {
 struct QueryDependencies {
   bool everything = false;                 ///< any triple may count
   std::vector<std::string> predicates;     ///< without `everything`: only triples with these count
+  std::vector<std::string> graphs{};       ///< only triples of these count; empty: those of all
   bool time = false;                       ///< NOW(), RAND() and the like: the answer changes although no graph does
 };
 
