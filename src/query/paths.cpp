@@ -106,19 +106,28 @@ void PathStage::reach(const Path& path, TermNumber node, bool forward, std::vect
     case Path::Kind::zero_or_more:
     case Path::Kind::one_or_more: break;
   }
+  // (x*)+ is x*, so that repetitions in each other cost no more than one.
+  const Path* repeated = &path;
+  bool none = false, many = false;
+  for (; repeated->kind == Path::Kind::zero_or_one || repeated->kind == Path::Kind::zero_or_more ||
+         repeated->kind == Path::Kind::one_or_more;
+       repeated = &repeated->parts[0]) {
+    none = none || repeated->kind != Path::Kind::one_or_more;
+    many = many || repeated->kind != Path::Kind::zero_or_one;
+  }
   NodeSet seen;
-  if (path.kind != Path::Kind::one_or_more) seen.insert(node);
+  if (none) seen.insert(node);
   std::vector<TermNumber> next;
   const std::size_t before = taken_;
-  reach(path.parts[0], node, forward, next);
+  reach(*repeated, node, forward, next);
   for (const TermNumber reached : next) seen.insert(reached);
-  // `seen` grows while it is walked. With one_or_more the start is walked again if it is reached: it adds nothing.
-  for (std::size_t i = 0; path.kind != Path::Kind::zero_or_one && i < seen.nodes.size(); ++i) {
+  // `seen` grows while it is walked. If the start is reached again, it adds nothing.
+  for (std::size_t i = 0; many && i < seen.nodes.size(); ++i) {
     if (seen.nodes[i] == node) continue;
     if (&path == &path_ && target_ != nothing && seen.nodes[i] == target_) break;
     next.clear();
     const std::size_t before_step = taken_;
-    reach(path.parts[0], seen.nodes[i], forward, next);
+    reach(*repeated, seen.nodes[i], forward, next);
     release(before_step);
     for (const TermNumber reached : next) {
       run_.budget.step();

@@ -197,6 +197,8 @@ TEST_CASE("paths end on cycles and have each pair once", "[query]") {
   CHECK(select(data, "SELECT ?y { ?y (:p|:q)+ :d }") == Rows{":a", ":b", ":c"});
   CHECK(select(data, "SELECT ?y { :a (:p/:p)* ?y }") == Rows{":a", ":b", ":c"});
   CHECK(select(data, "SELECT ?y { :a :p? ?y }") == Rows{":a", ":b"});
+  CHECK(select(data, "SELECT ?y { :a ((((((((((((:p?)+)*)+)?)+)+)*)+)*)+)*)+ ?y }") == Rows{":a", ":b", ":c"});
+  CHECK(select(data, "SELECT ?y { :c (:q+)? ?y }") == Rows{":c", ":d"});
   CHECK(select(data, "SELECT ?y { :nobody :p* ?y }") == Rows{":nobody"});
   CHECK(select(data, "SELECT ?x { ?x :q+ ?x }") == Rows{":x"});
   CHECK(select(data, "SELECT (COUNT(*) AS ?n) { ?x :p* ?y }") == Rows{"11"});

@@ -94,3 +94,43 @@ TEST_CASE("expressions match as in XPath", "[shacl]") {
   CHECK(outcome("^\\i\\c*$", "ns:name") == Outcome::match);
   CHECK(outcome("^a b$", "ab", "x") == Outcome::match);
 }
+
+TEST_CASE("a regular expression replaces what it matches, as XPath says", "[shacl][query]") {
+  using Replaced = Regex::Replaced;
+  Regex::Scratch scratch;
+  std::size_t steps = 0;
+  std::string result;
+  const auto replace = [&](std::string_view subject, std::string_view pattern, std::string_view replacement,
+                           std::string_view flags = "", std::size_t max_bytes = 1000) {
+    return compiled(pattern, flags).replace(subject, replacement, max_bytes, scratch, steps, result);
+  };
+  const auto replaced = [&](std::string_view subject, std::string_view pattern, std::string_view replacement,
+                            std::string_view flags = "") {
+    CHECK(replace(subject, pattern, replacement, flags) == Replaced::done);
+    return result;
+  };
+  CHECK(replaced("abracadabra", "bra", "*") == "a*cada*");
+  CHECK(replaced("abracadabra", "a.*?a", "*") == "*c*bra");
+  CHECK(replaced("AAAA", "A+?", "b") == "bbbb");
+  CHECK(replaced("darted", "^(.*?)d(.*)$", "$1c$2") == "carted");
+  CHECK(replaced("abc", "(a)", "$12$3\\$\\\\") == "a2$\\bc");  // there is one group: $1, then 2; $3 is nothing
+  CHECK(replaced("äxä", "x", "$0$0") == "äxxä");
+  CHECK(replaced("a$b", "$", "\\$", "q") == "a\\$b");
+  CHECK(replaced("", "a", "b").empty());
+  CHECK(replaced("abc", "x", "b") == "abc");
+  CHECK(replace("aaa", "a*", "b") == Replaced::invalid);
+  CHECK(replace("aaa", "(?=a)", "b") == Replaced::invalid);
+  CHECK(replace("aaa", "a", "\\n") == Replaced::invalid);
+  CHECK(replace("aaa", "a", "$x") == Replaced::invalid);
+  CHECK(replace("aaa", "a", "$") == Replaced::invalid);
+  CHECK(replace("aaa", "a", std::string(500, 'b')) == Replaced::too_long);
+  CHECK(replace(repeated("a", 40'000) + "cb", "(?:a+)+b", "b") == Replaced::undecided);
+}
+
+TEST_CASE("the case of a text is that of Unicode, letter by letter", "[shacl][query]") {
+  using lrt::shacl::to_case;
+  CHECK(to_case("straße Ω ä ж 1", true) == "STRAßE Ω Ä Ж 1");
+  CHECK(to_case("ÄΩЖ A", false) == "äωж a");
+  CHECK(to_case("", true).empty());
+  CHECK(to_case("ß\nb", true) == "ß\nB");
+}
