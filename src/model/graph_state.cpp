@@ -344,12 +344,12 @@ void GraphState::merge(GraphEdit& edit, const rdf::Graph& graph) const {
   edit.merge(unmarked(graph, removed));
 }
 
-bool GraphState::add_published(std::shared_ptr<PropertySpec> property, std::string predicate, std::string object) {
+bool GraphState::add_published(PublishedSpec spec) {
   {
     const std::lock_guard lock(mutex_);
     for (const PublishedSpec& p : published_)
-      if (p.property->path == property->path) return false;
-    published_.push_back({std::move(property), std::move(predicate), std::move(object)});
+      if (p.property->path == spec.property->path) return false;
+    published_.push_back(std::move(spec));
   }
   notify();
   return true;

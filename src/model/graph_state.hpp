@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -96,6 +97,7 @@ struct PublishedSpec {
   std::shared_ptr<PropertySpec> property;
   std::string predicate;
   std::string object;  ///< the fragment that names it, "#cup"
+  std::chrono::milliseconds expires_after;
 };
 
 /// A graph with all that judges it. The handles of the user and the engine share it.
@@ -128,7 +130,7 @@ class GraphState {
   Result<void> restore(rdf::Graph graph);
 
   /// A value to be published; false: another one has its path.
-  bool add_published(std::shared_ptr<PropertySpec> property, std::string predicate, std::string object);
+  bool add_published(PublishedSpec spec);
   void remove_published(const PropertySpec& property) noexcept;
   std::vector<PublishedSpec> published() const;
   std::shared_ptr<HandleContext> thing() const noexcept { return thing_; }
