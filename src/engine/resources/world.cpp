@@ -321,6 +321,8 @@ Outcome WorldResource::post(Context& context, Parts& parts) {
 
 Outcome WorldResource::make_graph(Context& context, Parts& parts, const std::string& at) {
   if (at.empty()) return parts.responses.problem(context, 409, "a graph of this World needs a name below \"" + path + "\"");
+  if (const auto& view = context.audience.view; view && !view->at(at).has(security::Right::write))
+    return parts.responses.denied(context, http::Denial::right, 403, "these credentials do not allow to make a graph there");
   if (created_ >= spec.options.max_created)
     return parts.responses.problem(context, 409, "the World is full with " + std::to_string(spec.options.max_created) + " graphs of clients");
   if (!context.judged) {
