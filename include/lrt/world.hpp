@@ -140,7 +140,7 @@ class WorldGraph {
   /// @par Errors  those of the changes: expected_iri, expected_rdf; limit_exceeded: GraphOptions::max_triples, max_bytes; expected_value: the graph
   ///              would not conform to its shapes, with the report as text; failed: `change` threw; refused: called within `change` of the same
   ///              graph. Nothing has changed then.
-  /// @par Time     In proportion to the graph, which is copied: about 10 ms for 100,000 triples, and the validation.
+  /// @par Time     In proportion to the graph, which is copied: for 100,000 triples about 25 ms, 50 if some are removed; and the validation.
   template <class F>
   Result<void> update(F change) {
     if constexpr (!std::is_invocable_v<F&, GraphUpdate&>) {

@@ -284,7 +284,7 @@ Result<void> GraphState::restore(rdf::Graph graph) {
 /// @pre writers_mutex_ is held
 std::optional<GraphRefusal> GraphState::commit(GraphEdit& edit) {
   if (!edit.has_changed()) return std::nullopt;
-  auto next = std::make_shared<const rdf::Graph>(edit.graph());
+  auto next = std::make_shared<const rdf::Graph>(edit.take());
   if (auto refused = judge(*next)) return refused;
   Version made;
   {

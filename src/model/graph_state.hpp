@@ -39,6 +39,11 @@ class GraphEdit {
   void clear();
   /// The graph with the changes up to now.
   const rdf::Graph& graph();
+  /// The same, at the end.
+  rdf::Graph take() {
+    graph();
+    return std::move(graph_);
+  }
   std::size_t size() const noexcept { return graph_.size() - removed_count_; }
   /// The triples differ from those at the beginning.
   bool has_changed() const noexcept { return size() != before_ || removed_before_ != 0 || lost_ != 0; }
