@@ -44,9 +44,10 @@ lrt::Result<void> Surroundings::add_to(lrt::Server& server) {
   tasks.clients_may_write = true;
   tasks.max_triples = 10'000;
   tasks_ = world.graph("tasks", std::move(tasks));
+  lrt::PublishedOptions seen(lrt::unit::metre);
+  seen.frame = lrt::Object::resource("baxter");
   for (std::size_t i = 0; i < box_count; ++i)
-    poses_[i] = objects_.published<Eigen::Isometry3d>("box" + std::to_string(i + 1), lrt::vocab::spatial::spatialRelationship, lrt::unit::metre,
-                                                      lrt::Object::resource("baxter"));
+    poses_[i] = objects_.published<Eigen::Isometry3d>("box" + std::to_string(i + 1), lrt::vocab::spatial::spatialRelationship, seen);
   publish(0, false);
   return server.add(std::move(world));
 }

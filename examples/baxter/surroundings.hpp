@@ -3,8 +3,6 @@
 #include <array>
 #include <cstddef>
 
-#include <Eigen/Geometry>
-
 #include <lrt/eigen.hpp>
 #include <lrt/lrt.hpp>
 

@@ -23,6 +23,7 @@ void ChangeScanner::watch(PropertyResource& property) {
   if (model::SlotBase* slot = property.spec->slot.get()) {
     property.seen_lost = slot->lost();
     slot->set_observed(true);
+    sample_later(property, clock_.now());
   } else {
     property.spec->changes->set_observed(true);
     sample_later(property, clock_.now());
@@ -156,6 +157,12 @@ bool ChangeScanner::take_availability() {
 }
 
 void ChangeScanner::sample_later(PropertyResource& property, TimePoint now) {
+  if (property.spec->slot) {
+    const auto period = property.expires_after;
+    const auto rest = property.value.is_null() ? period : std::chrono::duration_cast<std::chrono::milliseconds>(property.modified + period - now.utc);
+    if (period.count() > 0) samples_.set(property.next_sample, now.steady + std::clamp(rest, std::chrono::milliseconds(1), period), property.id);
+    return;
+  }
   const auto period = property.spec->sample_period.value_or(options_.sample_period);
   if (period.count() > 0) samples_.set(property.next_sample, now.steady + period, property.id);
 }
@@ -164,7 +171,12 @@ void ChangeScanner::read_samples(TimePoint now) {
   while (const auto id = samples_.take_due(now.steady)) {
     auto& property = static_cast<PropertyResource&>(*registry_.find(*id));
     property.next_sample.reset();
-    if (!property.is_refreshing() && !calls_.overloaded()) values_.refresh_observed(property, values_.catch_up_end());
+    if (property.spec->slot) {
+      values_.take_published(property);
+      property.expire(now.utc);
+    } else if (!property.is_refreshing() && !calls_.overloaded()) {
+      values_.refresh_observed(property, values_.catch_up_end());
+    }
     sample_later(property, now);
   }
 }

@@ -53,7 +53,7 @@ class ChangeScanner {
   /// Takes over which actions the robot has made available or unavailable.
   /// @return  something has changed
   bool take_availability();
-  /// Reads pulled properties whose sample period is over.
+  /// Reads pulled properties whose sample period is over; values that are too old go.
   void read_samples(TimePoint now);
   std::optional<Instant> next_deadline() const;
 

@@ -26,9 +26,9 @@ std::optional<JudgedBody> GraphTask::carry_out(bool waits) {
   std::optional<model::GraphRefusal> refused = state->write(write, waits);
   if (refused && refused->kind == model::GraphRefusal::Kind::busy) return std::nullopt;
   if (refused) return JudgedBody(fault_of(*std::move(refused)));
-  Body body;
-  if (creates) body.made_graph = state;
-  return JudgedBody(std::move(body));
+  Body accepted;
+  if (creates) accepted.made_graph = state;
+  return JudgedBody(std::move(accepted));
 }
 
 std::optional<BodyFault> GraphTask::parse() {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -38,6 +39,11 @@ class GraphEdit {
   void clear();
   /// The graph with the changes up to now.
   const rdf::Graph& graph();
+  /// The same, at the end.
+  rdf::Graph take() {
+    graph();
+    return std::move(graph_);
+  }
   std::size_t size() const noexcept { return graph_.size() - removed_count_; }
   /// The triples differ from those at the beginning.
   bool has_changed() const noexcept { return size() != before_ || removed_before_ != 0 || lost_ != 0; }
@@ -96,6 +102,7 @@ struct PublishedSpec {
   std::shared_ptr<PropertySpec> property;
   std::string predicate;
   std::string object;  ///< the fragment that names it, "#cup"
+  std::chrono::milliseconds expires_after;
 };
 
 /// A graph with all that judges it. The handles of the user and the engine share it.
@@ -128,7 +135,7 @@ class GraphState {
   Result<void> restore(rdf::Graph graph);
 
   /// A value to be published; false: another one has its path.
-  bool add_published(std::shared_ptr<PropertySpec> property, std::string predicate, std::string object);
+  bool add_published(PublishedSpec spec);
   void remove_published(const PropertySpec& property) noexcept;
   std::vector<PublishedSpec> published() const;
   std::shared_ptr<HandleContext> thing() const noexcept { return thing_; }

@@ -86,7 +86,8 @@ std::shared_ptr<const rdf::Graph> WorldGraph::snapshot() const {
 
 std::uint64_t WorldGraph::revision() const { return state_ ? state_->version().revision : 0; }
 
-bool WorldGraph::add_published(std::shared_ptr<model::PropertySpec> spec, std::string_view path, Iri predicate) {
+bool WorldGraph::add_published(std::shared_ptr<model::PropertySpec> spec, std::string_view path, Iri predicate,
+                               std::chrono::milliseconds expires_after) {
   if (!state_ || !iri::is_absolute(predicate.text)) return false;
   const Result<std::string> below = model::encode_path(path);
   if (!below) return false;
@@ -94,7 +95,7 @@ bool WorldGraph::add_published(std::shared_ptr<model::PropertySpec> spec, std::s
   const std::string& root = spec->thing->path;  // "world", of a graph at "/world/map"
   spec->path = state_->path().substr(root.size() + 2) + "/" + *below;
   std::string object = "#" + below->substr(0, below->find('/'));
-  return state_->add_published(std::move(spec), std::string(predicate.text), std::move(object));
+  return state_->add_published({std::move(spec), std::string(predicate.text), std::move(object), expires_after});
 }
 
 std::function<void()> WorldGraph::remover(std::shared_ptr<model::PropertySpec> spec) const {

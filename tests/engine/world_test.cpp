@@ -352,6 +352,34 @@ TEST_CASE("an observer with a queue gets each published value of an object that 
   CHECK(r.get().status == 200);
 }
 
+TEST_CASE("a value that is not published for a while leaves the graph, and observers learn that", "[engine][world]") {
+  Robot r;
+  PublishedOptions options(unit::metre);
+  options.expires_after = std::chrono::seconds(2);
+  auto cup = r.map.published<double>("cup", pose, options);
+  cup.publish(0.5);
+  CHECK(r.get().body.find("0.5") != std::string::npos);
+  r.bench.clock.advance(std::chrono::seconds(1));
+  cup.publish(0.5);  // it is still there
+  CHECK(r.get().status == 200);
+  r.bench.clock.advance(std::chrono::milliseconds(1500));
+  CHECK(r.get().body.find("0.5") != std::string::npos);
+  r.bench.clock.advance(std::chrono::milliseconds(600));
+  CHECK(r.bench.get("/world?default").body.find("0.5") == std::string::npos);
+  CHECK(r.bench.get("/world/map/cup").body.find("0.5") == std::string::npos);
+  const engine::Channel channel = r.bench.open("/world/map");
+  CHECK(r.bench.messages(channel).size() == 1);
+  cup.publish(0.75);
+  r.bench.look();
+  CHECK(r.bench.messages(channel).size() == 1);
+  r.bench.clock.advance(std::chrono::milliseconds(2001));
+  REQUIRE(r.bench.engine.next_deadline());
+  CHECK(*r.bench.engine.next_deadline() <= r.bench.clock.now().steady);
+  const std::vector<std::string> gone = r.bench.messages(channel);
+  REQUIRE(gone.size() == 1);
+  CHECK(gone[0].find("0.75") == std::string::npos);
+}
+
 TEST_CASE("a World that is removed leaves working handles", "[engine][world]") {
   Robot r;
   auto cup = r.map.published<double>("cup", pose);

@@ -254,10 +254,76 @@ TEST_CASE("code updates a graph from its lambda that calls the server, while cli
     done = true;
   });
   Socket client(robot.server.port());
+  const std::string patch = "PATCH /world/map" + host + "\nContent-Type: application/sparql-update\n\nINSERT DATA { <#a> <p:b> 1 }";
   while (!done) {
-    const int status = client.ask("PATCH /world/map" + host + "\nContent-Type: application/sparql-update\n\nINSERT DATA { <#a> <p:b> 1 }").status;
+    const int status = client.ask(patch).status;
     CHECK((status == 204 || status == 202));
   }
   code.join();
+  CHECK(client.ask(patch).status == 204);
   CHECK(robot.map.snapshot()->size() == 2);
+}
+
+TEST_CASE("rights of a graph are those at its path, in whatever way a request names it", "[server][world][rights]") {
+  Options options = options_of();
+  options.security.authenticate = [](const http::Request& request) -> std::optional<security::Principal> {
+    const auto who = request.find("X-Who");
+    return who ? std::optional(security::Principal{std::string(*who), {}}) : std::nullopt;
+  };
+  using security::Right;
+  const auto is = [](const char* name) { return security::Who{security::Who::Kind::principal, name}; };
+  options.security.rules = {
+      {"/world", security::Scope::tree, is("anna"), security::Rights::all()},
+      {"/world", security::Scope::tree, is("bert"), Right::read | Right::write},
+      {"/world/secret", security::Scope::tree, is("anna"), security::Rights::all()},
+      {"/world/map", security::Scope::tree, is("anna"), security::Rights::all()},
+      {"/world/map", security::Scope::tree, is("bert"), Right::read},
+  };
+  Server server = Server::create(std::move(options)).value();
+  WorldOptions world_options;
+  world_options.clients_may_create = true;
+  World world("world", world_options);
+  GraphOptions graph_options;
+  graph_options.clients_may_write = true;
+  WorldGraph map = world.graph("map", graph_options), secret = world.graph("secret/plan", graph_options);
+  server.add(std::move(world)).value();
+  say(map, "a cup");
+  secret.update([](GraphUpdate& u) { u.add("#plan", label, "hidden words").add("#plan", Iri("p:of"), Object::resource("world/map")); }).value();
+  map.update([](GraphUpdate& u) { u.add("#cup", Iri("p:in"), Object::resource("world/secret/plan")); }).value();
+  Socket client(server.port());
+  const std::string host = "localhost:" + std::to_string(server.port()), base = "http://" + host;
+  const auto ask = [&](const std::string& who, const std::string& line, const std::string& rest = {}) {
+    return client.ask(line + "\nHost: " + host + "\nX-Who: " + who + rest);
+  };
+  const std::string body = "\nContent-Type: text/turtle\n\n<#x> <p:q> 1 .", patch = "\nContent-Type: application/sparql-update\n\nINSERT DATA { <#x> <p:q> 2 }";
+  CHECK(ask("anna", "GET /world?default").body.find("hidden words") != std::string::npos);
+  CHECK(ask("anna", "GET /world/secret/plan").status == 200);
+  for (const char* path : {"/world", "/world?default", "/world/map", "/world/map?accept=application/n-quads", "/world?default&accept=application/trig", "/world?accept=application/json"}) {
+    CAPTURE(path);
+    const Answer a = ask("bert", "GET " + std::string(path));
+    CHECK(a.status == 200);
+    CHECK(a.body.find("hidden words") == std::string::npos);
+    CHECK(a.body.find("secret") == std::string::npos);
+    CHECK(std::string(a.fields.block()).find("secret") == std::string::npos);
+  }
+  CHECK(ask("bert", "GET /world/map").body.find("a cup") != std::string::npos);
+  CHECK(ask("bert", "GET /world/map").field("Allow") == "GET, HEAD, OPTIONS");
+  for (const std::string& hidden : {std::string("/world/secret/plan"), "/world?graph=" + base + "/world/secret/plan"}) {
+    CAPTURE(hidden);
+    CHECK(ask("bert", "GET " + hidden).status == 404);
+    CHECK(ask("bert", "PUT " + hidden, body).status == 404);
+    CHECK(ask("bert", "PATCH " + hidden, patch).status == 404);
+    CHECK(ask("bert", "DELETE " + hidden).status == 404);
+  }
+  for (const std::string& read : {std::string("/world/map"), "/world?graph=" + base + "/world/map"}) {
+    CHECK(ask("bert", "PUT " + read, body).status == 403);
+    CHECK(ask("bert", "POST " + read, body).status == 403);
+    CHECK(ask("bert", "PATCH " + read, patch).status == 403);
+    CHECK(ask("bert", "DELETE " + read).status == 403);
+  }
+  CHECK(ask("bert", "PUT /world/new", body).status == 201);
+  CHECK(ask("bert", "PUT /world/secret/new", body).status == 403);
+  CHECK(ask("bert", "PUT /world?graph=" + base + "/world/secret/new", body).status == 403);
+  CHECK(ask("anna", "PATCH /world/map", patch).status == 204);
+  CHECK(client.ask("GET /world/map\nHost: " + host).status == 401);
 }

@@ -116,6 +116,12 @@ void PropertyResource::mark_changing() {
     for (std::size_t i = 0; i < all->size(); ++i) (*all)[i]->resource_changes();
 }
 
+void PropertyResource::expire(Utc now) {
+  if (expires_after.count() == 0 || value.is_null() || now - modified < expires_after) return;
+  value = rdf::Value();
+  mark_changed();
+}
+
 void PropertyResource::report_lost() {
   const std::uint64_t lost = spec->slot->lost();
   if (lost == seen_lost) return;

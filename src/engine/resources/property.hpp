@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -54,6 +55,11 @@ class PropertyResource final : public Resource {
   void mark_changed() override;
   /// Its value is about to be replaced: notifies its observers and those of its Thing's state.
   void mark_changing();
+  /// Its value goes if it is too old.
+  void expire(Utc now);
+  void refresh() override {
+    if (in_graph) in_graph->refresh();
+  }
   /// Reports published values that were never taken to its observers and to those of its Thing's state.
   /// @pre it is a pushed property
   void report_lost();
@@ -74,6 +80,7 @@ class PropertyResource final : public Resource {
   bool is_refreshing() const noexcept { return refresh_state && refresh_state->running; }
   /// The last read of a pulled property failed.
   bool is_failing() const noexcept { return refresh_state && refresh_state->failing; }
+  std::chrono::milliseconds expires_after{0};      ///< without a new value, in a graph; zero: never
   Resource* in_graph = nullptr;                    ///< the graph of a World that its value is part of
   /// What has the value besides: its graph, or the state of its Thing.
   Resource& whole_resource() const;

@@ -92,6 +92,7 @@ Outcome WorldGraphResource::write(Context& context, Parts& parts, GraphWrite::Ki
 
 void WorldGraphResource::attach(Parts& parts) {
   epoch_ = parts.options.ids->next();
+  clock_ = &parts.clock;
   graph_state->set_listener([inbox = parts.calls.inbox(), &parts, ref = Ref(*this), waits = changes_wait_] {
     if (waits->exchange(true)) return;
     try {
@@ -137,6 +138,7 @@ bool WorldGraphResource::take_published(Parts& parts) {
 void WorldGraphResource::add_published(const model::PublishedSpec& spec, Parts& parts) {
   auto made = std::make_unique<PropertyResource>(spec.property->location(), thing, spec.property);
   made->in_graph = this;
+  made->expires_after = spec.expires_after;
   published_.reserve(published_.size() + 1);
   if (!parts.registry.add(*made)) {
     parts.responses.log(LogLevel::error, "path \"" + spec.property->location().substr(1) + "\" is taken: what is published there is not shown");
@@ -232,6 +234,12 @@ void WorldGraphResource::for_each_property(FunctionRef<void(PropertyResource&)> 
   for (const Published& published : published_) visit(*published.resource);
 }
 
+void WorldGraphResource::refresh() {
+  if (published_.empty()) return;
+  const Utc now = clock_->utc();
+  for (const Published& published : published_) published.resource->expire(now);
+}
+
 void WorldGraphResource::set_observed(bool observed, ChangeScanner& scanner) {
   for (const Published& published : published_) published.resource->set_watched(observed, scanner);
 }
@@ -260,6 +268,10 @@ std::uint64_t AllGraphsResource::state(std::uint64_t structure) const noexcept {
   std::uint64_t mixed = structure;
   for (const auto& graph : world_.graphs()) mixed = (mixed ^ graph->revision) * 1099511628211U;
   return mixed;
+}
+
+void AllGraphsResource::refresh() {
+  for (const auto& graph : world_.graphs()) graph->refresh();
 }
 
 void AllGraphsResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const {
@@ -309,6 +321,8 @@ Outcome WorldResource::post(Context& context, Parts& parts) {
 
 Outcome WorldResource::make_graph(Context& context, Parts& parts, const std::string& at) {
   if (at.empty()) return parts.responses.problem(context, 409, "a graph of this World needs a name below \"" + path + "\"");
+  if (const auto& view = context.audience.view; view && !view->at(at).has(security::Right::write))
+    return parts.responses.denied(context, http::Denial::right, 403, "these credentials do not allow to make a graph there");
   if (created_ >= spec.options.max_created)
     return parts.responses.problem(context, 409, "the World is full with " + std::to_string(spec.options.max_created) + " graphs of clients");
   if (!context.judged) {

@@ -46,6 +46,7 @@ class WorldGraphResource final : public Resource {
 
   Reads reads() const noexcept override { return Reads::values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
+  void refresh() override;
   bool observable() const noexcept override { return true; }
   void set_observed(bool observed, ChangeScanner& scanner) override;
 
@@ -77,11 +78,11 @@ class WorldGraphResource final : public Resource {
   void add_published(const model::PublishedSpec& spec, Parts& parts);
   void remove_published(Published& published, Parts& parts);
   void describe_published(const Description& d) const;
-  Result<void> refused_removal() const;
 
   model::GraphState::Version version_;
   std::string epoch_;  ///< of entity tags: another one after a restart
   std::vector<Published> published_;
+  const Clock* clock_ = nullptr;  ///< set by attach()
   std::shared_ptr<std::atomic<bool>> changes_wait_ = std::make_shared<std::atomic<bool>>(false);  ///< a message for take_changes() is on its way
   mutable std::shared_ptr<const rdf::Graph> whole_;  ///< graph(), with the revision that it had
   mutable std::uint64_t whole_revision_ = 0;
@@ -101,6 +102,7 @@ class AllGraphsResource final : public Resource {
   std::size_t max_bytes(const EngineOptions& options) const noexcept override;
   Reads reads() const noexcept override { return Reads::values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;
+  void refresh() override;
   const std::string& path_of_rights() const noexcept override;
 
  private:
