@@ -11,6 +11,7 @@ namespace {
 constexpr const char* things = R"(
   @prefix schema: <http://schema.org/> . @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> . @prefix unit: <http://qudt.org/vocab/unit/> .
   @prefix qudt: <http://qudt.org/schema/qudt/> . @prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> .
+  </baxter> schema:additionalProperty [ a schema:PropertyValue ; schema:name "payload" ; schema:value 2.2 ; schema:unitCode "KGM" ] .
   <#table> a schema:Product ; rdfs:label "table" .
   <#box1> a schema:Product ; rdfs:label "red box" ; schema:weight [ vom:numericalValue 0.4 ; qudt:hasUnit unit:KiloGM ] .
   <#box2> a schema:Product ; rdfs:label "blue box" ; schema:weight [ vom:numericalValue 3.5 ; qudt:hasUnit unit:KiloGM ] .)";

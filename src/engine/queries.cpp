@@ -31,11 +31,6 @@ constexpr std::size_t max_close_reason = 123;
 /// Share of one query in the order of jobs: all count the same.
 constexpr std::size_t job_size = 1;
 
-std::string place_of(const Error& error) {
-  if (error.line == 0) return error.message;
-  return "line " + std::to_string(error.line) + ", column " + std::to_string(error.column) + ": " + error.message;
-}
-
 bool is_path(std::string_view path) {
   if (path.size() < 2 || path.front() != '/' || path.back() == '/' || path.find("//") != std::string_view::npos) return false;
   return std::all_of(path.begin(), path.end(), [](char c) { return c == '/' || detail::is(c, detail::unreserved); });
@@ -135,7 +130,7 @@ std::variant<std::shared_ptr<const PreparedQuery>, http::Response> Queries::pars
   if (parsed) return *std::move(parsed);
   const Error& error = parsed.error();
   const int status = error.code == Errc::limit_exceeded ? 413 : error.code == Errc::unsupported_syntax ? 403 : 400;
-  return responses_.problem(context, status, "the query, " + place_of(error));
+  return responses_.problem(context, status, "the query: " + error.message);
 }
 
 std::optional<Outcome> Queries::get(Context& context) {

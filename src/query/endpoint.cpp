@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <atomic>
 #include <mutex>
 #include <string>
@@ -127,6 +128,17 @@ Table rows_without(const Table& table, const Table& others) {
   return rest;
 }
 
+/// Those of the query, and of lrt those that it does not use for something else.
+rdf::Prefixes prefixes_of(const Query& query) {
+  rdf::Prefixes all = query.prefixes;
+  for (const auto& one : rdf::default_prefixes()) {
+    const bool is_known = std::any_of(query.prefixes.begin(), query.prefixes.end(),
+                                      [&](const auto& other) { return other.first == one.first || other.second == one.second; });
+    if (!is_known) all.push_back(one);
+  }
+  return all;
+}
+
 class Answered final : public engine::QueryAnswer {
  public:
   Answered(std::shared_ptr<const Query> query, Answer answer)
@@ -135,7 +147,7 @@ class Answered final : public engine::QueryAnswer {
   Result<std::string> write(std::size_t type) const override {
     if (const auto* table = std::get_if<Table>(&answer_)) return query::write(*table, row_formats[type]);
     if (const auto* yes = std::get_if<bool>(&answer_)) return query::write(*yes, ask_formats[type]);
-    return rdf::write(std::get<rdf::Graph>(answer_), rdf::available_syntaxes()[type], query_->prefixes);
+    return rdf::write(std::get<rdf::Graph>(answer_), rdf::available_syntaxes()[type], prefixes_of(*query_));
   }
   std::uint64_t digest() const noexcept override { return digest_; }
   Result<std::string> changes_since(const QueryAnswer& before, std::uint64_t sequence) const override {

@@ -84,7 +84,7 @@ class SmallQueries final : public engine::QueryService {
   const Limits& limits() const noexcept override { return given; }
   Result<std::shared_ptr<const engine::PreparedQuery>> parse(std::string_view text, std::string_view, std::vector<std::string> default_graphs,
                                                              std::vector<std::string> named_graphs) const override {
-    if (text == "error") return Unexpected{Error{Errc::expected_rdf, "expected a query", 3, 1, 4}};
+    if (text == "error") return Unexpected{Error{Errc::expected_rdf, "line 1, column 4: expected a query", 3, 1, 4}};
     if (text == "update") return unexpected(Errc::unsupported_syntax, "DELETE is an update");
     datasets = std::move(default_graphs);
     datasets.insert(datasets.end(), named_graphs.begin(), named_graphs.end());

@@ -93,7 +93,7 @@ class QueryService {
   virtual const Limits& limits() const noexcept = 0;
   /// @param base            for relative IRIs
   /// @param default_graphs  with named_graphs: the dataset, instead of what the query says (SPARQL 1.1 Protocol 2.1.4); both empty: the query decides
-  /// @par Errors  expected_rdf with the place; limit_exceeded; unsupported_syntax: SERVICE, an update
+  /// @par Errors  expected_rdf, whose message says where; limit_exceeded; unsupported_syntax: SERVICE, an update
   virtual Result<std::shared_ptr<const PreparedQuery>> parse(std::string_view text, std::string_view base, std::vector<std::string> default_graphs,
                                                              std::vector<std::string> named_graphs) const = 0;
   virtual std::shared_ptr<QueryData> make_data() const = 0;
