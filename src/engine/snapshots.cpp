@@ -90,12 +90,8 @@ void Snapshots::visit(Snapshot& snapshot, const ThingNode& thing, std::vector<Na
     visit_one(*c);
     for (Resource* member : c->members()) visit_one(*member);
   }
-  if (thing.world) {
-    for (const auto& graph : thing.world->graphs()) {
-      visit_one(*graph);
-      graph->for_each_property([&](PropertyResource& published) { visit_one(published); });
-    }
-  }
+  if (thing.world)  // what is published in a graph is in that graph: twice, its blank nodes would be two
+    for (const auto& graph : thing.world->graphs()) visit_one(*graph);
   if (thing.kind && !thing.kind->things.empty() && thing.kind->things.front() == &thing) visit_one(*thing.kind);
   if (thing.adds_shapes()) visit_one(const_cast<BlueprintResource&>(thing.blueprint));
 }
