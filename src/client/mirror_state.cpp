@@ -58,11 +58,13 @@ bool write_all(int descriptor, std::string_view bytes) noexcept {
 }
 
 /// Reads the records. A last line without a line feed was not written completely, and does not count.
-Result<std::vector<StoredGraph>> parse(std::string_view text, const std::string& path, const std::string& store, std::size_t max_graphs) {
+Result<std::vector<StoredGraph>> parse(std::string_view text, const std::string& path, const std::string& store,
+                                       std::size_t max_graphs) {
   const auto invalid = [&](const std::string& what) { return unexpected(Errc::invalid_option, "\"" + path + "\" " + what); };
   const std::size_t end_of_header = text.find('\n');
   const std::string_view header = text.substr(0, end_of_header);
-  if (end_of_header == std::string_view::npos || header.substr(0, begin_of_header.size()) != begin_of_header) return invalid("is no state of a mirror");
+  if (end_of_header == std::string_view::npos || header.substr(0, begin_of_header.size()) != begin_of_header)
+    return invalid("is no state of a mirror");
   if (const std::string_view other = header.substr(begin_of_header.size()); other != field(store))
     return invalid("is the state of a mirror to another store, \"" + std::string(other) + "\"");
   std::map<std::string, StoredGraph, std::less<>> graphs;
@@ -77,7 +79,8 @@ Result<std::vector<StoredGraph>> parse(std::string_view text, const std::string&
       StoredGraph& graph = graphs[std::string(parts[1])];
       graph = {std::string(parts[1]), std::string(parts[2]), {}, {}};
       if (is_known) graph.digest = parts[3], graph.entity_tag = parts[4];
-      if (graphs.size() > max_graphs) return unexpected(Errc::limit_exceeded, "\"" + path + "\" has more than " + std::to_string(max_graphs) + " graphs");
+      if (graphs.size() > max_graphs)
+        return unexpected(Errc::limit_exceeded, "\"" + path + "\" has more than " + std::to_string(max_graphs) + " graphs");
     } else if (parts.size() == 2 && parts[0] == "forgotten") {
       graphs.erase(std::string(parts[1]));
     } else {
@@ -91,7 +94,8 @@ Result<std::vector<StoredGraph>> parse(std::string_view text, const std::string&
 
 }  // namespace
 
-Result<std::unique_ptr<MirrorState>> MirrorState::open(const std::string& path, const std::string& store, std::size_t max_graphs) {
+Result<std::unique_ptr<MirrorState>> MirrorState::open(const std::string& path, const std::string& store,
+                                                       std::size_t max_graphs) {
   // The file is locked. It may be replaced between open() and flock(): then the next one is tried.
   const std::string new_path = path + ".new";
   int lock = -1;
@@ -99,13 +103,16 @@ Result<std::unique_ptr<MirrorState>> MirrorState::open(const std::string& path, 
     lock = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (lock < 0) return unexpected(Errc::invalid_option, system_error("cannot write", path).message);
     const bool is_locked = ::flock(lock, LOCK_EX | LOCK_NB) == 0;
-    struct stat opened{}, named{};
-    const bool is_same = ::fstat(lock, &opened) == 0 && ::stat(path.c_str(), &named) == 0 && opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
+    struct stat opened {
+    }, named{};
+    const bool is_same = ::fstat(lock, &opened) == 0 && ::stat(path.c_str(), &named) == 0 && opened.st_ino == named.st_ino &&
+                         opened.st_dev == named.st_dev;
     if (is_locked && is_same) break;
     ::close(lock);
     lock = -1;
     constexpr int max_attempts = 100;
-    if ((!is_locked && is_same) || attempts >= max_attempts) return unexpected(Errc::invalid_option, "\"" + path + "\" is used by another mirror");
+    if ((!is_locked && is_same) || attempts >= max_attempts)
+      return unexpected(Errc::invalid_option, "\"" + path + "\" is used by another mirror");
   }
   const auto give_up = [&](Error error) {
     ::close(lock);
@@ -115,7 +122,8 @@ Result<std::unique_ptr<MirrorState>> MirrorState::open(const std::string& path, 
   const std::size_t max_bytes = std::min(max_graphs, std::size_t{1} << 17) * bytes_of_graph;
   const Result<std::string> old = read_file(path, max_bytes);
   if (!old) return give_up(old.error());
-  if (old->size() > max_bytes) return give_up({Errc::limit_exceeded, "\"" + path + "\" is longer than " + std::to_string(max_bytes) + " bytes"});
+  if (old->size() > max_bytes)
+    return give_up({Errc::limit_exceeded, "\"" + path + "\" is longer than " + std::to_string(max_bytes) + " bytes"});
   std::vector<StoredGraph> graphs;
   if (!old->empty()) {
     Result<std::vector<StoredGraph>> read = parse(*old, path, store, max_graphs);
@@ -126,7 +134,8 @@ Result<std::unique_ptr<MirrorState>> MirrorState::open(const std::string& path, 
   if (descriptor < 0) return give_up(system_error("cannot write", new_path));
   std::string text = std::string(begin_of_header) + field(store) + "\n";
   for (const StoredGraph& graph : graphs) text += record_of(graph);
-  if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 || !write_all(descriptor, text) || ::fsync(descriptor) != 0 || ::rename(new_path.c_str(), path.c_str()) != 0) {
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 || !write_all(descriptor, text) || ::fsync(descriptor) != 0 ||
+      ::rename(new_path.c_str(), path.c_str()) != 0) {
     const Error error = system_error("cannot write", path);
     ::close(descriptor);
     ::unlink(new_path.c_str());

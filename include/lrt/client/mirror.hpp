@@ -22,24 +22,24 @@ struct StoreOptions {
   std::string endpoint;
   /// For what the store asks for: HTTP Digest (MD5 or SHA-256), or Basic over TLS or to this machine.
   std::string user, password;
-  std::string token;    ///< bearer token (RFC 6750), over TLS or to this machine
-  std::string ca_file;  ///< certificate authorities, PEM; empty: those of the system
+  std::string token;                                ///< bearer token (RFC 6750), over TLS or to this machine
+  std::string ca_file;                              ///< certificate authorities, PEM; empty: those of the system
   std::chrono::milliseconds response_time{30'000};  ///< for a whole exchange
 };
 
 /// What a mirror reports.
 struct MirrorEvent {
   enum class Kind : unsigned char {
-    robot_found,        ///< it was read for the first time by this mirror
-    robot_left,         ///< it cannot be read; its graphs stay, and it is marked
-    robot_returned,     ///< it is no longer marked
+    robot_found,     ///< it was read for the first time by this mirror
+    robot_left,      ///< it cannot be read; its graphs stay, and it is marked
+    robot_returned,  ///< it is no longer marked
     graph_sent,
-    graph_deleted,      ///< the robot does not have the resource any more
-    graph_refused,      ///< by the store, for a reason of this graph. It is sent again when it has changed; after 500, also with the next reading
+    graph_deleted,  ///< the robot does not have the resource any more
+    graph_refused,  ///< by the store, for a reason of this graph. It is sent again when it has changed; after 500, also with the next reading
     graph_overwritten,  ///< somebody else had changed it in the store: its entity tag was another one
     store_lost,         ///< it does not respond or has no room; what is to be sent waits
     store_returned,
-    problem,            ///< anything else: a resource cannot be read, the state cannot be written
+    problem,  ///< anything else: a resource cannot be read, the state cannot be written
   };
   Kind kind = Kind::problem;
   std::string url{};     ///< of the robot, the graph or the store
@@ -49,22 +49,25 @@ struct MirrorEvent {
 struct MirrorOptions {
   std::vector<std::string> robots;  ///< a URL of each
   StoreOptions store;
-  Options client;                   ///< identity and limits for the robots; `callbacks` has no effect
+  Options client;  ///< identity and limits for the robots; `callbacks` has no effect
   /// A file with what the store has, so that a mirror that starts again sends only what has changed. It belongs to one mirror at a time and one
   /// store. Empty: it is kept in memory only.
   std::string state_file;
 
-  std::size_t max_requests = 4;     ///< to the store at a time
-  double max_rate = 100;            ///< requests to the store in one second; 0: any number
-  std::size_t max_readers = 8;      ///< robots that are read at a time
-  std::size_t max_graphs = 1'000'000;                   ///< of all robots
-  std::size_t max_waiting_bytes = 64 * 1024 * 1024;     ///< of graphs that wait; what is beyond is read again when its turn comes
-  std::size_t max_watches_per_robot = 200;              ///< each is a connection; further resources are read every refresh_interval
-  std::chrono::milliseconds minimum_interval{1'000};    ///< between two changes of a resource that a robot sends; the newest counts
-  std::chrono::milliseconds refresh_interval{60'000};   ///< between two readings of all resources of a robot, most of which respond 304
-  std::chrono::milliseconds first_pause{500};           ///< after a failure of a store or a robot; then twice that, and so on, times 0.5 to 1.5
+  std::size_t max_requests = 4;                      ///< to the store at a time
+  double max_rate = 100;                             ///< requests to the store in one second; 0: any number
+  std::size_t max_readers = 8;                       ///< robots that are read at a time
+  std::size_t max_graphs = 1'000'000;                ///< of all robots
+  std::size_t max_waiting_bytes = 64 * 1024 * 1024;  ///< of graphs that wait; what is beyond is read again when its turn comes
+  std::size_t max_watches_per_robot = 200;  ///< each is a connection; further resources are read every refresh_interval
+  std::chrono::milliseconds minimum_interval{
+      1'000};  ///< between two changes of a resource that a robot sends; the newest counts
+  std::chrono::milliseconds refresh_interval{
+      60'000};  ///< between two readings of all resources of a robot, most of which respond 304
+  std::chrono::milliseconds first_pause{
+      500};  ///< after a failure of a store or a robot; then twice that, and so on, times 0.5 to 1.5
   std::chrono::milliseconds max_pause{30'000};
-  std::chrono::milliseconds patience{30'000};           ///< of copy(): how long the store may fail
+  std::chrono::milliseconds patience{30'000};  ///< of copy(): how long the store may fail
 
   /// Called by threads of the mirror, several at a time. It must not block for long or call stop().
   std::function<void(const MirrorEvent&)> on_event;
@@ -72,10 +75,10 @@ struct MirrorOptions {
 
 struct MirrorCounts {
   std::uint64_t sent = 0, deleted = 0, refused = 0, overwritten = 0;  ///< graphs, each time
-  std::uint64_t unchanged = 0;  ///< not sent, because the store has them already
-  std::uint64_t failures = 0;   ///< requests to the store that are tried again
-  std::size_t graphs = 0;       ///< in the store, as far as is known
-  std::size_t waiting = 0;      ///< graphs to be sent or deleted
+  std::uint64_t unchanged = 0;                                        ///< not sent, because the store has them already
+  std::uint64_t failures = 0;                                         ///< requests to the store that are tried again
+  std::size_t graphs = 0;                                             ///< in the store, as far as is known
+  std::size_t waiting = 0;                                            ///< graphs to be sent or deleted
   std::size_t robots_away = 0;
 };
 
