@@ -5,8 +5,10 @@
 #   vendor/install.sh tests    that, lrt::urdf, and the clients of others that some tests use
 #   vendor/install.sh urdf     what the library needs, and lrt::urdf besides: what examples/run.sh needs
 #   vendor/install.sh browser  what the library and most tests need, and the browser for the test of the page
-#   vendor/install.sh proxies  what the library and most tests need, and the reverse proxies of examples/reverse_proxy and its tests. Debian starts
-#                              them as services where systemd runs
+#   vendor/install.sh proxies  what the library and most tests need, and the reverse proxies and caches of examples/reverse_proxy, examples/fleet_front
+#                              and their tests. Debian starts them as services where systemd runs
+#   vendor/install.sh stores   what the library and most tests need, and the RDF store of the test of `lrt mirror`. Debian starts it as a service where
+#                              systemd runs; it takes 275 MB of memory. Not in ci
 #   vendor/install.sh ros      what the library and most tests need, and ROS 1 for examples/ex_ros_node and its test
 #   vendor/install.sh ci       all of that, and what .ci/run needs besides
 #
@@ -16,7 +18,8 @@ set -eu
 build="g++ cmake ninja-build pkg-config ccache librdf0-dev libpcre2-dev libboost-dev libcpp-httplib-dev libwebsockets-dev libssl-dev nlohmann-json3-dev libeigen3-dev libcli11-dev catch2"
 urdf="liburdfdom-dev libtinyxml2-dev"
 tests="$urdf python3 python3-websockets python3-rdflib curl openssl libjwt-dev"
-proxies="nginx-light haproxy caddy"
+proxies="nginx-light haproxy caddy varnish"
+stores="virtuoso-opensource-7"
 browser="python3 chromium chromium-driver"
 ros="libroscpp-dev libsensor-msgs-dev python3-rosmaster python3-rospy python3-sensor-msgs"
 ci="clang libclang-rt-14-dev shellcheck mandoc zsh valgrind libapache-jena-java default-jdk-headless"
@@ -29,10 +32,11 @@ for group in "$@"; do
     tests) wanted="$wanted $tests" ;;
     browser) wanted="$wanted $browser" ;;
     proxies) wanted="$wanted python3 python3-websockets openssl $proxies" ;;
+    stores) wanted="$wanted python3 $stores" ;;
     ros) wanted="$wanted $ros" ;;
     ci) wanted="$wanted $tests $browser $proxies $ros $ci" ;;
     *)
-      echo "usage: $0 [build] [urdf] [tests] [browser] [proxies] [ros] [ci]" >&2
+      echo "usage: $0 [build] [urdf] [tests] [browser] [proxies] [stores] [ros] [ci]" >&2
       exit 2
       ;;
   esac

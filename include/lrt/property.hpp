@@ -57,6 +57,23 @@ class PropertyHandle : public ResourceHandle<Self, PropertySpec> {
     return this->edit("frame", [&](auto& s) { s.frame = std::make_unique<const Object>(std::move(system)); });
   }
 
+  /// How old the values may be that clients and caches use without asking the robot. Without it they ask each time (`Cache-Control: no-cache`), and an
+  /// entity tag tells that nothing has changed. With it any number of readers behind a cache cost the robot one request for each `age`: see
+  /// docs/fleet.md.
+  ///
+  ///     battery.max_age(std::chrono::seconds(5));   // Cache-Control: max-age=5
+  ///
+  /// A reader behind a cache may read such an old value also after its own PUT. Subscriptions get each value as ever. On a server with an authorizer or
+  /// rules for reading the response is `private`: a cache that several clients share does not keep it.
+  ///
+  /// @param age                 in whole seconds, rounded down; less than a second: as without it
+  /// @param while_revalidating  a cache that is asking the robot may use the old value for so long besides (`stale-while-revalidate`), so that no reader
+  ///                            waits: values are then up to `age` and this time old
+  /// @par Implements  RFC 9111 5.2.2.1, RFC 5861 3
+  Self& max_age(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating = {}) {
+    return this->edit("max_age", [&](auto& s) { s.cache_control = cache_control_of(age, while_revalidating); });
+  }
+
   /// Offers the property's values in a further media type. Clients that request it get the bytes that `encode` makes of the present value, by
   /// GET (with ranges) and as binary messages. The RDF links to this representation with its size, and it links back.
   ///

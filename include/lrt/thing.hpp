@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -56,6 +57,8 @@ class Thing {
   Thing& shapes_from_file(const std::string& path);
   /// Sets where the thing's lambdas run.
   Thing& dispatch(Dispatch where);
+  /// As max_age() of a property, for the representations of the thing and of its state (lrt:state), which has all its values.
+  Thing& max_age(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating = {});
 
   /// Exposes a readable value as a pulled Property: GET calls `read` and renders the result with rdf::traits<T>.
   ///

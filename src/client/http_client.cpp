@@ -34,13 +34,6 @@ constexpr std::chrono::seconds idle_time{15};
 
 bool is_idempotent(std::string_view method) noexcept { return method != "POST" && method != "PATCH"; }
 
-/// Loopback addresses and "localhost": what is sent does not leave this machine.
-bool is_this_machine(const http::Url& url) {
-  if (url.host == "localhost" || url.host == "[::1]") return true;
-  const std::optional<http::AddressBytes> address = http::literal_address(url.host);
-  return address && std::equal(http::ipv4_mapped.begin(), http::ipv4_mapped.end(), address->begin()) && (*address)[12] == 127;
-}
-
 Result<std::string> read_token(const std::string& file) {
   constexpr std::size_t longest = 64 * 1024;
   const Result<std::string> text = read_file(file, longest);
@@ -133,7 +126,7 @@ class HttpClientImpl final : public HttpClient {
     const Identity& identity = options_.identity;
     if (!token_.empty()) {
       result.emplace_back("Authorization", "Bearer " + token_);
-    } else if (!identity.user.empty() && (url.secure || is_this_machine(url))) {
+    } else if (!identity.user.empty() && (url.secure || http::is_this_machine(url.host))) {
       result.emplace_back("Authorization", "Basic " + lrt::detail::base64(identity.user + ":" + identity.password));
     }
     result.insert(result.end(), identity.fields.begin(), identity.fields.end());

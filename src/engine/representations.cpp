@@ -30,9 +30,7 @@ bool wants_minimal_container(const Context& context) {
 }
 
 /// What depends on rights is for nobody else's cache (RFC 9111 5.2.2.7).
-std::string private_to(const Audience& audience, std::string_view cache_control) {
-  return (audience.is_restricted() ? "private, " : "") + std::string(cache_control);
-}
+constexpr std::string_view no_cache = "no-cache";
 
 /// All values of a field in one text. `joined` owns it if they are on several lines.
 std::string_view value_of(const http::Request& request, std::string_view name, std::string& joined) {
@@ -235,7 +233,7 @@ http::Fields Representations::not_modified_fields(const Representation& represen
   responses_.add_types(fields, context.resource);
   fields.add("ETag", representation.tag);
   fields.add("Vary", context.vary());
-  fields.add("Cache-Control", cache_control_of(context));
+  fields.add("Cache-Control", representation.is_page ? limited(context.audience, no_cache) : cache_control_of(context));
   add_upgrade(fields, context);
   return fields;
 }
@@ -272,7 +270,7 @@ void Representations::prepare(http::Fields& fields, int status, const Context& c
 
 Representation Representations::html_page(Resource& resource, std::size_t base, const Audience& audience, std::size_t page) const {
   return {&resource, base, {}, page, audience.view, {}, 0, 0, options_.page->tag(), options_.page->html(), true,
-          structure_fields(resource, base, audience, page, "no-cache")};
+          structure_fields(resource, base, audience, page, no_cache)};
 }
 
 /// The fields of a 200 that only the structure changes.
@@ -280,7 +278,7 @@ http::Fields Representations::structure_fields(const Resource& resource, std::si
                                                std::string_view cache_control) const {
   http::Fields fields;
   fields.add("Vary", vary_of(resource, audience));
-  fields.add("Cache-Control", private_to(audience, cache_control));
+  fields.add("Cache-Control", limited(audience, cache_control));
   fields.add("Accept-Ranges", "bytes");
   responses_.add_allow(fields, resource, audience);
   add_links(fields, resource, base, audience, page);
@@ -482,14 +480,21 @@ void Representations::add_links(http::Fields& fields, const Resource& resource, 
   links.finish_in_parts(fields, [&](std::size_t next) { return self + (page > 1 ? "?page=" + std::to_string(page) + "&links=" : "?links=") + std::to_string(next); });
 }
 
+/// Caches that several clients share may keep only what everybody may read: not what depends on rights, and nothing for which an authorizer was asked. A
+/// response that is checked each time (no-cache) needs no mark for the latter: the authorizer is then asked each time.
+std::string Representations::limited(const Audience& audience, std::string_view cache_control) const {
+  const bool is_private = audience.is_restricted() || (options_.authorize && !options_.everybody_reads && cache_control != no_cache);
+  return (is_private ? "private, " : "") + std::string(cache_control);
+}
+
 /// What a document is under a target that names its version does not change (RFC 8246).
 std::string Representations::cache_control_of(const Context& context) const {
   if (context.resource->document()) {
     const std::string versioned = responses_.context_iri(context.base);
     const std::string_view target = context.request().target, version = std::string_view(versioned).substr(versioned.find('?'));
-    if (target.size() > version.size() && target.substr(target.size() - version.size()) == version) return private_to(context.audience, "max-age=31536000, immutable");
+    if (target.size() > version.size() && target.substr(target.size() - version.size()) == version) return limited(context.audience, "max-age=31536000, immutable");
   }
-  return private_to(context.audience, context.resource->cache_control());
+  return limited(context.audience, context.resource->cache_control());
 }
 
 void Representations::add_upgrade(http::Fields& fields, const Context& context) const {

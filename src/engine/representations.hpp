@@ -87,6 +87,7 @@ class Representations {
   rdf::Graph shown(rdf::Graph graph, std::size_t base, const Audience& audience) const;
   /// @param first  of its links after those that each response has
   void add_links(http::Fields& fields, const Resource& resource, std::size_t base, const Audience& audience, std::size_t page, std::size_t first = 0) const;
+  std::string limited(const Audience& audience, std::string_view cache_control) const;
   std::string cache_control_of(const Context& context) const;
   void add_upgrade(http::Fields& fields, const Context& context) const;
   std::string_view upgrade_of(const Context& context) const;

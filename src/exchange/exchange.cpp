@@ -6,6 +6,7 @@
 #include <array>
 #include <limits>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -19,6 +20,10 @@ namespace {
 // cpp-httplib does not limit the length of a line, the number of lines or the size of a chunk, and it matches the status line with
 // std::regex, which recurses for each byte.
 constexpr std::size_t max_status_line_bytes = 512;
+
+bool is_token(std::string_view name) noexcept {
+  return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) { return lrt::detail::is(c, lrt::detail::tchar); });
+}
 
 /// A limited stream on a Wire, for cpp-httplib.
 class Bounded final : public httplib::Stream {
@@ -59,6 +64,23 @@ class Bounded final : public httplib::Stream {
     header_section_ended_ = true;
     message_ended_ = !has_body;
   }
+  /// The fields of the header section as they were sent: cpp-httplib decodes percent escapes in their values, so "/a%2Fb" would become "/a/b". It leaves
+  /// out lines that do not end with CRLF, and fields without a value.
+  http::Fields fields() const {
+    http::Fields result;
+    bool is_first = true;
+    for (std::string_view rest = header_text_; !rest.empty();) {
+      const std::string_view line = rest.substr(0, rest.find('\n'));
+      rest.remove_prefix(std::min(line.size() + 1, rest.size()));
+      if (is_first) result = {};  // a status line: what came before had status 100
+      if (std::exchange(is_first, line == "\r")) continue;
+      const std::size_t colon = line.find(':');
+      if (line.empty() || line.back() != '\r' || colon == std::string_view::npos) continue;
+      const std::string_view name = line.substr(0, colon), value = lrt::detail::trim(line.substr(colon + 1, line.size() - colon - 2));
+      if (is_token(name) && !value.empty()) result.add(name, value);
+    }
+    return result;
+  }
   bool received_bytes() const noexcept { return received_ > 0; }
   /// All received bytes belong to the response, and the connection is open.
   bool is_clean() const noexcept { return !error_ && !ended_ && at_ == filled_; }
@@ -90,6 +112,7 @@ class Bounded final : public httplib::Stream {
         return fail({Errc::limit_exceeded, "the header section of its response is longer than " + std::to_string(max_header_bytes_) + " bytes"});
       if (line_ < start.size()) is_status_line_ = (line_ == 0 || is_status_line_) && c == start[line_];
       line_ = c == '\n' ? 0 : line_ + 1;
+      header_text_ += c;
       if (is_status_line_ && line_ > max_status_line_bytes)
         return fail({Errc::limit_exceeded, "the status line of its response is too long"});
     }
@@ -109,6 +132,7 @@ class Bounded final : public httplib::Stream {
   std::size_t at_ = 0, filled_ = 0, received_ = 0;
   std::size_t header_bytes_ = 0, line_ = 0;
   bool is_status_line_ = false;
+  std::string header_text_;  ///< of all header sections
   bool header_section_ended_ = false, message_ended_ = false;
   bool ended_ = false;
   std::optional<Error> error_;
@@ -125,10 +149,6 @@ class Messages final : public httplib::ClientImpl {
   }
   using ClientImpl::process_request;
 };
-
-bool is_token(std::string_view name) noexcept {
-  return !name.empty() && std::all_of(name.begin(), name.end(), [](char c) { return lrt::detail::is(c, lrt::detail::tchar); });
-}
 
 bool has_connection_close(const httplib::Response& response) {
   const auto range = response.headers.equal_range("Connection");
@@ -175,8 +195,7 @@ Outcome exchange(Wire& wire, const Request& request, const Limits& limits, WaitL
   const auto take_header = [&](const httplib::Response& response) {
     has_header = true;
     header.status = response.status;
-    for (const auto& [name, value] : response.headers)
-      if (is_token(name)) header.fields.add(name, value);  // cpp-httplib does not judge names
+    header.fields = stream.fields();
     const bool has_body = http::may_have_body(response.status) && request.method != "HEAD";
     stream.end_header_section(has_body);
     refused = response.status >= 200 && !has_ambiguous_framing(response) && receiver.header && !receiver.header(header);

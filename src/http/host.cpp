@@ -42,6 +42,12 @@ std::optional<AddressBytes> literal_address(std::string_view host) {
   return host.find(':') == std::string_view::npos ? parse_address(host) : std::nullopt;
 }
 
+bool is_this_machine(std::string_view host) {
+  if (host == "localhost" || host == "[::1]") return true;
+  const std::optional<AddressBytes> address = literal_address(host);
+  return address && std::equal(ipv4_mapped.begin(), ipv4_mapped.end(), address->begin()) && (*address)[12] == 127;
+}
+
 bool is_host_name(std::string_view text) noexcept {
   if (!text.empty() && text.back() == '.') text.remove_suffix(1);
   if (text.empty() || text.size() > 253) return false;

@@ -16,6 +16,8 @@ inline constexpr std::array<std::uint8_t, 12> ipv4_mapped{0, 0, 0, 0, 0, 0, 0, 0
 std::optional<AddressBytes> parse_address(std::string_view text);
 /// The address that the host of a URL denotes; nullopt: it is a name.
 std::optional<AddressBytes> literal_address(std::string_view host);
+/// Whether the host of a URL is a loopback address or "localhost": what is sent there does not leave this machine.
+bool is_this_machine(std::string_view host);
 /// Whether it is a host name (RFC 1123 2.1). Underscores are allowed, because some networks use them. Internationalised names must be in
 /// ASCII form.
 bool is_host_name(std::string_view text) noexcept;

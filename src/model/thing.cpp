@@ -50,6 +50,14 @@ Error invalid_path(std::string_view path, std::size_t start, std::string_view na
 
 }  // namespace
 
+std::unique_ptr<const std::string> cache_control_of(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating) {
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(age).count(), more = std::chrono::duration_cast<std::chrono::seconds>(while_revalidating).count();
+  if (seconds < 1) return nullptr;
+  std::string value = "max-age=" + std::to_string(seconds);
+  if (more > 0) value += ", stale-while-revalidate=" + std::to_string(more);
+  return std::make_unique<const std::string>(std::move(value));
+}
+
 Result<std::string> encode_path(std::string_view path) {
   std::string out;
   std::size_t start = 0;
@@ -130,6 +138,9 @@ Thing& Thing::shapes_from_file(const std::string& path) {
   Result<std::string> text = read_file(path, std::numeric_limits<std::size_t>::max());
   if (!text) remember({Errc::io_error, "thing \"" + spec_->path + "\": the shapes file \"" + path + "\" cannot be read"});
   return shapes(text ? *std::move(text) : std::string());
+}
+Thing& Thing::max_age(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating) {
+  return spec_->cache_control = model::cache_control_of(age, while_revalidating), *this;
 }
 Thing& Thing::dispatch(Dispatch where) { return spec_->dispatch = where, *this; }
 

@@ -529,6 +529,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     options.notification_senders = options_.security.notification_senders;
     options.read_origins = options_.security.read_origins;
     options.authorize = [this](const http::Request& request) { return callers_ ? callers_->of(request) : engine::Caller(); };
+    options.everybody_reads = !options_.security.authorize;
     options.renew = [this](const security::Principal* owner) { return callers_ ? callers_->renew(owner) : engine::Caller(); };
     options.challenge = options_.security.challenge;
     options.sessions = sessions_;

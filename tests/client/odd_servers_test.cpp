@@ -128,6 +128,18 @@ TEST_CASE("what a robot says may be NaN, and its unit may be named by one IRI", 
   CHECK_FALSE(robot.property("w").value().read<double>({unit::radian.qudt, {}, {}}).has_value());
 }
 
+TEST_CASE("the fields of a response keep their percent escapes", "[client]") {
+  Site site({{"/", "HTTP/1.1 100 Continue\r\n\r\n" + answer(200, "x", "Content-Type: text/plain\r\nLink: </a%2Fb%20c%23d>; rel=\"item\"\r\nETag: \"50%25\"\r\nX-Empty:\r\n")},
+             {"/from", answer(307, {}, "Location: /to?graph=http%3A%2F%2Fa%2F%23b\r\n")},
+             {"/to?graph=http%3A%2F%2Fa%2F%23b", answer(200, "there")}});
+  Client client = Client::create(quick()).value();
+  const client::Response response = client.send({"GET", site.url(), {}, {}}).value();
+  CHECK(response.fields.find("Link") == "</a%2Fb%20c%23d>; rel=\"item\"");
+  CHECK(response.fields.find("ETag") == "\"50%25\"");
+  CHECK_FALSE(response.fields.find("X-Empty").has_value());
+  CHECK(client.send({"GET", site.url("/from"), {}, {}}).value().body == "there");
+}
+
 TEST_CASE("a server with N-Triples only and without ETags is read and written", "[client][R1.6]") {
   Site site({});
   const std::string base = site.url("");

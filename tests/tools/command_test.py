@@ -20,8 +20,10 @@ import tempfile
 import termios
 import threading
 import time
+import urllib.parse
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "conformance"))
+from graph_store import GraphStore  # noqa: E402
 from robot_process import PATIENCE, Receiver, Robot, http_request, until  # noqa: E402
 
 LRT = SOURCE = None
@@ -86,13 +88,18 @@ def tour():
         elif inside:
             steps[-1][1].append(line)
     assert len(steps) > 30, "docs/command.md has lost its tour"
-    with Robot() as robot, tempfile.TemporaryDirectory() as folder:
+    with Robot() as robot, GraphStore() as store, tempfile.TemporaryDirectory() as folder:
         env = environment()
+        # The URLs of the tour, and their names as parameters.
+        places = [("http://127.0.0.1:8080/", robot.url), ("http://127.0.0.1:3030/robots/data", store.url),
+                  ("http%3A%2F%2F127.0.0.1%3A8080%2F", urllib.parse.quote(robot.url, safe=""))]
         for command, expected in steps:
             if match := re.fullmatch(r"export (\w+)=(\S+)", command):
                 env[match[1]] = match[2].replace("http://127.0.0.1:8080/", robot.url)
                 continue
-            done = subprocess.run(["bash", "-c", command.replace("http://127.0.0.1:8080/", robot.url)], env=env, cwd=folder, text=True, timeout=60,
+            for ours, theirs in places:
+                command = command.replace(ours, theirs)
+            done = subprocess.run(["bash", "-c", command], env=env, cwd=folder, text=True, timeout=60,
                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
             found = done.stdout.replace(robot.url, "http://127.0.0.1:8080/")
             wanted = "".join(line + "\n" for line in expected)

@@ -114,6 +114,7 @@ void add_watch(CommandLine& line);
 void add_record(CommandLine& line);
 void add_replay(CommandLine& line);
 void add_subs(CommandLine& line);
+void add_mirror(CommandLine& line);
 void add_blueprint(CommandLine& line);
 void add_validate(CommandLine& line);
 void add_generate(CommandLine& line);

@@ -56,6 +56,7 @@ void add_global_options(CommandLine& line) {
   add_record(line);
   add_replay(line);
   add_subs(line);
+  add_mirror(line);
   add_blueprint(line);
   add_validate(line);
   add_generate(line);

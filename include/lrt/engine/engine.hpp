@@ -113,6 +113,8 @@ struct EngineOptions : Limits {
   security::ClientLimits clients;                      ///< Security::clients, of which the engine has max_invocations and max_subscriptions
   /// A request that makes or cancels a web callback waits so long for saved(); then 503, and nothing has changed. nullopt: it does not wait.
   std::optional<std::chrono::milliseconds> save_timeout;
+  /// `authorize` refuses nobody who only reads and whose view is not restricted. False: shared caches must not keep what it has let pass.
+  bool everybody_reads = false;
 };
 
 /// The kinds of `Upgrade` that a transport can carry (R0.12, R0.13).

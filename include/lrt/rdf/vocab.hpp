@@ -521,6 +521,7 @@ LRT_TERM(lrt, Subscribe);
 LRT_TERM(lrt, valueFrom);
 LRT_TERM(lrt, all);
 LRT_TERM(lrt, invocationOf);
+LRT_TERM(lrt, unreachableSince);
 }  // namespace lrt_
 
 #undef LRT_TERM

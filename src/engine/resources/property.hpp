@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <lrt/base/result.hpp>
@@ -43,6 +44,7 @@ class PropertyResource final : public Resource {
   bool fits_rdf(std::size_t max_values) const override { return only_octets || fits(value, max_values); }
   std::uint64_t state(std::uint64_t) const noexcept override { return revision; }
   bool has_fixed_links() const noexcept override { return true; }
+  std::string_view cache_control() const noexcept override { return spec->cache_control ? *spec->cache_control : Resource::cache_control(); }
   Iri saved_type() const noexcept override { return vocab::hybrit::Property; }
 
   Reads reads() const noexcept override { return Reads::values; }

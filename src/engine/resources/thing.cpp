@@ -21,6 +21,9 @@ namespace lrt::engine {
 
 // ------------------------------------------------------------------------------------------------------------- the Thing
 
+std::string_view ThingResource::cache_control() const noexcept { return thing->spec->cache_control ? *thing->spec->cache_control : Resource::cache_control(); }
+std::string_view StateResource::cache_control() const noexcept { return thing->spec->cache_control ? *thing->spec->cache_control : Resource::cache_control(); }
+
 void ThingResource::describe(const Description& d) const {
   const ThingNode& node = *thing;
   const model::ThingSpec& spec = *node.spec;

@@ -37,6 +37,7 @@ class ThingResource : public Resource {
   void link_related(http::LinkWriter& links, const std::string& base) const override;
   std::string up() const override;
   Iri saved_type() const noexcept override { return vocab::hybrit::RoboticThing; }
+  std::string_view cache_control() const noexcept override;
   bool observable() const noexcept override { return true; }
   void set_observed(bool observed, ChangeScanner& scanner) override;
   /// Resources that a Thing of this kind has besides.
@@ -56,6 +57,7 @@ class StateResource final : public Resource {
   bool fits_rdf(std::size_t max_values) const override;
   std::uint64_t state(std::uint64_t structure) const noexcept override;
   Iri saved_type() const noexcept override { return vocab::lrt_::state; }
+  std::string_view cache_control() const noexcept override;
   void link_related(http::LinkWriter& links, const std::string& base) const override;
   Reads reads() const noexcept override { return Reads::values; }
   void for_each_property(FunctionRef<void(PropertyResource&)> visit) const override;

@@ -113,6 +113,7 @@ struct PropertySpec : ResourceSpec {
   bool octets = false;                                         ///< rdf::Plain::octets is offered
   bool file = false;                                           ///< not in the state; the first representation is the default
   std::unique_ptr<const Object> frame;                         ///< null: none
+  std::unique_ptr<const std::string> cache_control;            ///< null: "no-cache"
 };
 
 /// What a successful invocation of an action leaves in a property: any value, the input, or `value`.
@@ -167,7 +168,11 @@ struct ThingSpec {
   ThinVector<std::shared_ptr<CollectionSpec>> collections;
   std::unique_ptr<const Error> first_error;  ///< null: none
   std::shared_ptr<WorldSpec> world;      ///< of a World; null: it is no World
+  std::unique_ptr<const std::string> cache_control;  ///< of the Thing and its state; null: "no-cache"
 };
+
+/// The value of Cache-Control (RFC 9111 5.2.2, RFC 5861 3), in whole seconds; null for less than one second.
+std::unique_ptr<const std::string> cache_control_of(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating);
 
 /// Percent-encodes each segment of a path.
 /// @par Errors  expected_iri: empty, an empty segment, "." or ".."; the message says what to write

@@ -1,0 +1,196 @@
+#include <poll.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <mutex>
+
+#include <lrt/client/mirror.hpp>
+
+#include "tools/lrt/command_line.hpp"
+
+namespace lrt::tool {
+namespace {
+
+using client::MirrorEvent;
+
+struct MirrorCommandOptions {
+  std::vector<std::string> robots;
+  std::string endpoint, user, password_file, token_file, state;
+  bool once = false;
+  std::size_t requests = 4;
+  double rate = 100, interval = 1, refresh = 60, patience = 30;
+};
+
+/// The first line of a file.
+Result<std::string> first_line(const std::string& name) {
+  std::ifstream file(name);
+  std::string line;
+  if (!file || (!std::getline(file, line) && !file.eof()))
+    return unexpected(Errc::invalid_option, "cannot read \"" + name + "\"");
+  if (!line.empty() && line.back() == '\r') line.pop_back();
+  return line;
+}
+
+std::chrono::milliseconds milliseconds_of(double seconds) {
+  return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
+}
+
+std::string count_of(std::uint64_t number, const char* noun) {
+  return std::to_string(number) + " " + noun + (number == 1 ? "" : "s");
+}
+
+/// Prints what is worth a line; single graphs only with --verbose.
+class Reporter {
+ public:
+  Reporter(Session& session) : session_(session) {}
+
+  void operator()(const MirrorEvent& event) {
+    const std::lock_guard lock(mutex_);
+    switch (event.kind) {
+      case MirrorEvent::Kind::robot_found: return print(event.url + ": mirrored, " + event.reason);
+      case MirrorEvent::Kind::robot_left: return session_.warn(event.url + " has left and is marked: " + event.reason);
+      case MirrorEvent::Kind::robot_returned: return print(event.url + ": returned");
+      case MirrorEvent::Kind::graph_sent: return verbose("sent " + event.url);
+      case MirrorEvent::Kind::graph_deleted: return verbose("deleted " + event.url);
+      case MirrorEvent::Kind::graph_refused: return session_.warn("the store refuses <" + event.url + ">: " + event.reason);
+      case MirrorEvent::Kind::graph_overwritten: return session_.warn("<" + event.url + ">: " + event.reason);
+      case MirrorEvent::Kind::store_lost: return session_.warn("the store fails, and is tried again: " + event.reason);
+      case MirrorEvent::Kind::store_returned: return session_.warn("the store takes graphs again");
+      case MirrorEvent::Kind::problem: return session_.warn(event.reason);
+    }
+  }
+
+ private:
+  void print(const std::string& line) { session_.terminal().print_line(printable(line)); }
+  void verbose(const std::string& line) {
+    if (session_.options().verbose) session_.warn(line);
+  }
+  Session& session_;
+  std::mutex mutex_;
+};
+
+Result<client::MirrorOptions> options_of(Session& session, const MirrorCommandOptions& given) {
+  client::MirrorOptions options;
+  Result<client::Options> client = session.client_options();
+  if (!client) return unexpected(std::move(client).error());
+  options.client = *std::move(client);
+  options.robots = given.robots;
+  if (options.robots.empty() && !session.options().robot.empty()) options.robots.push_back(session.options().robot);
+  if (options.robots.empty())
+    return unexpected(Errc::invalid_option, "which robots? Give their URLs, --robot URL, or set LRT_ROBOT");
+  options.store.endpoint = given.endpoint;
+  options.store.user = given.user;
+  if (!given.user.empty()) {
+    if (const char* const password = std::getenv("LRT_STORE_PASSWORD")) {
+      options.store.password = password;
+    } else if (!given.password_file.empty()) {
+      Result<std::string> line = first_line(given.password_file);
+      if (!line) return unexpected(std::move(line).error());
+      options.store.password = *std::move(line);
+    } else {
+      return unexpected(Errc::invalid_option,
+                        "no password for \"" + given.user + "\"; set LRT_STORE_PASSWORD or give --to-password-file");
+    }
+  }
+  if (!given.token_file.empty()) {
+    Result<std::string> line = first_line(given.token_file);
+    if (!line) return unexpected(std::move(line).error());
+    options.store.token = *std::move(line);
+  }
+  options.store.response_time = std::max(options.store.response_time, milliseconds_of(session.options().timeout));
+  options.state_file = given.state;
+  options.max_requests = given.requests;
+  options.max_rate = given.rate;
+  options.minimum_interval = milliseconds_of(given.interval);
+  options.refresh_interval = milliseconds_of(given.refresh);
+  options.patience = milliseconds_of(given.patience);
+  return options;
+}
+
+/// Prints what --once has done.
+Result<int> copy(Session& session, client::Mirror& mirror) {
+  Signals signals;
+  int ended_by = 0;
+  const Result<client::MirrorCounts> result = mirror.copy([&] {
+    for (int signal = signals.take(); signal != 0; signal = signals.take())
+      if (ends_command(signal)) ended_by = signal;
+    return ended_by == 0;
+  });
+  if (ended_by != 0) return 128 + ended_by;
+  if (!result) return unexpected(result.error());
+  const client::MirrorCounts& counts = *result;
+  session.terminal().print_line(count_of(counts.sent, "graph") + " sent, " + std::to_string(counts.deleted) + " deleted, " +
+                                std::to_string(counts.unchanged) + " unchanged");
+  if (counts.refused > 0) return Exit::failure;
+  return counts.robots_away > 0 ? Exit::unreachable : Exit::success;
+}
+
+Result<int> mirror(Session& session, MirrorCommandOptions& given) {
+  Result<client::MirrorOptions> options = options_of(session, given);
+  if (!options) return unexpected(std::move(options).error());
+  Reporter reporter(session);
+  options->on_event = [&reporter](const MirrorEvent& event) { reporter(event); };
+  Result<client::Mirror> made = client::Mirror::create(*std::move(options));
+  if (!made) return unexpected(std::move(made).error());
+  if (given.once) return copy(session, *made);
+  Signals signals;
+  if (Result<void> started = made->start(); !started) return unexpected(std::move(started).error());
+  while (true) {
+    pollfd event{signals.descriptor(), POLLIN, 0};
+    constexpr int pause_ms = 250;
+    ::poll(&event, 1, pause_ms);
+    for (int signal = signals.take(); signal != 0; signal = signals.take())
+      if (ends_command(signal)) return 128 + signal;
+    if (std::optional<Error> failure = made->failure()) return unexpected(*std::move(failure));
+    if (session.terminal().failed() != 0) return Exit::failure;  // said by main()
+  }
+}
+
+}  // namespace
+
+void add_mirror(CommandLine& line) {
+  auto options = std::make_shared<MirrorCommandOptions>();
+  CLI::App* const command = line.add(
+      "mirror", "Keep the graphs of robots in an RDF store",
+      "Ctrl-C ends it. The store has the SPARQL 1.1 Graph Store HTTP Protocol. Examples:\n"
+      "  lrt mirror http://cell7:8080/ http://cell8:8080/ --to http://127.0.0.1:3030/robots/data --state robots.state\n"
+      "  lrt mirror http://cell7:8080/ --to http://127.0.0.1:8890/sparql-graph-crud-auth --to-user dba --once\n"
+      "  lrt mirror http://cell7:8080/ --to 'https://store.example/graphs/{graph}' --to-token-file token",
+      options, mirror);
+  command->add_option("ROBOT", options->robots, "URLs of robots; default: that of --robot")
+      ->type_name("ROBOT...")
+      ->expected(0, 10'000);
+  command->add_option("--to", options->endpoint, "The store: a URL that gets ?graph=, or one with {graph} in it")
+      ->required()
+      ->type_name("URL");
+  command
+      ->add_option(
+          "--to-user", options->user,
+          "A user of the store, by HTTP Digest or Basic; the password is that of LRT_STORE_PASSWORD or --to-password-file")
+      ->type_name("NAME");
+  command->add_option("--to-password-file", options->password_file, "A file whose first line is the password")
+      ->type_name("FILE");
+  command->add_option("--to-token-file", options->token_file, "A file whose first line is a bearer token for the store")
+      ->type_name("FILE");
+  command
+      ->add_option("--state", options->state, "A file that keeps what the store has: the next run sends only what has changed")
+      ->type_name("FILE");
+  command->add_flag("--once", options->once, "Copy what is there now, and end");
+  command->add_option("--requests", options->requests, "Requests to the store at a time, 4 by default")
+      ->type_name("N")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{256}));
+  command->add_option("--rate", options->rate, "Requests to the store in one second, 100 by default; 0: any number")
+      ->type_name("N")
+      ->check(CLI::Range(0.0, 1e6));
+  command->add_option("--interval", options->interval, "The time between two changes of a resource, 1 s by default")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.0, 86400.0));
+  command->add_option("--refresh", options->refresh, "The time between two readings of all resources, 60 s by default")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.1, 86400.0));
+  command->add_option("--patience", options->patience, "With --once: how long the store may fail, 30 s by default")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(0.0, 86400.0));
+}
+
+}  // namespace lrt::tool
