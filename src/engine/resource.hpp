@@ -33,6 +33,7 @@ struct ResourceSpec;
 
 namespace lrt::engine {
 
+struct Description;
 struct Parts;
 struct ThingNode;
 struct EngineView;
@@ -97,6 +98,8 @@ class Observer {
   virtual void values_missed(std::uint64_t count) = 0;
   /// The resource is about to go. The observer leaves the list of observers.
   virtual void resource_removed() = 0;
+  /// What the resource says of it in its own document, as Resource::describe_controls().
+  virtual void describe_controls(About& about, const Description& d) const { (void)about, (void)d; }
 
  protected:
   ~Observer() = default;
