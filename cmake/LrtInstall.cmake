@@ -33,6 +33,14 @@ if(TARGET lrt_urdf)  # apart, so that who does not use it does not need what it 
           RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
   install(EXPORT lrtUrdfTargets NAMESPACE lrt:: DESTINATION ${LRT_INSTALL_CMAKEDIR})
 endif()
+if(TARGET lrt_mqtt)  # apart, as lrt::urdf
+  get_target_property(LRT_MQTT_LIBRARY_TYPE lrt_mqtt TYPE)
+  install(TARGETS lrt_mqtt EXPORT lrtMqttTargets
+          LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+          RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(EXPORT lrtMqttTargets NAMESPACE lrt:: DESTINATION ${LRT_INSTALL_CMAKEDIR})
+endif()
 if(TARGET lrt_command)
   install(TARGETS lrt_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
   install(FILES ${PROJECT_SOURCE_DIR}/tools/lrt/lrt.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
@@ -49,5 +57,6 @@ install(FILES ${PROJECT_BINARY_DIR}/cmake/lrtConfig.cmake ${PROJECT_BINARY_DIR}/
               ${PROJECT_SOURCE_DIR}/cmake/FindRedland.cmake ${PROJECT_SOURCE_DIR}/cmake/FindPCRE2.cmake
               ${PROJECT_SOURCE_DIR}/cmake/FindCppHttplib.cmake ${PROJECT_SOURCE_DIR}/cmake/FindLibwebsockets.cmake
               ${PROJECT_SOURCE_DIR}/cmake/FindTinyxml2.cmake ${PROJECT_SOURCE_DIR}/cmake/FindUrdfdom.cmake
+              ${PROJECT_SOURCE_DIR}/cmake/FindMosquitto.cmake
         DESTINATION ${LRT_INSTALL_CMAKEDIR})
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -11,6 +11,7 @@ option(LRT_LIBWEBSOCKETS "The transport libwebsockets, where libwebsockets is fo
 option(LRT_CALLBACKS "Web callbacks by cpp-httplib" ON)
 option(LRT_CLIENT "The library lrt::client, by cpp-httplib and libwebsockets, where they are found" ${PROJECT_IS_TOP_LEVEL})
 option(LRT_QUERY "The library lrt::query, SPARQL" ${PROJECT_IS_TOP_LEVEL})
+option(LRT_MQTT "The library lrt::mqtt, by libmosquitto, where it is found" ${PROJECT_IS_TOP_LEVEL})
 option(LRT_URDF "The library lrt::urdf, by liburdfdom, tinyxml2 and Eigen, where they are found" ${PROJECT_IS_TOP_LEVEL})
 set(LRT_SANITIZE "" CACHE STRING "Sanitizers for lrt's own targets: address, undefined, thread, a list of them, or nothing")
 

@@ -3,7 +3,7 @@
 //
 //   baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]... [--cors ORIGIN]... [--allowed-origin ORIGIN]... [--demo]
 //          [--allow-callback HOST]... [--subscriptions FILE] [--transport NAME] [--tls DIR] [--tokens FILE]
-//          [--policy FILE] [--audit FILE] [--metrics]
+//          [--policy FILE] [--audit FILE] [--metrics] [--mqtt HOST:PORT [--mqtt-prefix LEVELS]]
 //
 // --bind ADDRESS          an address or a host name to listen on; default: 127.0.0.1
 // --public-base URL       by which clients know the robot behind a reverse proxy (examples/reverse_proxy)
@@ -19,6 +19,8 @@
 // --policy FILE           who may do what where, rules of Web Access Control in Turtle, such as examples/policy.ttl
 // --audit FILE            appends who did what to FILE, one line of JSON each
 // --metrics               adds the Thing /server with the counters of the server; /server/metrics is their text for Prometheus
+// --mqtt HOST:PORT        publishes every property, state and invocation to the MQTT broker there, if lrt::mqtt is built
+// --mqtt-prefix LEVELS    the first levels of the topics; default: robots/baxter
 
 #include <charconv>
 #include <chrono>
@@ -27,6 +29,7 @@
 #include <cstdio>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -34,6 +37,9 @@
 
 #ifdef BAXTER_HAS_QUERY
 #include <lrt/query.hpp>
+#endif
+#if BAXTER_HAS_MQTT
+#include <lrt/mqtt.hpp>
 #endif
 #include <lrt/server_thing.hpp>
 #include <lrt/transport/named.hpp>
@@ -56,6 +62,12 @@ void demonstrate(baxter::RightArm& arm) {
   }
 }
 
+/// The number of a port, all of the text.
+bool read_port(std::string_view text, std::uint16_t& port) {
+  const auto [read_to, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+  return error == std::errc() && read_to == text.data() + text.size();
+}
+
 int failed(const lrt::Error& error) { return std::fprintf(stderr, "baxter: %s\n", error.message.c_str()), 1; }
 
 }  // namespace
@@ -68,6 +80,9 @@ int main(int argc, char** argv) {
   options.query = lrt::query::endpoint();  // SPARQL at /sparql
 #endif
   bool demo = false, metrics = false;
+#if BAXTER_HAS_MQTT
+  std::optional<lrt::mqtt::Options> mqtt;
+#endif
   for (int i = 1; i < argc; ++i) {
     const std::string arg = argv[i];
     if (arg == "--demo") {
@@ -103,15 +118,23 @@ int main(int argc, char** argv) {
       auto file = std::make_shared<std::ofstream>(argv[++i], std::ios::app);
       options.security.audit.sink = [file](std::string_view line) { *file << line << std::endl; };
     } else if (arg == "--port" && i + 1 < argc) {
-      const std::string text = argv[++i];
-      const char* const end = text.data() + text.size();
-      const auto [read_to, error] = std::from_chars(text.data(), end, options.listen.port);
-      if (error != std::errc() || read_to != end) return std::fprintf(stderr, "baxter: --port wants 0 to 65535\n"), 2;
+      if (!read_port(argv[++i], options.listen.port)) return std::fprintf(stderr, "baxter: --port wants 0 to 65535\n"), 2;
+#if BAXTER_HAS_MQTT
+    } else if (arg == "--mqtt" && i + 1 < argc) {
+      const std::string broker = argv[++i];
+      const std::size_t colon = broker.rfind(':');
+      mqtt.emplace().prefix = "robots/baxter";
+      mqtt->broker.host = broker.substr(0, colon);
+      if (colon == std::string::npos || !read_port(std::string_view(broker).substr(colon + 1), mqtt->broker.port))
+        return std::fprintf(stderr, "baxter: --mqtt wants HOST:PORT\n"), 2;
+    } else if (arg == "--mqtt-prefix" && mqtt && i + 1 < argc) {
+      mqtt->prefix = argv[++i];
+#endif
     } else {
       std::fprintf(stderr, "usage: baxter [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]...\n"
                            "              [--cors ORIGIN]... [--allowed-origin ORIGIN]... [--demo] [--allow-callback HOST]... [--subscriptions FILE]\n"
                            "              [--transport http|libwebsockets] [--tls DIR] [--tokens FILE] [--policy FILE]\n"
-                           "              [--audit FILE] [--metrics]\n");
+                           "              [--audit FILE] [--metrics] [--mqtt HOST:PORT [--mqtt-prefix LEVELS]]\n");
       return arg == "--help" ? 0 : 2;
     }
   }
@@ -132,6 +155,17 @@ int main(int argc, char** argv) {
   if (auto added = surroundings.add_to(*server); !added) return failed(added.error());
   if (metrics)
     if (auto added = server->add(lrt::server_thing(*server)); !added) return failed(added.error());
+
+#if BAXTER_HAS_MQTT
+  std::optional<lrt::mqtt::Bridge> bridge;
+  if (mqtt) {
+    mqtt->log = options.log;
+    auto made = lrt::mqtt::Bridge::create(*server, *std::move(mqtt));
+    if (!made) return failed(made.error());
+    bridge = *std::move(made);
+    if (auto started = bridge->start(); !started) return failed(started.error());
+  }
+#endif
 
   std::signal(SIGINT, [](int) { interrupted = 1; });
   std::signal(SIGTERM, [](int) { interrupted = 1; });
@@ -154,5 +188,8 @@ int main(int argc, char** argv) {
     next += std::chrono::milliseconds(1);
     std::this_thread::sleep_until(next);
   }
+#if BAXTER_HAS_MQTT
+  bridge.reset();
+#endif
   server->stop();
 }

@@ -18,6 +18,8 @@
 namespace lrt {
 
 class EventSource;
+class Feed;
+class FeedHost;
 struct Served;
 struct ServerCounters;
 
@@ -102,8 +104,10 @@ class Server {
 
  private:
   friend class EventSource;
+  friend class Feed;
   friend Thing server_thing(const Server& server, std::string_view path);
   std::function<ServerCounters()> counter_source() const;
+  FeedHost& feed_host() noexcept;
   class Impl;
   struct End {
     void operator()(Impl* impl) const noexcept;

@@ -41,6 +41,7 @@ struct ServerCounters {
   TimeCounts poll_interval;            ///< from the beginning of one Server::poll() to that of the next
   std::uint64_t audit_dropped = 0;     ///< lines
   std::size_t audit_waiting = 0;       ///< lines
+  std::size_t feeds = 0;               ///< subscriptions of lrt::Feed, as of a bridge to an MQTT broker
 };
 
 /// The counters in the text format 0.0.4 of Prometheus, `text/plain;version=0.0.4;charset=utf-8`. The names begin with `lrt_`.

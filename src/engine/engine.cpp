@@ -24,6 +24,10 @@ constexpr std::array<std::string_view, 7> known_methods = {"GET", "HEAD", "OPTIO
 /// Its body is judged by the resource.
 bool has_input(std::string_view method) noexcept { return method == "PUT" || method == "POST" || method == "PATCH"; }
 
+ObservableResource observable(const Resource& resource) {
+  return {static_cast<std::uint64_t>(resource.id), resource.path, resource.kind(), resource.wants_queues()};
+}
+
 /// RFC 9110 9.2.1
 bool is_safe(std::string_view method) noexcept { return method == "GET" || method == "HEAD" || method == "OPTIONS"; }
 
@@ -609,6 +613,31 @@ void Engine::saved(std::uint64_t revision, bool written) {
 }
 Result<std::size_t> Engine::restore(std::string_view saved) { return impl_->parts.saved.restore(saved); }
 std::pair<std::size_t, std::size_t> Engine::recover(std::string_view damaged) { return impl_->parts.saved.recover(damaged); }
+
+Result<Subscribed> Engine::subscribe(FeedSubscription wanted, TimePoint now) {
+  if (impl_->stopped) return unexpected(Errc::closed, "the server has stopped");
+  return impl_->parts.subscriptions.make_feed(std::move(wanted), now);
+}
+std::optional<FeedMessage> Engine::next_feed_message(Channel channel, TimePoint now) {
+  return impl_->parts.subscriptions.next_feed_message(channel, now);
+}
+bool Engine::repeat(Channel channel) { return impl_->parts.subscriptions.repeat(channel); }
+std::vector<ObservableResource> Engine::observable_resources() const {
+  std::vector<ObservableResource> all;
+  impl_->parts.registry.for_each([&](const Resource& r) {
+    if (r.observable()) all.push_back(observable(r));
+  });
+  return all;
+}
+void Engine::follow_resources(bool follow) { impl_->parts.registry.follow(follow); }
+std::vector<ObservableResource> Engine::take_new_resources() {
+  std::vector<ObservableResource> all;
+  for (const ResourceId id : impl_->parts.registry.take_new())
+    if (const Resource* r = impl_->parts.registry.find(id); r && r->observable()) all.push_back(observable(*r));
+  return all;
+}
+std::uint64_t Engine::structure() const noexcept { return impl_->parts.registry.structure(); }
+std::string Engine::base() const { return impl_->parts.bases[0]; }
 
 void Engine::renew_rights() { impl_->parts.subscriptions.renew_rights(); }
 

@@ -39,6 +39,7 @@ void Registry::settle(Resource& resource) {
   resource.path = std::move(path);
   resource.times_aside = n;
   by_path_.add(resource);
+  if (is_followed_) new_.push_back(resource.id);
   if (moves) {
     cache_.clear();  // other representations link to it
     resource.path_changed();
@@ -56,6 +57,11 @@ void Registry::remove(Resource& resource) {
     by_path_.remove(*other);
     settle(*other);
   }
+}
+
+void Registry::follow(bool followed) {
+  is_followed_ = followed;
+  new_.clear();
 }
 
 Resource* Registry::find(std::string_view path) const { return by_path_.find(path); }

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <lrt/base/result.hpp>
@@ -60,6 +61,15 @@ class Registry {
   const ThinVector<ThingNode*>& roots() const noexcept { return roots_; }
   const std::map<std::string_view, std::unique_ptr<ThingNode>>& things() const noexcept { return things_; }
 
+  /// From now on take_new() has the resources that get a path, the first one or another.
+  void follow(bool followed);
+  std::vector<ResourceId> take_new() { return std::exchange(new_, {}); }
+  /// Calls a function with each resource.
+  template <class F>
+  void for_each(F f) const {
+    by_id_.for_each(f);
+  }
+
   /// Moves with every change of the structure: Things, what they promise.
   std::uint64_t structure() const noexcept { return structure_; }
   void structure_changed() noexcept { ++structure_; }
@@ -75,6 +85,8 @@ class Registry {
   std::map<std::string_view, std::unique_ptr<ThingNode>> things_;  ///< by the path that the node has
   ThinVector<ThingNode*> roots_;                                   ///< in the order of registration
   std::uint64_t structure_ = 1;
+  bool is_followed_ = false;
+  std::vector<ResourceId> new_;  ///< while it is followed
 };
 
 }  // namespace lrt::engine

@@ -56,6 +56,7 @@ void Resource::describe_controls(About& about, const Description& d) const {
   if (!thing || this != &thing->self) about.link(vocab::hybrit::subscriptions, d.base + subscriptions()->path);
   if (d.engine.bases.upgrades(d.base).websocket)  // "http://robot" to "ws://robot", "https://robot" to "wss://robot"
     about.add(vocab::hybrit::websocketUrl, rdf::literal("ws" + d.base.substr(4) + path, vocab::xsd::anyURI));
+  for (const Observer* observer : observers) observer->describe_controls(about, d);
 }
 
 std::vector<Resource*> Resource::members(const Audience& audience) const {

@@ -33,6 +33,7 @@ struct ResourceSpec;
 
 namespace lrt::engine {
 
+struct Description;
 struct Parts;
 struct ThingNode;
 struct EngineView;
@@ -99,6 +100,8 @@ class Observer {
   virtual void resource_removed() = 0;
   /// It gets each change, not only the present state.
   virtual bool queues() const noexcept = 0;
+  /// What the resource says of it in its own document, as Resource::describe_controls().
+  virtual void describe_controls(About& about, const Description& d) const { (void)about, (void)d; }
 
  protected:
   ~Observer() = default;

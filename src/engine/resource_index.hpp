@@ -39,6 +39,11 @@ class IdIndex {
   void add(Resource& resource);
   void remove(const Resource& resource) noexcept;
   void clear() noexcept;
+  template <class F>
+  void for_each(F f) const {
+    for (Resource* resource : places_)
+      if (resource) f(*resource);
+  }
 
  private:
   static constexpr unsigned place_bits = 28;

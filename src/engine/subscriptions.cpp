@@ -141,7 +141,7 @@ std::optional<http::Response> Subscriptions::too_many(const Context& context, Pr
   const bool callback = protocol == Protocol::callback;
   const std::size_t max = options_.clients.max_subscriptions;
   const bool too_many_of_client = !context.client.empty() && max != 0 && clients_.of(context.client) >= max;
-  if (!too_many_of_client && by_channel_.size() < options_.subscriptions.max_subscriptions && (!callback || callbacks_ < options_.callbacks.max_callbacks)) return std::nullopt;
+  if (!too_many_of_client && by_channel_.size() - feeds_ < options_.subscriptions.max_subscriptions && (!callback || callbacks_ < options_.callbacks.max_callbacks)) return std::nullopt;
   http::Response response = too_many_of_client ? responses_.denied(context, http::Denial::subscriptions, 429, "this client has " + std::to_string(max) + " subscriptions, which is as many as one client may have")
                             : responses_.problem(context, 503, callback ? "there are as many web callbacks as this server keeps"
                                                                       : "there are as many subscriptions as this server keeps");
@@ -384,12 +384,16 @@ SubscriptionResource& Subscriptions::make(SubscriptionRequest request, std::size
     ++callbacks_;
     saves_.changed();
   }
+  if (s.feed) {
+    ++feeds_;
+    if (!s.feed->statements.empty()) s.observed.Resource::mark_changed();  // it says where its messages go
+  }
   // SPEC 3.6: the first notification at once.
   if (begins_with_refresh) {
     values_.refresh(s.observed, Encodings::of(s.its_variant), [this, channel = s.channel](const Result<void>& result, TimePoint) {
       SubscriptionResource* begun = find(channel);
       if (begun && result) first_notification(*begun);
-      else if (begun) end(*begun, 1011, "the value could not be read");
+      else if (begun && !begun->feed) end(*begun, 1011, "the value could not be read");  // a feed waits for the first that can
     });
   } else {
     first_notification(s);
@@ -438,12 +442,14 @@ void Subscriptions::end(SubscriptionResource& s, std::uint16_t code, std::string
     --callbacks_;
     if (!s.is_cancelling()) saves_.changed();
   }
+  if (s.feed) --feeds_;
   report(SubscriptionEvent::Kind::ended, s, true);
   dropped_ += s.backlog.dropped();
   next_notifications_.clear(s.next_notification);
   by_channel_.erase(static_cast<std::uint64_t>(s.channel));
   if (s.queues()) s.observed.for_each_property([this](PropertyResource& p) { values_.keep(p, false); });
   s.observed.remove_observer(s, scanner_);
+  if (s.feed && !s.feed->statements.empty()) s.observed.Resource::mark_changed();
   SubscriptionsResource& container = *s.observed.subscriptions();
   container.mark_changed();
   registry_.remove(s);
@@ -460,13 +466,14 @@ EngineCounts Subscriptions::counts() const {
     counts.messages_dropped += s->backlog.dropped();
     if (s->protocol == Protocol::websocket) ++counts.websockets;
     else if (s->protocol == Protocol::event_stream) ++counts.event_streams;
-    else ++counts.callbacks;
   }
+  counts.callbacks = callbacks_;
+  counts.feeds = feeds_;
   return counts;
 }
 
 void Subscriptions::report(SubscriptionEvent::Kind kind, const SubscriptionResource& s, bool requested) {
-  static constexpr std::string_view protocols[] = {"websocket", "callback", "event_stream"};  // by Protocol
+  static constexpr std::string_view protocols[] = {"websocket", "callback", "event_stream", "feed"};  // by Protocol
   if (options_.reports_subscriptions) events_.push_back({kind, s.path, s.observed.path, protocols[static_cast<std::size_t>(s.protocol)], requested});
 }
 
@@ -484,7 +491,7 @@ void Subscriptions::renew_rights() {
   for (const auto& [number, s] : by_channel_) all.push_back(s->channel);
   for (const Channel channel : all) {
     SubscriptionResource* s = find(channel);
-    if (!s) continue;
+    if (!s || (s->feed && !s->audience.principal)) continue;  // of the host itself
     std::optional<Audience> audience = renewed(s->audience, s->observed);
     if (!audience) {
       end(*s, 1008, "the right to watch this has ended");
@@ -554,7 +561,8 @@ void Subscriptions::enqueue(SubscriptionResource& s, bool is_change) {
 /// nullptr: it cannot be made now.
 Representation* Subscriptions::represent(SubscriptionResource& s) {
   Result<Representation*> made = representations_.make(s.observed, s.base, s.its_variant, s.audience);
-  if (!made && !s.failing) responses_.log(LogLevel::error, s.observed.path + ": " + made.error().message);
+  const bool is_expected = !made && s.feed && made.error().code == Errc::unsupported_syntax;  // no client has chosen the media type for this value
+  if (!made && !s.failing && !is_expected) responses_.log(LogLevel::error, s.observed.path + ": " + made.error().message);
   s.failing = !made;
   return made ? *made : nullptr;
 }
@@ -616,6 +624,72 @@ void Subscriptions::notify_of_structure() {
     }
   }
   fills_queues_ = false;
+}
+
+// ----------------------------------------------------------------------------------------------------------------- feeds
+
+Result<Subscribed> Subscriptions::make_feed(FeedSubscription wanted, TimePoint now) {
+  Resource* const observed = registry_.find(wanted.path);
+  if (!observed) return unexpected(Errc::unknown_path, "there is no resource at \"" + wanted.path + '"');
+  if (!observed->observable()) return unexpected(Errc::refused, wanted.path + ": expected a resource that can be observed");
+  if (feeds_ >= options_.subscriptions.max_feed_subscriptions)
+    return unexpected(Errc::limit_exceeded, wanted.path + ": there are as many subscriptions of feeds as this server keeps (max_feed_subscriptions)");
+  SubscriptionRequest request;
+  request.observed = observed;
+  request.protocol = Protocol::feed;
+  if (wanted.owner) {
+    request.audience.principal = std::move(wanted.owner);
+    std::optional<Audience> audience = renewed(request.audience, *observed);
+    if (!audience) return unexpected(Errc::refused, wanted.path + ": the principal of the feed may not subscribe to it");
+    request.audience = *std::move(audience);
+  }
+  const Variants& variants = observed->variants();
+  const auto choice = http::negotiate(wanted.media_type.empty() ? std::nullopt : std::optional<std::string_view>(wanted.media_type), variants.types);
+  if (!choice)
+    return unexpected(Errc::unsupported_syntax, wanted.path + ": expected one of " + variants.list() + ", found \"" + wanted.media_type + '"');
+  request.variant = variants.variants[*choice];
+  request.policy = default_policy(*observed);
+  if (wanted.queue_length) request.policy.queue_length = std::min(*wanted.queue_length, options_.subscriptions.max_queue_length);
+  request.policy.minimum_interval = std::clamp<std::chrono::milliseconds>(wanted.minimum_interval, std::chrono::milliseconds(0), max_interval);
+  request.begins_with_refresh = !representations_.ready(*observed, request.variant, false);
+  request.feed = std::make_shared<const FeedProtocol>(FeedProtocol{std::move(wanted.protocol), std::move(wanted.statements)});
+  const SubscriptionResource& made = make(std::move(request), 0, options_.ids->next(), now.utc);
+  return Subscribed{made.channel, made.queues()};
+}
+
+std::optional<FeedMessage> Subscriptions::next_feed_message(Channel channel, TimePoint now) {
+  try {
+    FeedMessage message;
+    message.channel = channel;
+    SubscriptionResource* const s = find(channel);
+    if (!s) {
+      const std::optional<Push> last = next_push(channel, now);
+      if (!last) return std::nullopt;
+      message.body = last->message;
+      message.end = last->close != 0;
+      message.queued = !message.end;
+      return message;
+    }
+    const subscription::Item item = next_item(*s, now);
+    if (!item) return std::nullopt;
+    ++s->delivered;
+    ++sent_;
+    message.body = item->body;
+    message.queued = s->queues();
+    message.missed = s->backlog.dropped() - std::exchange(s->told_dropped, s->backlog.dropped());
+    return message;
+  } catch (const std::exception& e) {
+    responses_.log(LogLevel::error, std::string("a message could not be made: ") + e.what());
+    return std::nullopt;
+  }
+}
+
+bool Subscriptions::repeat(Channel channel) {
+  SubscriptionResource* const s = find(channel);
+  if (!s || s->queues() || !s->observed.has_representation()) return false;
+  s->last_tag.clear();
+  s->backlog.mark_pending();
+  return !s->next_notification && !std::exchange(s->ready_announced, true);
 }
 
 // ------------------------------------------------------------------------------------- WebSockets and event streams

@@ -79,6 +79,11 @@ class Subscriptions {
   void fill(SubscriptionResource& s);
   void resource_removed(SubscriptionResource& s);
 
+  // Feeds.
+  Result<Subscribed> make_feed(FeedSubscription wanted, TimePoint now);
+  std::optional<FeedMessage> next_feed_message(Channel channel, TimePoint now);
+  bool repeat(Channel channel);
+
   // Transports.
   std::optional<Channel> next_ready(TimePoint now);
   void take_ready(std::vector<ReadyChannel>& channels, TimePoint now);
@@ -139,6 +144,7 @@ class Subscriptions {
   std::unordered_map<std::uint64_t, SubscriptionResource*> by_channel_;
   std::unordered_map<std::uint64_t, ClosingChannel> closing_;
   std::size_t callbacks_ = 0;
+  std::size_t feeds_ = 0;
   std::uint64_t sent_ = 0;     ///< of all subscribers
   std::uint64_t dropped_ = 0;  ///< of subscribers that are gone
   std::vector<SubscriptionEvent> events_;

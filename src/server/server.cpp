@@ -23,6 +23,7 @@
 #include "src/server/callers.hpp"
 #include "src/server/client_limiter.hpp"
 #include "src/server/counters.hpp"
+#include "src/server/feeds.hpp"
 #include "src/server/guest_requests.hpp"
 #include "src/server/kept_graphs.hpp"
 #include "src/server/listen_addresses.hpp"
@@ -43,7 +44,7 @@ constexpr std::chrono::microseconds host_loop_budget{200};
 
 }  // namespace
 
-class Server::Impl final : public engine::Handler, public delivery::Source {
+class Server::Impl final : public engine::Handler, public delivery::Source, public FeedHost {
  public:
   explicit Impl(Options options)
       : options_(std::move(options)),
@@ -197,6 +198,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     {
       const std::lock_guard lock(mutex_);
       guests_.notify();
+      feeds_.wake_all();
     }
     const auto me = std::this_thread::get_id();
     if (serving_ == me) return;  // from a lambda: the serving thread finishes when it returns
@@ -237,6 +239,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     all.websockets = counts.websockets;
     all.event_streams = counts.event_streams;
     all.callbacks = counts.callbacks;
+    all.feeds = counts.feeds;
     all.messages_sent = counts.messages_sent;
     all.messages_dropped = counts.messages_dropped;
     all.queued_bytes = counts.queued_bytes;
@@ -290,7 +293,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       }
       std::optional<engine::Reply> reply;
       do reply = take_reply(now);
-      while (reply && guests_.take(*reply));
+      while (reply && (guests_.take(*reply) || feeds_.take(*reply)));
       return reply;
     });
   }
@@ -311,7 +314,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     return with_engine([&] {
       std::optional<engine::Channel> channel;
       do channel = engine_.next_ready(now);
-      while (channel && guests_.take(*channel));
+      while (channel && (guests_.take(*channel) || feeds_.take(*channel)));
       return channel;
     });
   }
@@ -323,7 +326,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       const std::size_t before = channels.size();
       engine_.take_ready(channels, now);
       channels.erase(std::remove_if(channels.begin() + static_cast<std::ptrdiff_t>(before), channels.end(),
-                                    [&](const engine::ReadyChannel& ready) { return guests_.take(ready.channel); }),
+                                    [&](const engine::ReadyChannel& ready) { return guests_.take(ready.channel) || feeds_.take(ready.channel); }),
                      channels.end());
     });
   }
@@ -396,10 +399,136 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     log_.flush();
   }
 
+  // FeedHost, on the threads of feeds
+  Result<void> open_feed(const std::shared_ptr<Feed::State>& feed) override {
+    if (Result<void> open = check_open(); !open) return open;
+    const std::lock_guard lock(mutex_);
+    if (feeds_.empty()) engine_.follow_resources(true);
+    feeds_.add(feed);
+    feed->waker->wake();  // there are all resources to be taken
+    return {};
+  }
+  void close_feed(Feed::State& feed) noexcept override {
+    if (!process_.is_current()) return;
+    {
+      const std::lock_guard lock(mutex_);
+      for (const auto& [channel, queued] : feed.channels) engine_.closed(engine::Channel{channel});
+      feeds_.remove(feed);
+      if (feeds_.empty()) engine_.follow_resources(false);
+      if (audit_) audit_subscriptions(clock_.now());
+    }
+    log_.flush();
+  }
+  Result<engine::Channel> subscribe(Feed::State& feed, engine::FeedSubscription wanted) override {
+    if (Result<void> open = check_open(); !open) return Unexpected{std::move(open).error()};
+    Result<engine::Channel> made = with_engine([&]() -> Result<engine::Channel> {
+      const TimePoint now = clock_.now();
+      wanted.owner = feed.owner;
+      Result<engine::Subscribed> subscribed = engine_.subscribe(std::move(wanted), now);
+      if (!subscribed) return Unexpected{std::move(subscribed).error()};
+      feeds_.add(feed, subscribed->channel, subscribed->queues);
+      audit_subscriptions(now);
+      return subscribed->channel;
+    });
+    wake_io();  // it looks for changes from now on
+    return made;
+  }
+  void unsubscribe(Feed::State& feed, engine::Channel channel) noexcept override {
+    if (!process_.is_current()) return;
+    {
+      const std::lock_guard lock(mutex_);
+      if (feed.channels.count(static_cast<std::uint64_t>(channel)) == 0) return;
+      feeds_.remove(feed, channel);
+      engine_.closed(channel);
+      if (audit_) audit_subscriptions(clock_.now());
+    }
+    log_.flush();
+  }
+  void repeat_all(Feed::State& feed) override {
+    if (!process_.is_current() || stopping_) return;
+    with_engine([&] {
+      for (const auto& [channel, queued] : feed.channels)
+        if (!queued && engine_.repeat(engine::Channel{channel})) feed.newest.push_back(engine::Channel{channel});
+    });
+    feed.waker->wake();
+  }
+  std::uint64_t send(Feed::State& feed, const http::Request& request, Feed::As as) override {
+    const bool open = process_.is_current() && !stopping_;
+    const TimePoint now = clock_.now();
+    const Result<engine::Caller> caller = !open ? engine::Caller() : as == Feed::As::owner ? owner_of(feed) : admit(request, !request.body.empty(), now);
+    const std::uint64_t number = feed.next_number++;  // of the feed's thread
+    if (!open) {
+      const std::lock_guard lock(mutex_);
+      feed.responses.push_back({number, refused()});
+      return number;
+    }
+    with_engine([&] {
+      engine::Outcome outcome = handle(request, caller, now);
+      if (const auto* deferred = std::get_if<engine::Deferred>(&outcome)) feeds_.add(feed, deferred->ticket, number);
+      else if (auto* response = std::get_if<http::Response>(&outcome)) feed.responses.push_back({number, std::move(*response)});
+      else feed.responses.push_back({number, refused()});  // never: the request can neither stream nor upgrade
+    });
+    feed.waker->wake();
+    wake_io();  // there may be a new deadline, or news for other clients
+    return number;
+  }
+  void take(Feed::State& feed, const Feed::Bounds& bounds, Feed::Batch& batch) override {
+    batch.closed = stopping_ || !process_.is_current();
+    feed.waker->clear();
+    if (!process_.is_current()) return;
+    bool has_timer = false;
+    with_engine([&] {
+      batch.responses = std::exchange(feed.responses, {});
+      batch.structure = engine_.structure();
+      if (stopping_) return;
+      if (std::exchange(feed.lists_all, false)) {
+        feed.resources.clear();
+        batch.resources = engine_.observable_resources();
+      } else {
+        batch.resources = std::exchange(feed.resources, {});
+      }
+      const TimePoint now = clock_.now();
+      const auto deadline = engine_.next_deadline();
+      std::size_t bytes = 0;
+      const auto take_from = [&](std::deque<engine::Channel>& list, std::size_t max) {
+        while (!list.empty() && batch.messages.size() < max && bytes < bounds.max_bytes) {
+          const engine::Channel channel = list.front();
+          list.pop_front();
+          if (feed.channels.count(static_cast<std::uint64_t>(channel)) == 0) continue;  // it was removed
+          std::optional<engine::FeedMessage> message = engine_.next_feed_message(channel, now);
+          if (!message) continue;
+          bytes += message->body ? message->body->size() : 0;
+          if (message->end) feeds_.remove(feed, channel);
+          else list.push_back(channel);
+          batch.messages.push_back(*std::move(message));
+        }
+      };
+      if (bounds.queued) take_from(feed.queued, (bounds.max_messages + 1) / 2);  // commands first, and some of both
+      take_from(feed.newest, bounds.max_messages);
+      if (bounds.queued) take_from(feed.queued, bounds.max_messages);
+      const auto next = engine_.next_deadline();
+      has_timer = next && (!deadline || *next < *deadline);
+      batch.more = bounds.max_messages != 0 && (!feed.newest.empty() || (bounds.queued && !feed.queued.empty()));
+    });
+    if (batch.more) feed.waker->wake();
+    if (has_timer) wake_io();
+  }
+  std::string feed_base() const override {
+    const std::lock_guard lock(mutex_);
+    return engine_.base();
+  }
+  bool is_protected() const override { return callers_ != nullptr; }
+
  private:
   Result<void> check_open() const {
     if (!process_.is_current()) return unexpected(Errc::closed, "the server belongs to the parent process");
     return stopping_ ? unexpected(Errc::closed, "the server has stopped") : Result<void>();
+  }
+
+  Result<engine::Caller> owner_of(const Feed::State& feed) {
+    if (!callers_ || !feed.owner) return engine::Caller();
+    std::optional<engine::Caller> caller = callers_->renew(feed.owner.get());
+    return caller ? *std::move(caller) : engine::Caller(engine::Access::forbidden);
   }
 
   /// Finds out who sends a request, and whether that client sends too much. Each request is counted once: when its header section is judged.
@@ -611,6 +740,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     std::vector<engine::Job> jobs = engine_.take_jobs();
     std::vector<engine::BodyJob> bodies = engine_.take_body_jobs(), queries = engine_.take_query_jobs();
     const std::vector<subscription::ReadyCallback> callbacks = engine_.take_callbacks();
+    if (!feeds_.empty()) {
+      feeds_.take(engine_.take_new_resources());
+      feeds_.see(engine_.structure());
+    }
     if (audit_) audit_subscriptions(clock_.now());
     if (saved_)
       if (std::optional<engine::SavedText> saved = engine_.take_saved()) saved_->save(std::move(saved->text), saved->revision);
@@ -632,7 +765,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
       const auto due = engine_.next_deadline();
       if (due && *due <= now.steady) {
         while (auto reply = take_reply(now))
-          if (!guests_.take(*reply)) replies_.push_back(*std::move(reply));
+          if (!guests_.take(*reply) && !feeds_.take(*reply)) replies_.push_back(*std::move(reply));
         if (auto reply = guests_.reply(ticket)) return *std::move(reply);
         pass_on(lock);
         wake_io();
@@ -713,8 +846,9 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     bodies_.stop();
     queries_.stop();
     const std::lock_guard lock(mutex_);
-    while (auto reply = take_reply(clock_.now())) (void)guests_.take(*reply);
+    while (auto reply = take_reply(clock_.now())) (void)(guests_.take(*reply) || feeds_.take(*reply));
     guests_.notify();
+    feeds_.wake_all();
     finished_ = true;
   }
   void wait_until_finished() {
@@ -776,7 +910,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   Options options_;
   const Clock& clock_;
   LogQueue log_;
-  mutable std::mutex mutex_;                              // guards engine_, guests_ and replies_; never held while user code runs
+  mutable std::mutex mutex_;                              // guards engine_, guests_, feeds_ and replies_; never held while user code runs
   const std::shared_ptr<security::Sessions> sessions_;    // nullptr: nobody can log in
   std::shared_ptr<Callers> callers_;  ///< nullptr: everybody may do everything
   Counters counters_;
@@ -785,6 +919,7 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
   engine::Engine engine_;
   BodyPool bodies_, queries_;
   GuestRequests guests_;
+  Feeds feeds_;
   std::deque<engine::Reply> replies_;                     // of the transport, found by threads of guests
   KeptGraphs graphs_;                                     // of Worlds, with their files
   SavedFile::Claim claim_;                                // on the path of saved_
@@ -860,6 +995,8 @@ ServerCounters Server::counters() const { return impl_->counters(); }
 std::function<ServerCounters()> Server::counter_source() const {
   return [impl = impl_.get()] { return impl->counters(); };
 }
+
+FeedHost& Server::feed_host() noexcept { return *impl_; }
 
 std::uint16_t Server::port() const noexcept { return impl_->port(); }
 std::string Server::url() const { return impl_->url(); }

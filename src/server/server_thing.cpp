@@ -78,6 +78,7 @@ std::string prometheus_text(const ServerCounters& counters) {
   e.sample("", "protocol", "websocket", std::to_string(counters.websockets));
   e.sample("", "protocol", "event_stream", std::to_string(counters.event_streams));
   e.sample("", "protocol", "callback", std::to_string(counters.callbacks));
+  e.sample("", "protocol", "feed", std::to_string(counters.feeds));
   e.single("lrt_messages_sent_total", "counter", "Messages that subscribers got.", counters.messages_sent);
   e.single("lrt_messages_dropped_total", "counter", "Changes that subscribers did not get one by one.",
            counters.messages_dropped);
@@ -125,6 +126,7 @@ Thing server_thing(const Server& server, std::string_view path) {
   count("subscribers/websocket", "WebSockets", "Open WebSockets.", [](C c) { return c.websockets; });
   count("subscribers/event_stream", "Event streams", "Open event streams.", [](C c) { return c.event_streams; });
   count("subscribers/callback", "Web callbacks", "Subscriptions of web callbacks.", [](C c) { return c.callbacks; });
+  count("subscribers/feed", "Feeds", "Subscriptions of the robot's own program, as of a bridge to an MQTT broker.", [](C c) { return c.feeds; });
   count("messages/sent", "Messages sent", "Messages that subscribers got since the server was created.",
         [](C c) { return c.messages_sent; });
   count("messages/dropped", "Changes dropped", "Changes that subscribers did not get one by one.",

@@ -55,7 +55,7 @@ TEST_CASE(
     "[engine][R1.5]") {
   const rdf::Graph terms = term_list();
   // Of several kinds of subjects or objects, which have no class in common.
-  const std::set<std::string> without_domain = {"lrt#frame", "lrt#elementType", "lrt#all", "lrt#stop", "hybrit#websocketUrl"};
+  const std::set<std::string> without_domain = {"lrt#frame", "lrt#elementType", "lrt#all", "lrt#stop", "hybrit#websocketUrl", "lrt#mqttBroker", "lrt#mqttTopic", "lrt#mqttCommandTopic"};
   const std::set<std::string> without_range = {"lrt#state",   "lrt#frame",        "lrt#input",         "lrt#result", "lrt#mesh",
                                                "lrt#texture", "hybrit#blueprint", "hybrit#onResource", "lrt#all"};
   const std::map<std::string, std::string> judged = {

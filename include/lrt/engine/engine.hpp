@@ -17,6 +17,7 @@
 #include <lrt/base/result.hpp>
 #include <lrt/base/unique_function.hpp>
 #include <lrt/base/waker.hpp>
+#include <lrt/engine/feed.hpp>
 #include <lrt/engine/handler.hpp>
 #include <lrt/engine/page_source.hpp>
 #include <lrt/engine/query_service.hpp>
@@ -129,7 +130,7 @@ struct SubscriptionEvent {
   Kind kind;
   std::string path;
   std::string resource;           ///< path of what it observes
-  std::string_view protocol;      ///< "websocket", "event_stream" or "callback"
+  std::string_view protocol;      ///< "websocket", "event_stream", "callback" or "feed"
   bool requested = true;          ///< made by a request, whose response has its IRI as Location; false: restored
 };
 
@@ -140,6 +141,7 @@ struct EngineCounts {
   std::size_t queued_bytes = 0;      ///< of messages for subscribers
   std::size_t waiting_requests = 0;  ///< deferred
   std::size_t waiting_calls = 0;     ///< of lambdas, which the host has not run
+  std::size_t feeds = 0;             ///< subscriptions of feeds
 };
 
 /// All web callbacks as text.
@@ -230,6 +232,26 @@ class Engine final : public Handler {
   /// Restores from a damaged text the subscriptions that can be read.
   /// @return  how many; and the parts of the text that cannot be read
   std::pair<std::size_t, std::size_t> recover(std::string_view damaged);
+
+  // Feeds: subscriptions whose messages the host takes. next_ready() names their channels as it names others.
+  /// Makes a subscription. Its first message is the present representation, if there is one.
+  /// @par Errors  unknown_path; refused: the resource cannot be observed, or not by the owner; unsupported_syntax: it does not have the media type;
+  ///              limit_exceeded: SubscriptionOptions::max_feed_subscriptions
+  Result<Subscribed> subscribe(FeedSubscription wanted, TimePoint now);
+  /// The next message of such a channel; nullopt: there is none now, and next_ready() will name it again.
+  std::optional<FeedMessage> next_feed_message(Channel channel, TimePoint now);
+  /// The present representation is to be sent again, although it was sent. Nothing for a subscription with a queue.
+  /// @return  next_feed_message() is to be called, and next_ready() will not name the channel for it
+  bool repeat(Channel channel);
+  /// All resources that can be observed, but subscriptions.
+  std::vector<ObservableResource> observable_resources() const;
+  /// From now on take_new_resources() has resources that were added, or whose path has changed.
+  void follow_resources(bool follow);
+  std::vector<ObservableResource> take_new_resources();
+  /// Moves with each change of the structure: Things and actions, and what they promise.
+  std::uint64_t structure() const noexcept;
+  /// The base IRI of feeds, without a slash at the end: the public base, or where the server listens.
+  std::string base() const;
 
   /// Judges again what the owners of subscriptions may do (EngineOptions::renew). A subscription without the right ends.
   void renew_rights();

@@ -80,6 +80,7 @@ struct SubscriptionOptions {
   unsigned idle_scans_before_sleep = 20;
   /// The engine does not sleep while a resource is observed, so publish() never makes a system call.
   bool always_scan = false;
+  std::size_t max_feed_subscriptions = 20'000;  ///< of all feeds (lrt::Feed), besides max_subscriptions, so that neither can exhaust the other
 };
 
 }  // namespace lrt::subscription

@@ -43,9 +43,11 @@ SubscriptionResource::SubscriptionResource(std::string its_path, std::string its
       retry(options.callbacks),
       has_confirmed(request.has_confirmed),
       provisional(request.provisional),
+      feed(std::move(request.feed)),
       owner_(owner) {}
 
 bool SubscriptionResource::is_shown_to(const Audience& asking) const {
+  if (feed) return true;  // whose messages go to many
   if (!asking.view || asking.view->at(path).has(security::Right::manage)) return true;
   if (!audience.principal || !asking.principal) return audience.principal == asking.principal;
   return audience.principal->name == asking.principal->name;
@@ -53,7 +55,7 @@ bool SubscriptionResource::is_shown_to(const Audience& asking) const {
 
 Methods SubscriptionResource::methods() const noexcept {
   Methods methods;
-  methods.remove = true;
+  methods.remove = !feed;  // one client could end it for all who get its messages
   return methods;
 }
 
@@ -68,6 +70,15 @@ void SubscriptionResource::values_missed(std::uint64_t count) {
   if (queues()) backlog.count_dropped(count);
 }
 void SubscriptionResource::resource_removed() { owner_.resource_removed(*this); }
+
+void SubscriptionResource::describe_controls(About& about, const Description& d) const {
+  if (feed) about.statements(feed->statements, d.base);
+}
+
+std::string_view SubscriptionResource::protocol_name() const noexcept {
+  constexpr std::string_view names[] = {"websocket", "callback", "event_stream"};
+  return feed ? std::string_view(feed->name) : names[static_cast<std::size_t>(protocol)];
+}
 
 void SubscriptionResource::describe(const Description& d) const {
   About about(d.graph, d.base + path);
@@ -95,6 +106,7 @@ void SubscriptionResource::describe_types(About& about, const Description&) cons
     case Protocol::websocket: about.a(vocab::hybrit::WebSocket); break;
     case Protocol::callback: about.a(vocab::hybrit::WebCallback); break;
     case Protocol::event_stream: about.a(vocab::lrt_::EventStream); break;
+    case Protocol::feed: about.a(vocab::lrt_::Feed); break;
   }
 }
 
@@ -102,13 +114,13 @@ void SubscriptionResource::describe_as_member(About& about, const Description& d
   describe_types(about, d);
   about.link(vocab::hybrit::onResource, d.engine.bases[base] + observed.path);
   if (protocol == Protocol::callback) about.add(vocab::hybrit::callbackURL, rdf::literal(url, vocab::xsd::anyURI));
+  if (feed) about.statements(feed->statements, d.base);
   about.add(vocab::hybrit::mediaType, rdf::literal(observed.variants().type_of(its_variant)));
   about.add(vocab::dcterms::identifier, rdf::literal(subscription_id));
 }
 
 void SubscriptionResource::summarize(Overview& o) const {
-  constexpr std::string_view protocols[] = {"websocket", "callback", "event_stream"};
-  o.text("protocol", protocols[static_cast<std::size_t>(protocol)]);
+  o.text("protocol", protocol_name());
   o.link("observes", o.iri(observed), observed.kind());
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <lrt/engine/engine.hpp>
+#include <lrt/model/statement.hpp>
 #include <lrt/subscription/channel.hpp>
 
 #include "src/engine/client_counts.hpp"
@@ -19,7 +20,13 @@ namespace lrt::engine {
 
 class Subscriptions;
 
-enum class Protocol : std::uint8_t { websocket, callback, event_stream };
+enum class Protocol : std::uint8_t { websocket, callback, event_stream, feed };
+
+/// What a feed says of its subscription (FeedSubscription).
+struct FeedProtocol {
+  std::string name;
+  std::vector<Statement> statements;
+};
 
 /// What a client requests when it subscribes.
 struct SubscriptionRequest {
@@ -35,6 +42,7 @@ struct SubscriptionRequest {
   std::string client;       ///< Caller::client
   std::string known_tag;    ///< of the representation that the client of an event stream has
   Audience audience{};      ///< whose subscription it is
+  std::shared_ptr<const FeedProtocol> feed{};  ///< of a feed
 };
 
 /// A subscription: its receiver, resource, protocol and counters (paper 5.3, Figure 4). It is also the observer of the resource.
@@ -65,7 +73,11 @@ class SubscriptionResource final : public Resource, public Observer {
   void resource_changes() override;
   void values_missed(std::uint64_t count) override;
   void resource_removed() override;
+  /// Where a feed sends its messages.
+  void describe_controls(About& about, const Description& d) const override;
 
+  /// In one word, for overviews.
+  std::string_view protocol_name() const noexcept;
   /// It gets each change, not only the present state.
   bool queues() const noexcept override { return backlog.policy().queues(); }
 
@@ -101,6 +113,10 @@ class SubscriptionResource final : public Resource, public Observer {
   bool awaits_confirmation() const noexcept { return must_confirm && !has_confirmed; }
   bool is_cancelling() const noexcept { return cancellations != 0; }
   std::string saved_text;      ///< how it stands in the file; empty: not made yet
+
+  // Of a feed.
+  const std::shared_ptr<const FeedProtocol> feed;
+  std::uint64_t told_dropped = 0;  ///< of its dropped changes, those that its messages have told
 
  private:
   Subscriptions& owner_;

@@ -1,0 +1,130 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include <lrt/feed.hpp>
+#include <lrt/mqtt.hpp>
+
+#include "src/mqtt/link.hpp"
+#include "src/mqtt/topics.hpp"
+
+namespace lrt::mqtt {
+
+/// What a bridge does, as a function of its feed, its link and the time. Without threads and descriptors.
+///
+/// @par Threads  One at a time; counters(): any.
+class BridgeCore final : private Link::Events {
+ public:
+  using Instant = std::chrono::steady_clock::time_point;
+  using MakeLink = std::function<Result<std::unique_ptr<Link>>(LinkOptions)>;
+
+  /// @par Errors  those of Bridge::create()
+  static Result<std::unique_ptr<BridgeCore>> create(Server& server, Options options,
+                                                    const MakeLink& make_link = make_mosquitto_link);
+
+  /// Takes and sends what there is, for about `budget`.
+  /// @return  how long nothing is to be done unless a descriptor shows it; zero: work is left
+  std::chrono::milliseconds advance(Instant now, std::chrono::microseconds budget);
+  void stop() noexcept;
+
+  Feed& feed() noexcept { return feed_; }
+  Link& link() noexcept { return *link_; }
+  const Topics& topics() const noexcept { return topics_; }
+  const Options& options() const noexcept { return options_; }
+  Counters counters() const noexcept;
+
+ private:
+  /// A resource that is published.
+  struct Published {
+    std::uint64_t resource;
+    std::string topic;
+    std::uint64_t sequence = 0;
+    const Publication* how;
+    std::uint16_t alias = 0;  ///< of the present connection; 0: none yet
+  };
+  /// A command whose response is to come.
+  struct Waiting {
+    std::string response_topic, correlation;
+    int qos;
+  };
+  struct AtomicCounters {
+    std::atomic<bool> online{false};
+    std::atomic<std::uint64_t> connections{0}, failed_connections{0}, published{0}, published_bytes{0}, acknowledged{0},
+        refused{0}, not_bridged{0}, commands{0}, dropped_commands{0};
+    std::atomic<std::size_t> resources{0}, unacknowledged{0};
+  };
+
+  BridgeCore(Feed feed, Topics topics, Options options);
+
+  // Link::Events
+  void connected(const Agreement& agreement) override;
+  void disconnected(const std::string& reason) override;
+  void acknowledged(int id, bool refused, const std::string& reason) override;
+  void received(InMessage message) override;
+  void subscription_refused(const std::string& reason) override;
+
+  const Publication* publication_of(const engine::ObservableResource& resource) const;
+  void bridge(const engine::ObservableResource& resource);
+  void unbridge(std::uint64_t channel, bool clears_topic);
+  std::vector<Statement> statements_of(const engine::ObservableResource& resource, const std::string& topic) const;
+  bool send(engine::FeedMessage message);
+  bool publish(OutMessage message);
+  void publish_own(OutMessage message);
+  void request_description();
+  void answer(std::uint64_t number, const http::Response& response);
+  void carry_out(InMessage message);
+  std::optional<std::string> refused_command(const InMessage& message) const;
+  void respond(const Waiting& to, int status, OutMessage message);
+  void drop_command(const std::string& why);
+  bool may_publish() const;
+  OutMessage status(bool online) const;
+  void log(LogLevel level, const std::string& message) const noexcept;
+  void log_once(const std::string& message);
+
+  Feed feed_;
+  const Topics topics_;
+  const Options options_;
+  const std::string broker_url_, session_;
+  std::unique_ptr<Link> link_;
+
+  // The connection.
+  enum class Phase { waiting, connecting, online, stopped };
+  Phase phase_ = Phase::waiting;
+  Instant now_{}, retry_at_{};
+  std::chrono::milliseconds pause_;
+  std::uint64_t chance_;  ///< for jitter
+  std::uint16_t max_aliases_ = 0, used_aliases_ = 0;
+  bool newest_first_ = false;                            ///< since the connection, until nothing of that is left
+  std::string last_reason_;                              ///< of a connection that failed, logged once
+  std::unordered_map<int, std::size_t> unacknowledged_;  ///< bytes by id
+  std::size_t unacknowledged_bytes_ = 0;
+
+  // What is published.
+  std::deque<engine::ObservableResource> new_resources_;
+  std::unordered_map<std::uint64_t, Published> published_;       ///< by channel
+  std::unordered_map<std::uint64_t, std::uint64_t> channel_of_;  ///< by resource
+  std::deque<engine::FeedMessage> messages_;                     ///< taken, and not sent yet: the rest of a batch
+  std::deque<OutMessage> own_;                                   ///< responses, the description, topics to be cleared
+  std::optional<std::uint64_t> description_request_;             ///< under way
+  std::uint64_t structure_ = 0;                                  ///< when the description became due
+  bool is_description_due_ = false;
+  Instant description_at_{};
+  std::shared_ptr<const std::string> description_;  ///< published last, on this connection
+
+  std::unordered_map<std::uint64_t, Waiting> waiting_;  ///< commands by number
+  std::string last_warning_;
+  AtomicCounters counters_;
+};
+
+}  // namespace lrt::mqtt

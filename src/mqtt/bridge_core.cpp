@@ -1,0 +1,576 @@
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include <lrt/base/clock.hpp>
+#include <lrt/base/ids.hpp>
+#include <lrt/http/message.hpp>
+#include <lrt/http/problem.hpp>
+#include <lrt/http/target.hpp>
+#include <lrt/rdf/vocab.hpp>
+
+#include "src/mqtt/bridge.hpp"
+
+namespace lrt::mqtt {
+
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::size_t max_own = 1'000;  ///< messages of the bridge itself that wait; more are dropped, the oldest first
+
+Kind kind_of(std::string_view kind) noexcept {
+  if (kind == "property") return Kind::property;
+  if (kind == "state") return Kind::state;
+  if (kind == "invocation") return Kind::invocation;
+  if (kind == "action") return Kind::action;
+  if (kind == "thing") return Kind::thing;
+  return Kind::other;
+}
+
+/// A resource of lrt itself, which changes with each subscription that the bridge makes.
+bool is_own(std::string_view kind) noexcept { return kind == "subscriptions" || kind == "subscription" || kind == "query"; }
+
+bool is_header_value(std::string_view text) noexcept {
+  return std::all_of(text.begin(), text.end(), [](char c) { return c >= 0x20 && c < 0x7F; });
+}
+bool is_token68(std::string_view text) noexcept {
+  return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view("-._~+/=").find(c) != std::string_view::npos;
+  });
+}
+
+/// User properties that become header fields.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 4> fields = {
+    {{"accept", "Accept"}, {"if-match", "If-Match"}, {"if-none-match", "If-None-Match"}, {"prefer", "Prefer"}}};
+
+Result<void> check(const Options& options) {
+  const auto invalid = [](const std::string& what) { return unexpected(Errc::invalid_option, what); };
+  const Broker& broker = options.broker;
+  if (broker.host.empty() || !is_header_value(broker.host)) return invalid("broker.host: expected a name or an address");
+  if (broker.keep_alive < std::chrono::seconds(5) || broker.keep_alive > std::chrono::seconds(65'535))
+    return invalid("broker.keep_alive: expected 5 s to 65535 s");
+  if (broker.first_pause.count() <= 0 || broker.max_pause < broker.first_pause)
+    return invalid("broker.first_pause: expected more than 0 and at most max_pause");
+  if (broker.connect_time.count() <= 0) return invalid("broker.connect_time: expected more than 0");
+  if (!is_text(broker.client_id) || !is_text(broker.user) || !is_text(broker.password))
+    return invalid("broker: expected texts without control characters");
+  for (const Publication& p : options.publications) {
+    if (p.qos < 0 || p.qos > 2) return invalid("publications: expected qos 0 to 2, found " + std::to_string(p.qos));
+    if (!is_header_value(p.media_type)) return invalid("publications: media_type is not one");
+    if (p.expiry.count() < 0 || p.expiry.count() > UINT32_MAX)
+      return invalid("publications: expected an expiry of 0 to 2^32-1 s");
+  }
+  if (options.commands.qos < 0 || options.commands.qos > 2) return invalid("commands.qos: expected 0 to 2");
+  if (!options.commands.token.empty() && !is_token68(options.commands.token))
+    return invalid("commands.token: expected a token of RFC 6750");
+  if (options.limits.max_unacknowledged == 0 || options.limits.max_unacknowledged > 60'000)
+    return invalid("limits.max_unacknowledged: expected 1 to 60000");
+  if (options.limits.batch_messages == 0) return invalid("limits.batch_messages: expected at least 1");
+  return {};
+}
+
+std::string url_of(const Broker& broker) {
+  if (!broker.public_url.empty()) return broker.public_url;
+  const std::string host = broker.host.find(':') == std::string::npos ? broker.host : "[" + broker.host + "]";
+  return (broker.tls ? "mqtts://" : "mqtt://") + host + ":" +
+         std::to_string(broker.port != 0 ? broker.port
+                        : broker.tls     ? 8883
+                                         : 1883);
+}
+
+}  // namespace
+
+std::vector<Publication> default_publications() {
+  Publication values;
+  values.kinds = {Kind::property, Kind::state};
+  values.retain = true;
+  Publication invocations;
+  invocations.kinds = {Kind::invocation};
+  invocations.qos = 1;
+  return {values, invocations};
+}
+
+BridgeCore::BridgeCore(Feed feed, Topics topics, Options options)
+    : feed_(std::move(feed)),
+      topics_(std::move(topics)),
+      options_(std::move(options)),
+      broker_url_(url_of(options_.broker)),
+      session_(RandomIds().next()),
+      pause_(options_.broker.first_pause),
+      chance_(std::hash<std::string>()(session_) | 1) {}
+
+Result<std::unique_ptr<BridgeCore>> BridgeCore::create(Server& server, Options options, const MakeLink& make_link) {
+  if (Result<void> checked = check(options); !checked) return Unexpected{std::move(checked).error()};
+  Result<Topics> topics = Topics::create(options.prefix);
+  if (!topics) return Unexpected{std::move(topics).error()};
+  Result<Feed> feed = Feed::create(server, options.owner);
+  if (!feed) return Unexpected{std::move(feed).error()};
+  if (options.commands.enabled && !options.commands.allow_unprotected && !feed->is_protected())
+    return unexpected(Errc::insecure_address,
+                      "commands from a broker let everybody move the robot who may publish there: set the server's Security, "
+                      "or commands.allow_unprotected");
+  std::unique_ptr<BridgeCore> core(new BridgeCore(*std::move(feed), *std::move(topics), std::move(options)));
+  LinkOptions link;
+  link.broker = core->options_.broker;
+  link.commands = core->options_.commands;
+  link.will = core->status(false);
+  link.waker = core->feed_.waker();
+  link.log = core->options_.log;
+  link.thread = core->options_.thread;
+  Result<std::unique_ptr<Link>> made = make_link(std::move(link));
+  if (!made) return Unexpected{std::move(made).error()};
+  core->link_ = *std::move(made);
+  return core;
+}
+
+Counters BridgeCore::counters() const noexcept {
+  Counters all;
+  const AtomicCounters& c = counters_;
+  all.online = c.online;
+  all.connections = c.connections;
+  all.failed_connections = c.failed_connections;
+  all.published = c.published;
+  all.published_bytes = c.published_bytes;
+  all.acknowledged = c.acknowledged;
+  all.refused = c.refused;
+  all.not_bridged = c.not_bridged;
+  all.commands = c.commands;
+  all.dropped_commands = c.dropped_commands;
+  all.resources = c.resources;
+  all.unacknowledged = c.unacknowledged;
+  return all;
+}
+
+void BridgeCore::log(LogLevel level, const std::string& message) const noexcept {
+  try {
+    if (options_.log) options_.log(level, "mqtt: " + message);
+  } catch (...) {}
+}
+
+/// Of what strangers can cause again and again.
+void BridgeCore::log_once(const std::string& message) {
+  if (std::exchange(last_warning_, message) != message) log(LogLevel::warning, message);
+}
+
+OutMessage BridgeCore::status(bool online) const {
+  OutMessage message;
+  message.topic = topics_.status();
+  message.qos = 1;
+  message.retain = true;
+  message.content_type = "application/json";
+  std::string text = online ? "{\"online\":true" : "{\"online\":false";
+  if (online) {
+    text += ",\"base\":" + http::json_string(feed_.base()) +
+            ",\"since\":" + http::json_string(to_xsd_date_time(std::chrono::system_clock::now()));
+    if (options_.description.publish) text += ",\"description\":" + http::json_string(topics_.description());
+    text += options_.commands.enabled ? ",\"commands\":true" : ",\"commands\":false";
+  }
+  text += ",\"session\":" + http::json_string(session_) + "}";
+  message.payload = std::make_shared<const std::string>(std::move(text));
+  return message;
+}
+
+// ----------------------------------------------------------------------------------------------------------------- a turn
+
+milliseconds BridgeCore::advance(Instant now, std::chrono::microseconds budget) {
+  constexpr milliseconds long_time{3'600'000};
+  now_ = now;
+  if (phase_ == Phase::stopped) return long_time;
+  if (phase_ == Phase::waiting && now >= retry_at_) {
+    phase_ = Phase::connecting;
+    link_->connect();
+  }
+  if (phase_ != Phase::waiting) link_->step(*this);
+
+  const auto end = std::chrono::steady_clock::now() + budget;
+  const auto is_over = [&] { return std::chrono::steady_clock::now() >= end; };
+  bool more = false;
+  do {
+    Feed::Bounds bounds;
+    bounds.max_messages = may_publish() && messages_.empty() ? options_.limits.batch_messages : 0;
+    bounds.max_bytes = options_.limits.batch_bytes;
+    bounds.queued = !newest_first_;
+    Feed::Batch batch = feed_.take(bounds);
+    if (std::exchange(structure_, batch.structure) != batch.structure) is_description_due_ = options_.description.publish;
+    for (engine::ObservableResource& resource : batch.resources) new_resources_.push_back(std::move(resource));
+    for (const Feed::Response& response : batch.responses) answer(response.number, response.response);
+    if (bounds.max_messages != 0 && newest_first_ && batch.messages.empty()) {
+      newest_first_ = false;
+      batch.more = true;
+    }
+    for (engine::FeedMessage& message : batch.messages) messages_.push_back(std::move(message));
+    for (std::size_t i = 0; i < 32 && !new_resources_.empty(); ++i) {
+      bridge(new_resources_.front());
+      new_resources_.pop_front();
+    }
+    while (!own_.empty() && may_publish()) {
+      OutMessage message = std::move(own_.front());
+      own_.pop_front();
+      if (!publish(message)) {
+        own_.push_front(std::move(message));
+        break;
+      }
+    }
+    while (!messages_.empty() && may_publish()) {
+      engine::FeedMessage message = std::move(messages_.front());
+      messages_.pop_front();
+      if (!send(std::move(message))) break;
+    }
+    more = !new_resources_.empty() || batch.more;
+  } while (more && !is_over());
+
+  milliseconds rest = long_time;
+  if (is_description_due_ && !description_request_) {
+    if (now >= description_at_) request_description();
+    else rest = std::min(rest, std::chrono::ceil<milliseconds>(description_at_ - now));
+  }
+  if (more) return milliseconds(0);
+  if (phase_ == Phase::waiting)
+    rest = std::min(rest, std::chrono::ceil<milliseconds>(std::max(retry_at_ - now, Instant::duration(0))));
+  else rest = std::min(rest, link_->step_interval());
+  return rest;
+}
+
+bool BridgeCore::may_publish() const {
+  return phase_ == Phase::online && unacknowledged_.size() < options_.limits.max_unacknowledged &&
+         unacknowledged_bytes_ < options_.limits.max_unacknowledged_bytes && !link_->is_congested();
+}
+
+void BridgeCore::stop() noexcept {
+  if (std::exchange(phase_, Phase::stopped) == Phase::stopped) return;
+  counters_.online = false;
+  link_->disconnect();
+}
+
+// --------------------------------------------------------------------------------------------------------------- the link
+
+void BridgeCore::connected(const Agreement& agreement) {
+  phase_ = Phase::online;
+  pause_ = options_.broker.first_pause;
+  last_reason_.clear();
+  max_aliases_ = std::min(agreement.max_aliases, options_.limits.max_topic_aliases);
+  used_aliases_ = 0;
+  for (auto& [channel, published] : published_) published.alias = 0;
+  ++counters_.connections;
+  counters_.online = true;
+  log(LogLevel::info, "connected to " + broker_url_);
+  if (options_.commands.enabled)
+    for (const Topics::Command command : {Topics::Command::put, Topics::Command::post, Topics::Command::remove})
+      if (const Result<void> subscribed = link_->subscribe(topics_.filter(command), options_.commands.qos); !subscribed)
+        subscription_refused(subscribed.error().message);
+  own_.push_front(status(true));
+  is_description_due_ = options_.description.publish;
+  description_ = nullptr;
+  description_at_ = now_;
+  newest_first_ = true;
+  feed_.repeat_all();
+}
+
+void BridgeCore::disconnected(const std::string& reason) {
+  const bool was_online = phase_ == Phase::online;
+  phase_ = Phase::waiting;
+  counters_.online = false;
+  if (!was_online) ++counters_.failed_connections;
+  if (std::exchange(last_reason_, reason) != reason) log(LogLevel::warning, broker_url_ + ": " + reason);
+  // What was taken and not sent is newest values, which repeat_all() brings again, and queued ones, which stay.
+  messages_.erase(
+      std::remove_if(messages_.begin(), messages_.end(), [](const engine::FeedMessage& m) { return !m.queued && !m.end; }),
+      messages_.end());
+  chance_ = chance_ * 6364136223846793005U + 1442695040888963407U;
+  const double factor = 0.5 + static_cast<double>(chance_ >> 11) / 9007199254740992.0;
+  retry_at_ = now_ + std::chrono::duration_cast<Instant::duration>(pause_ * factor);
+  pause_ = std::min(2 * pause_, options_.broker.max_pause);
+}
+
+void BridgeCore::acknowledged(int id, bool refused, const std::string& reason) {
+  const auto found = unacknowledged_.find(id);
+  if (found == unacknowledged_.end()) return;
+  unacknowledged_bytes_ -= found->second;
+  unacknowledged_.erase(found);
+  counters_.unacknowledged = unacknowledged_.size();
+  if (!refused) {
+    ++counters_.acknowledged;
+    return;
+  }
+  ++counters_.refused;
+  log_once("the broker refused a message: " + reason);
+}
+
+void BridgeCore::subscription_refused(const std::string& reason) {
+  log(LogLevel::error, "no commands: the broker refused the subscription: " + reason);
+}
+
+// ------------------------------------------------------------------------------------------------------------ publications
+
+const Publication* BridgeCore::publication_of(const engine::ObservableResource& resource) const {
+  const Kind kind = kind_of(resource.kind);
+  for (const Publication& p : options_.publications) {
+    if (!p.kinds.empty() && std::find(p.kinds.begin(), p.kinds.end(), kind) == p.kinds.end()) continue;
+    if (p.kinds.empty() && is_own(resource.kind)) continue;
+    if (fits(p.paths, resource.path)) return p.publish ? &p : nullptr;
+  }
+  return nullptr;
+}
+
+std::vector<Statement> BridgeCore::statements_of(const engine::ObservableResource& resource, const std::string& topic) const {
+  std::vector<Statement> all;
+  all.push_back({std::string(vocab::lrt_::mqttBroker.text), Object::typed(broker_url_, vocab::xsd::anyURI)});
+  all.push_back({std::string(vocab::lrt_::mqttTopic.text), Object(topic)});
+  if (options_.commands.enabled && kind_of(resource.kind) == Kind::property)
+    all.push_back({std::string(vocab::lrt_::mqttCommandTopic.text), Object(topics_.of(Topics::Command::put, resource.path))});
+  if (options_.commands.enabled && kind_of(resource.kind) == Kind::action)
+    all.push_back({std::string(vocab::lrt_::mqttCommandTopic.text), Object(topics_.of(Topics::Command::post, resource.path))});
+  return all;
+}
+
+void BridgeCore::bridge(const engine::ObservableResource& resource) {
+  if (const auto known = channel_of_.find(resource.id); known != channel_of_.end()) {
+    const auto at = published_.find(known->second);
+    if (at->second.topic == topics_.of(resource.path)) return;
+    const std::uint64_t channel = known->second;
+    unbridge(channel, true);  // it has another path now
+    feed_.remove(Feed::Channel{channel});
+  }
+  const Publication* const how = publication_of(resource);
+  if (!how) return;
+  std::string topic = topics_.of(resource.path);
+  const auto refuse = [&](const std::string& why) {
+    ++counters_.not_bridged;
+    log_once(resource.path + " is not published: " + why);
+  };
+  if (!is_topic(topic)) return refuse("its path makes no topic");
+  engine::FeedSubscription wanted;
+  wanted.path = resource.path;
+  wanted.media_type = how->media_type;
+  wanted.queue_length = how->queue_length;
+  wanted.minimum_interval = how->minimum_interval;
+  wanted.protocol = "mqtt";
+  wanted.statements = statements_of(resource, topic);
+  const Result<Feed::Channel> channel = feed_.add(std::move(wanted));
+  if (!channel) {
+    if (channel.error().code != Errc::unknown_path) refuse(channel.error().message);  // it has gone meanwhile
+    return;
+  }
+  const auto number = static_cast<std::uint64_t>(*channel);
+  published_.emplace(number, Published{resource.id, std::move(topic), 0, how, 0});
+  channel_of_[resource.id] = number;
+  counters_.resources = published_.size();
+}
+
+/// @param clears_topic  the broker is to forget the retained message
+void BridgeCore::unbridge(std::uint64_t channel, bool clears_topic) {
+  const auto found = published_.find(channel);
+  if (found == published_.end()) return;
+  if (clears_topic && found->second.how->retain) {
+    OutMessage empty;
+    empty.topic = found->second.topic;
+    empty.qos = 1;
+    empty.retain = true;
+    publish_own(std::move(empty));
+  }
+  channel_of_.erase(found->second.resource);
+  published_.erase(found);
+  counters_.resources = published_.size();
+}
+
+/// False: the connection has just ended.
+bool BridgeCore::send(engine::FeedMessage message) {
+  const auto channel = static_cast<std::uint64_t>(message.channel);
+  const auto found = published_.find(channel);
+  if (found == published_.end()) return true;  // it was removed meanwhile
+  if (message.end) {
+    unbridge(channel, true);
+    return true;
+  }
+  Published& published = found->second;
+  OutMessage out;
+  out.payload = std::move(message.body);
+  out.qos = published.how->qos;
+  out.retain = published.how->retain;
+  out.content_type = published.how->media_type.empty() ? "text/turtle" : published.how->media_type;
+  out.expiry = published.how->expiry;
+  published.sequence += 1 + (message.queued ? message.missed : 0);
+  out.user.emplace_back("seq", std::to_string(published.sequence));
+  // Aliases belong to a connection, and libmosquitto repeats messages with QoS 1 on the next.
+  if (out.qos == 0 && published.alias != 0) {
+    out.alias = published.alias;
+  } else {
+    out.topic = published.topic;
+    if (out.qos == 0 && used_aliases_ < max_aliases_) out.alias = published.alias = ++used_aliases_;
+  }
+  const std::uint64_t refused = counters_.refused;
+  if (publish(out)) {
+    if (counters_.refused != refused && !out.topic.empty()) published.alias = 0;  // which the broker has not learned
+    return true;
+  }
+  published.sequence -= 1 + (message.queued ? message.missed : 0);
+  if (!message.queued) return false;  // the newest value comes again by itself
+  message.body = std::move(out.payload);
+  messages_.push_front(std::move(message));
+  return false;
+}
+
+/// False: there is no connection, and the message is to be sent later.
+bool BridgeCore::publish(OutMessage message) {
+  const std::size_t bytes = message.payload ? message.payload->size() : 0;
+  const Result<int> id = link_->publish(message);
+  if (!id) {
+    if (id.error().code == Errc::closed) return false;
+    ++counters_.refused;
+    log_once("a message of " + std::to_string(bytes) + " bytes cannot be published: " + id.error().message);
+    return true;
+  }
+  ++counters_.published;
+  counters_.published_bytes += bytes;
+  if (*id != 0) {
+    unacknowledged_[*id] = bytes;
+    unacknowledged_bytes_ += bytes;
+    counters_.unacknowledged = unacknowledged_.size();
+  }
+  return true;
+}
+
+void BridgeCore::publish_own(OutMessage message) {
+  if (own_.size() >= max_own) own_.pop_front();
+  own_.push_back(std::move(message));
+}
+
+void BridgeCore::request_description() {
+  if (phase_ != Phase::online) return;
+  is_description_due_ = false;
+  description_at_ = now_ + options_.description.minimum_interval;
+  const std::string base = feed_.base();
+  const auto target = http::split_target(base);
+  http::Request request;
+  request.method = "GET";
+  request.target = "/all";
+  request.secure = target && target->secure;
+  if (target) request.fields.push_back({"Host", target->authority});
+  request.fields.push_back({"Accept", options_.description.media_type});
+  description_request_ = feed_.send(request, Feed::As::owner);
+}
+
+// --------------------------------------------------------------------------------------------------------------- commands
+
+void BridgeCore::received(InMessage message) { carry_out(std::move(message)); }
+
+void BridgeCore::drop_command(const std::string& why) {
+  ++counters_.dropped_commands;
+  log_once("a command was dropped: " + why);
+}
+
+void BridgeCore::carry_out(InMessage message) {
+  const Commands& bounds = options_.commands;
+  if (!bounds.enabled) return drop_command("commands are not enabled");
+  if (message.retained) return drop_command("it was retained, so nobody knows its age");
+  if (message.topic.size() > bounds.max_topic_bytes) return drop_command("its topic is too long");
+  const auto demand = topics_.demand(message.topic);
+  if (!demand) return drop_command("its topic is none of commands");
+  for (const auto& [name, value] : message.user)
+    if (name == "response-of") return drop_command("it is the response of a robot");
+  if (message.correlation.size() > bounds.max_correlation_bytes) return drop_command("its correlation data is too long");
+  Waiting waiting{std::move(message.response_topic), std::move(message.correlation), bounds.qos};
+  if (!waiting.response_topic.empty() &&
+      (waiting.response_topic.size() > bounds.max_topic_bytes || !topics_.may_respond_to(waiting.response_topic)))
+    return drop_command("no response may be sent to its response topic");
+
+  const auto refuse = [&](int status, std::string detail) {
+    OutMessage out;
+    out.content_type = "application/problem+json";
+    out.payload = std::make_shared<const std::string>(http::to_json({status, std::move(detail)}));
+    respond(waiting, status, std::move(out));
+  };
+  if (const auto why = refused_command(message)) return refuse(400, *why);
+  if (message.has_payload_limit)
+    return refuse(413, "the payload has more than " + std::to_string(bounds.max_payload_bytes) + " bytes");
+  if (waiting_.size() >= bounds.max_waiting) return refuse(503, "too many commands wait for their response");
+
+  const std::string base = feed_.base();
+  const auto target = http::split_target(base);
+  http::Request request;
+  request.method = demand->command == Topics::Command::put    ? "PUT"
+                   : demand->command == Topics::Command::post ? "POST"
+                                                              : "DELETE";
+  request.target = demand->path;
+  request.secure = target && target->secure;
+  request.body = message.payload;
+  if (target) request.fields.push_back({"Host", target->authority});
+  std::string token = bounds.token.empty() ? std::string() : "Bearer " + bounds.token;
+  bool accepts = false;
+  for (const auto& [name, value] : message.user) {
+    if (name == "token") token = "Bearer " + value;
+    for (const auto& [property, field] : fields)
+      if (name == property) request.fields.push_back({field, value});
+    accepts = accepts || name == "accept";
+  }
+  if (!accepts)
+    request.fields.push_back({"Accept", "application/problem+json, application/json;q=0.9, text/turtle;q=0.5, */*;q=0.1"});
+  if (!token.empty()) request.fields.push_back({"Authorization", token});
+  const std::string& type = message.content_type.empty() ? bounds.default_content_type : message.content_type;
+  if (!message.payload.empty()) request.fields.push_back({"Content-Type", type});
+  ++counters_.commands;
+  const std::uint64_t number = feed_.send(request);
+  waiting_.emplace(number, std::move(waiting));
+}
+
+/// Why a message is not well-formed.
+std::optional<std::string> BridgeCore::refused_command(const InMessage& message) const {
+  if (message.has_property_limit) return "there are more properties than allowed, or longer ones";
+  if (!is_header_value(message.content_type)) return "the content type is not a media type";
+  std::size_t tokens = 0;
+  for (const auto& [name, value] : message.user) {
+    if (name == "token") {
+      if (++tokens > 1) return "there is more than one token";
+      if (!is_token68(value)) return "the token is not one of RFC 6750";
+    }
+    const std::string_view key = name;
+    if (std::any_of(fields.begin(), fields.end(), [&](const auto& field) { return field.first == key; }) &&
+        !is_header_value(value))
+      return "the user property " + name + " has other characters than header fields have";
+  }
+  return std::nullopt;
+}
+
+void BridgeCore::respond(const Waiting& to, int status, OutMessage message) {
+  if (to.response_topic.empty()) return;
+  message.topic = to.response_topic;
+  message.correlation = to.correlation;
+  message.qos = to.qos;
+  message.expiry = options_.commands.response_expiry;
+  message.user.emplace_back("status", std::to_string(status));
+  message.user.emplace_back("response-of", options_.prefix);
+  publish_own(std::move(message));
+}
+
+void BridgeCore::answer(std::uint64_t number, const http::Response& response) {
+  if (description_request_ == number) {
+    description_request_.reset();
+    if (response.status != 200 || !response.body)
+      return log_once("there is no description: the server responds with " + std::to_string(response.status));
+    if (description_ && *description_ == *response.body) return;
+    description_ = response.body;
+    OutMessage out;
+    out.topic = topics_.description();
+    out.qos = 1;
+    out.retain = true;
+    out.content_type = std::string(response.fields.find("Content-Type").value_or(options_.description.media_type));
+    out.payload = response.body;
+    return publish_own(std::move(out));
+  }
+  const auto found = waiting_.find(number);
+  if (found == waiting_.end()) return;
+  OutMessage out;
+  out.payload = response.body;
+  out.content_type = std::string(response.fields.find("Content-Type").value_or(std::string_view()));
+  for (const auto& [field, property] :
+       {std::pair("Location", "location"), std::pair("ETag", "etag"), std::pair("Retry-After", "retry-after"),
+        std::pair("WWW-Authenticate", "www-authenticate")})
+    if (const auto value = response.fields.find(field); value && is_text(*value))
+      out.user.emplace_back(property, std::string(*value));
+  respond(found->second, response.status, std::move(out));
+  waiting_.erase(found);
+}
+
+}  // namespace lrt::mqtt

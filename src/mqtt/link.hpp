@@ -1,0 +1,104 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <lrt/base/log.hpp>
+#include <lrt/base/result.hpp>
+#include <lrt/base/waker.hpp>
+#include <lrt/mqtt.hpp>
+
+namespace lrt::mqtt {
+
+using UserProperties = std::vector<std::pair<std::string, std::string>>;
+
+/// A message to the broker.
+struct OutMessage {
+  std::string topic;                             ///< empty: that of the alias
+  std::shared_ptr<const std::string> payload{};  ///< nullptr: empty
+  int qos = 0;
+  bool retain = false;
+  std::uint16_t alias = 0;  ///< 0: none
+  std::string content_type{};
+  std::chrono::seconds expiry{0};
+  std::string correlation{};
+  UserProperties user{};
+};
+
+/// A message from the broker, as far as its bounds allow.
+struct InMessage {
+  std::string topic, payload, content_type, response_topic, correlation;
+  UserProperties user;
+  bool retained = false;
+  bool has_payload_limit = false;   ///< the payload is longer than allowed, and not here
+  bool has_property_limit = false;  ///< there are more properties, or longer ones, than allowed
+};
+
+/// What a broker has agreed to.
+struct Agreement {
+  std::uint16_t max_aliases = 0;
+};
+
+/// One connection to a broker at a time, without a thread of its own.
+///
+/// @par Threads  One at a time.
+class Link {
+ public:
+  /// Called within step() only.
+  class Events {
+   public:
+    virtual void connected(const Agreement& agreement) = 0;
+    /// The connection has ended, or was never made.
+    virtual void disconnected(const std::string& reason) = 0;
+    /// The broker has taken a message with QoS 1 or 2, or refused it.
+    virtual void acknowledged(int id, bool refused, const std::string& reason) = 0;
+    virtual void received(InMessage message) = 0;
+    /// The broker does not let the robot subscribe to commands.
+    virtual void subscription_refused(const std::string& reason) = 0;
+
+   protected:
+    ~Events() = default;
+  };
+
+  virtual ~Link() = default;
+  /// Begins to connect: step() reports the result. What was on its way with QoS 1 and 2 is sent again.
+  virtual void connect() = 0;
+  /// Ends the connection; connected() was called or not. The broker publishes the Last Will.
+  virtual void disconnect() noexcept = 0;
+  virtual Result<void> subscribe(const std::string& filter, int qos) = 0;
+  /// Hands a message to the network.
+  /// @return  the id of acknowledged(); 0: QoS 0
+  /// @par Errors  closed: not connected, nothing is kept; limit_exceeded, refused: the broker cannot take it
+  virtual Result<int> publish(const OutMessage& message) = 0;
+  /// The network takes no more at present.
+  virtual bool is_congested() const noexcept = 0;
+  /// Reads and writes what is possible without waiting, and calls events.
+  virtual void step(Events& events) = 0;
+  /// -1: there is none now.
+  virtual int descriptor() const noexcept = 0;
+  virtual bool wants_write() const noexcept = 0;
+  /// When step() is to be called even if nothing happens.
+  virtual std::chrono::milliseconds step_interval() const noexcept = 0;
+};
+
+/// What stays the same for all connections.
+struct LinkOptions {
+  Broker broker;
+  Commands commands;  ///< bounds of what is received
+  OutMessage will;
+  std::shared_ptr<Waker> waker;  ///< called when step() has something that descriptor() does not show
+  LogCallback log;
+  ThreadOptions thread;
+};
+
+/// By libmosquitto.
+/// @par Errors  invalid_option, io_error
+Result<std::unique_ptr<Link>> make_mosquitto_link(LinkOptions options);
+
+}  // namespace lrt::mqtt

@@ -1,0 +1,302 @@
+// Commands from a broker.
+#include <lrt/mqtt.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <sys/stat.h>
+
+#include <lrt/lrt.hpp>
+
+#include "tests/mqtt/broker.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/folder.hpp"
+
+using namespace lrt;
+using namespace lrt::test;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+namespace {
+
+const std::string operator_token = "operator-0123456789abcdef", reader_token = "reader-0123456789abcdef";
+
+struct Arm {
+  explicit Arm(std::uint16_t port, const std::function<void(mqtt::Options&)>& change = {}) {
+    const std::string file = folder / "tokens";
+    std::ofstream(file) << "alice operator " << operator_token << "\nbob reader " << reader_token << "\n";
+    ::chmod(file.c_str(), 0600);
+    lrt::Options server_options;
+    server_options.listen.port = 0;
+    server_options.security.token_file = file;
+    server.emplace(Server::create(std::move(server_options)).value());
+    Thing arm{"arm"};
+    arm.property("speed", [this] { return speed; }).on_write([this](double value) -> Result<void> {
+      if (value > 10) return refused("too fast");
+      speed = value;
+      return {};
+    });
+    arm.action("turn", [this](double target, Responder done) {
+      turned = target;
+      if (target < 0) kept.emplace(std::move(done));
+      else std::move(done).succeed();
+    });
+    server->add(std::move(arm)).value();
+    mqtt::Options options;
+    options.broker.port = port;
+    options.prefix = "robots/r1";
+    options.commands.enabled = true;
+    options.commands.max_payload_bytes = 1'000;
+    options.commands.max_user_properties = 4;
+    options.commands.max_property_bytes = 200;
+    options.log = [this](LogLevel, std::string_view message) { log.append(message).append("\n"); };
+    if (change) change(options);
+    bridge.emplace(mqtt::Bridge::create(*server, std::move(options)).value());
+  }
+  template <class F>
+  void until(Watcher& client, F condition) {
+    const auto end = std::chrono::steady_clock::now() + seconds(30);
+    while (!condition()) {
+      if (std::chrono::steady_clock::now() > end) {
+        for (const Watcher::Message& m : client.messages)
+          UNSCOPED_INFO(m.topic << " " << m.property("status") << " " << m.payload);
+        UNSCOPED_INFO(log);
+        FAIL("it did not come true in thirty seconds");
+      }
+      server->poll();
+      bridge->poll();
+      client.step();
+    }
+  }
+  /// Sends a command and waits for its response.
+  Watcher::Message command(Watcher& client, const std::string& topic, const std::string& payload,
+                           Watcher::Properties properties = {}) {
+    properties.response_topic = "clients/c1";
+    properties.correlation = "n" + std::to_string(++commands);
+    client.publish("robots/r1/ns/" + topic, payload, properties);
+    until(client, [&] { return !client.messages.empty() && client.messages.back().correlation == properties.correlation; });
+    return client.messages.back();
+  }
+
+  const Folder folder;
+  std::optional<Server> server;
+  std::optional<mqtt::Bridge> bridge;
+  std::optional<Responder> kept;
+  double speed = 2, turned = 0;
+  int commands = 0;
+  std::string log;
+};
+
+Watcher::Properties with_token(const std::string& token) {
+  Watcher::Properties p;
+  p.user.emplace_back("token", token);
+  return p;
+}
+
+/// A client that the robot's commands are ready for.
+struct Client {
+  Client(Mosquitto& broker, Arm& arm) : watcher(broker.port()) {
+    watcher.connect();
+    watcher.subscribe("clients/c1");
+    watcher.subscribe("robots/r1/ns/status");
+    arm.until(watcher, [&] { return watcher.payload("robots/r1/ns/status").find("\"online\":true") != std::string::npos; });
+  }
+  Watcher watcher;
+};
+
+}  // namespace
+
+TEST_CASE("a command writes a property, and the response has status and correlation data", "[mqtt]") {
+  if (!has_mosquitto()) return;
+  Mosquitto broker;
+  Arm arm(broker.port());
+  Client client(broker, arm);
+  const Watcher::Message done = arm.command(client.watcher, "put/arm/speed", "3.5", with_token(operator_token));
+  CHECK(done.property("status") == "204");
+  CHECK(arm.speed == 3.5);
+  CHECK(done.has_expiry);
+
+  const Watcher::Message refused = arm.command(client.watcher, "put/arm/speed", "30", with_token(operator_token));
+  CHECK(refused.property("status") == "409");
+  CHECK(refused.content_type == "application/problem+json");
+  CHECK_THAT(refused.payload, Catch::Matchers::Contains("too fast"));
+  const Watcher::Message invalid = arm.command(client.watcher, "put/arm/speed", "\"fast\"", with_token(operator_token));
+  CHECK(invalid.property("status").substr(0, 1) == "4");
+  CHECK(arm.command(client.watcher, "put/arm/nothing", "1", with_token(operator_token)).property("status") == "404");
+  Watcher::Properties turtle = with_token(operator_token);
+  turtle.content_type = "image/png";
+  CHECK(arm.command(client.watcher, "put/arm/speed", "1", turtle).property("status") == "415");
+  CHECK(arm.speed == 3.5);
+}
+
+TEST_CASE("a command invokes an action, and another cancels it", "[mqtt]") {
+  if (!has_mosquitto()) return;
+  Mosquitto broker;
+  Arm arm(broker.port());
+  Client client(broker, arm);
+  Watcher::Properties now = with_token(operator_token);
+  now.user.emplace_back("prefer", "respond-async");
+  const Watcher::Message made = arm.command(client.watcher, "post/arm/actions/turn", "-1", now);
+  CHECK(made.property("status") == "202");
+  const std::string location = made.property("location");
+  REQUIRE_FALSE(location.empty());
+  arm.until(client.watcher, [&] { return arm.kept.has_value(); });
+  const std::string path = location.substr(location.find("/arm/"));
+  CHECK(arm.command(client.watcher, "delete" + path, "", with_token(operator_token)).property("status").substr(0, 1) == "2");
+  CHECK(arm.kept->cancelled());
+}
+
+TEST_CASE("a command has the rights of its token and no others", "[mqtt]") {
+  if (!has_mosquitto()) return;
+  Mosquitto broker;
+  Arm arm(broker.port());
+  Client client(broker, arm);
+  CHECK(arm.command(client.watcher, "put/arm/speed", "3").property("status") == "401");
+  CHECK(arm.command(client.watcher, "put/arm/speed", "3", with_token("wrong")).property("status") == "401");
+  CHECK(arm.command(client.watcher, "put/arm/speed", "3", with_token(reader_token)).property("status") == "403");
+  CHECK(arm.speed == 2);
+}
+
+TEST_CASE("a token can stand for all who may publish to a broker", "[mqtt]") {
+  if (!has_mosquitto()) return;
+  Mosquitto broker;
+  Arm arm(broker.port(), [](mqtt::Options& o) { o.commands.token = operator_token; });
+  Client client(broker, arm);
+  CHECK(arm.command(client.watcher, "put/arm/speed", "3").property("status") == "204");
+  CHECK(arm.command(client.watcher, "put/arm/speed", "4", with_token(reader_token)).property("status") == "403");
+  CHECK(arm.speed == 3);
+}
+
+TEST_CASE("hostile commands neither move nor end a robot", "[mqtt]") {
+  if (!has_mosquitto()) return;
+  Mosquitto broker;
+  Arm arm(broker.port(), [](mqtt::Options& o) { o.commands.token = operator_token; });
+  Client client(broker, arm);
+  const auto dropped = [&](const std::string& topic, const std::string& payload, const Watcher::Properties& properties) {
+    const std::uint64_t before = arm.bridge->counters().dropped_commands;
+    client.watcher.publish(topic, payload, properties);
+    arm.until(client.watcher, [&] { return arm.bridge->counters().dropped_commands > before; });
+  };
+  // Topics.
+  dropped("robots/r1/ns/put", "1", {});
+  dropped("robots/r1/ns/put/", "1", {});
+  dropped("robots/r1/ns/put/" + std::string(3'000, 'a'), "1", {});
+  CHECK(arm.command(client.watcher, "put/../../arm/speed", "1").property("status") == "404");
+  CHECK(arm.command(client.watcher, "put/%", "1").property("status") == "404");
+  CHECK(arm.command(client.watcher, "put/%00", "1").property("status") == "404");
+  CHECK(arm.command(client.watcher, "put//arm//speed", "1").property("status") == "404");
+  CHECK(arm.command(client.watcher, "put/http://other.example/arm/speed", "1").property("status") == "404");
+  CHECK(arm.command(client.watcher, "put/arm/speed HTTP/1.1", "1").property("status").substr(0, 1) == "4");
+  // Response topics: of this robot, of another one's commands, with wildcards.
+  for (const char* to :
+       {"robots/r1/arm/speed", "robots/r1/ns/status", "robots/r2/ns/put/arm/speed", "ns/post/x/ns/put", "$SYS/x"}) {
+    Watcher::Properties p;
+    p.response_topic = to;
+    dropped("robots/r1/ns/put/arm/speed", "9", p);
+  }
+  // What a robot has sent is no command.
+  Watcher::Properties reply;
+  reply.user.emplace_back("response-of", "robots/r2");
+  dropped("robots/r1/ns/put/arm/speed", "9", reply);
+  // What the broker has kept.
+  Watcher::Properties retained;
+  retained.retain = true;
+  client.watcher.publish("robots/r1/ns/put/arm/speed", "", retained);
+  // Sizes.
+  CHECK(arm.command(client.watcher, "put/arm/speed", std::string(1'001, '1')).property("status") == "413");
+  Watcher::Properties many, longer, twice, broken, typed;
+  for (int i = 0; i < 5; ++i) many.user.emplace_back("x", "y");
+  longer.user.emplace_back("x", std::string(201, 'y'));
+  twice.user = {{"token", operator_token}, {"token", reader_token}};
+  broken.user.emplace_back("token", "a b\xC3\xA4");
+  typed.content_type = "application/json\xC3\xA4";
+  for (const Watcher::Properties& p : {many, longer, twice, broken, typed})
+    CHECK(arm.command(client.watcher, "put/arm/speed", "9", p).property("status") == "400");
+  Watcher::Properties correlated;
+  correlated.correlation = std::string(2'000, 'c');
+  dropped("robots/r1/ns/put/arm/speed", "9", correlated);
+  CHECK(arm.speed == 2);
+  CHECK(arm.command(client.watcher, "put/arm/speed", "1").property("status") == "204");
+}
+
+TEST_CASE("retained commands are not carried out", "[mqtt]") {
+  if (!has_mosquitto()) return;
+  Mosquitto broker;
+  Watcher sender(broker.port());
+  sender.connect();
+  sender.subscribe("robots/#");
+  Watcher::Properties retained;
+  retained.retain = true;
+  sender.publish("robots/r1/ns/put/arm/speed", "9", retained);
+  const auto end = std::chrono::steady_clock::now() + seconds(20);
+  while (sender.messages.empty() && std::chrono::steady_clock::now() < end) sender.step(10);
+  REQUIRE_FALSE(sender.messages.empty());
+  Arm arm(broker.port(), [](mqtt::Options& o) { o.commands.token = operator_token; });
+  Client client(broker, arm);
+  CHECK(arm.command(client.watcher, "put/arm/speed", "1").property("status") == "204");
+  CHECK(arm.bridge->counters().commands == 1);
+}
+
+TEST_CASE("too many commands at once get 503", "[mqtt]") {
+  if (!has_mosquitto()) return;
+  Mosquitto broker;
+  Arm arm(broker.port(), [](mqtt::Options& o) {
+    o.commands.token = operator_token;
+    o.commands.max_waiting = 2;
+  });
+  Client client(broker, arm);
+  Watcher::Properties p;
+  p.response_topic = "clients/c1";
+  for (int i = 0; i < 5; ++i) client.watcher.publish("robots/r1/ns/put/arm/speed", "1", p);
+  const auto end = std::chrono::steady_clock::now() + seconds(20);
+  std::size_t refused = 0;
+  while (refused < 3 && std::chrono::steady_clock::now() < end) {  // the server is not polled
+    arm.bridge->poll();
+    client.watcher.step();
+    refused = static_cast<std::size_t>(std::count_if(client.watcher.messages.begin(), client.watcher.messages.end(),
+                                                     [](const auto& m) { return m.property("status") == "503"; }));
+  }
+  CHECK(refused == 3);
+}
+
+TEST_CASE("commands that nothing restricts are refused when the bridge is made", "[mqtt]") {
+  lrt::Options server_options;
+  server_options.listen.port = 0;
+  Server server = Server::create(std::move(server_options)).value();
+  mqtt::Options options;
+  options.prefix = "robots/r1";
+  options.commands.enabled = true;
+  const auto made = mqtt::Bridge::create(server, options);
+  REQUIRE_FALSE(made);
+  CHECK(made.error().code == Errc::insecure_address);
+  options.commands.allow_unprotected = true;
+  CHECK(mqtt::Bridge::create(server, options));
+}
+
+TEST_CASE("options that cannot work are refused", "[mqtt]") {
+  lrt::Options server_options;
+  server_options.listen.port = 0;
+  Server server = Server::create(std::move(server_options)).value();
+  const auto error_of = [&](const std::function<void(mqtt::Options&)>& change) {
+    mqtt::Options options;
+    options.prefix = "robots/r1";
+    change(options);
+    const auto made = mqtt::Bridge::create(server, options);
+    return made ? std::string() : made.error().message;
+  };
+  CHECK(error_of([](mqtt::Options&) {}).empty());
+  for (const char* prefix : {"", "/r1", "r1/", "a//b", "a/+/b", "a/#", "$SYS/r1", "a\nb", "a\xFF"})
+    CHECK_THAT(error_of([&](mqtt::Options& o) { o.prefix = prefix; }), Catch::Matchers::Contains("prefix"));
+  CHECK_THAT(error_of([](mqtt::Options& o) { o.publications[0].qos = 3; }), Catch::Matchers::Contains("qos"));
+  CHECK_THAT(error_of([](mqtt::Options& o) { o.broker.keep_alive = seconds(1); }), Catch::Matchers::Contains("keep_alive"));
+  CHECK_THAT(error_of([](mqtt::Options& o) { o.broker.host = ""; }), Catch::Matchers::Contains("host"));
+  CHECK_THAT(error_of([](mqtt::Options& o) { o.commands.token = "a b"; }), Catch::Matchers::Contains("token"));
+  CHECK_THAT(error_of([](mqtt::Options& o) { o.broker.tls.emplace().ca_file = "/nonexistent"; }),
+             Catch::Matchers::Contains("tls"));
+}

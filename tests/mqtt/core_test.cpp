@@ -1,0 +1,324 @@
+// What a bridge does, with a link that is none and a clock that is moved by hand.
+#include "src/mqtt/bridge.hpp"
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <lrt/lrt.hpp>
+#include <lrt/transport/loopback.hpp>
+
+#include "tests/support/catch.hpp"
+#include "tests/support/fakes.hpp"
+
+using namespace lrt;
+using namespace lrt::mqtt;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+namespace {
+
+/// What a test and its link share.
+struct Wire {
+  int attempts = 0;
+  bool connects = true, congested = false, breaks = false;
+  std::optional<Agreement> agreement;
+  std::vector<OutMessage> sent;
+  std::vector<int> acknowledged;
+  std::vector<InMessage> incoming;
+  std::vector<std::string> filters;
+  std::string lost;  ///< not empty: the connection ends with this reason
+  int next_id = 1;
+  OutMessage will;
+
+  std::vector<std::string> topics() const {
+    std::vector<std::string> all;
+    for (const OutMessage& m : sent) all.push_back(m.topic);
+    return all;
+  }
+  const OutMessage* newest(const std::string& topic) const {
+    const OutMessage* found = nullptr;
+    for (const OutMessage& m : sent)
+      if (m.topic == topic) found = &m;
+    return found;
+  }
+};
+
+class FakeLink final : public Link {
+ public:
+  explicit FakeLink(Wire& wire) : wire_(wire) {}
+  void connect() override {
+    ++wire_.attempts;
+    connecting_ = true;
+  }
+  void disconnect() noexcept override { connected_ = connecting_ = false; }
+  Result<void> subscribe(const std::string& filter, int) override {
+    wire_.filters.push_back(filter);
+    return {};
+  }
+  Result<int> publish(const OutMessage& message) override {
+    if (!connected_ || wire_.breaks) return unexpected(Errc::closed, "gone");
+    if (message.payload && message.payload->size() > 100'000) return unexpected(Errc::limit_exceeded, "too large");
+    wire_.sent.push_back(message);
+    return message.qos == 0 ? 0 : wire_.next_id++;
+  }
+  bool is_congested() const noexcept override { return wire_.congested; }
+  void step(Events& events) override {
+    if (std::exchange(connecting_, false)) {
+      connected_ = wire_.connects;
+      if (connected_) events.connected(wire_.agreement.value_or(Agreement{0}));
+      else events.disconnected("refused");
+    }
+    if (connected_ && !wire_.lost.empty()) {
+      connected_ = false;
+      events.disconnected(std::exchange(wire_.lost, {}));
+    }
+    for (const int id : std::exchange(wire_.acknowledged, {})) events.acknowledged(id, false, {});
+    for (InMessage& m : std::exchange(wire_.incoming, {})) events.received(std::move(m));
+  }
+  int descriptor() const noexcept override { return -1; }
+  bool wants_write() const noexcept override { return false; }
+  milliseconds step_interval() const noexcept override { return milliseconds(1'000); }
+
+ private:
+  Wire& wire_;
+  bool connecting_ = false, connected_ = false;
+};
+
+struct Bench {
+  explicit Bench(const std::function<void(mqtt::Options&)>& change = {}) {
+    lrt::Options server_options;
+    server_options.listen.transport = transport::no_network;
+    server_options.threads.io = Io::in_poll;
+    server_options.clock = &clock;
+    server.emplace(Server::create(std::move(server_options)).value());
+    Thing arm{"arm"};
+    a = arm.property<double>("a");
+    b = arm.property<double>("b");
+    server->add(std::move(arm)).value();
+    a.publish(1);
+    b.publish(2);
+    mqtt::Options options;
+    options.prefix = "r";
+    options.description.publish = false;
+    options.publications.resize(1);
+    options.publications[0].kinds = {Kind::property};
+    if (change) change(options);
+    core = BridgeCore::create(*server, std::move(options), [this](LinkOptions link) -> Result<std::unique_ptr<Link>> {
+             wire.will = link.will;
+             return std::unique_ptr<Link>(std::make_unique<FakeLink>(wire));
+           }).value();
+  }
+  milliseconds turn(milliseconds later = milliseconds(0)) {
+    now += later;
+    clock.advance(milliseconds(1));
+    server->poll();
+    server->poll();
+    return core->advance(now, std::chrono::milliseconds(100));
+  }
+  void turns(int count = 10) {
+    for (int i = 0; i < count; ++i) turn();
+  }
+
+  lrt::test::FakeClock clock;
+  std::optional<Server> server;
+  PushedProperty<double> a, b;
+  Wire wire;
+  std::unique_ptr<BridgeCore> core;
+  BridgeCore::Instant now{std::chrono::hours(1)};
+};
+
+std::string seq_of(const OutMessage& message) {
+  for (const auto& [name, value] : message.user)
+    if (name == "seq") return value;
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("pauses between attempts grow, are limited, and differ by chance", "[mqtt]") {
+  const auto pauses_of = [] {
+    Bench bench([](mqtt::Options& o) {
+      o.broker.first_pause = milliseconds(100);
+      o.broker.max_pause = milliseconds(1'000);
+    });
+    bench.wire.connects = false;
+    std::vector<milliseconds> pauses;
+    for (int i = 0; i < 12; ++i) {
+      const milliseconds rest = bench.turn();
+      pauses.push_back(rest);
+      CHECK(bench.wire.attempts == i + 1);
+      bench.turn(rest - milliseconds(1));
+      CHECK(bench.wire.attempts == i + 1);
+      bench.now += milliseconds(1);
+    }
+    return pauses;
+  };
+  const std::vector<milliseconds> pauses = pauses_of();
+  milliseconds expected{100};
+  for (const milliseconds pause : pauses) {
+    CHECK(pause >= expected / 2);
+    CHECK(pause <= expected * 3 / 2 + milliseconds(1));
+    expected = std::min(2 * expected, milliseconds(1'000));
+  }
+  CHECK(pauses_of() != pauses);
+}
+
+TEST_CASE("a connection that was good begins with the short pause again", "[mqtt]") {
+  Bench bench([](mqtt::Options& o) {
+    o.broker.first_pause = milliseconds(100);
+    o.broker.max_pause = milliseconds(100'000);
+  });
+  bench.wire.connects = false;
+  for (int i = 0; i < 10; ++i) bench.turn(milliseconds(200'000));
+  bench.wire.connects = true;
+  bench.turn(milliseconds(200'000));
+  CHECK(bench.core->counters().online);
+  bench.wire.lost = "gone";
+  const milliseconds rest = bench.turn();
+  CHECK(rest <= milliseconds(151));
+  CHECK_FALSE(bench.core->counters().online);
+}
+
+TEST_CASE("the Last Will is retained and at the status topic", "[mqtt]") {
+  Bench bench;
+  CHECK(bench.wire.will.topic == "r/ns/status");
+  CHECK(bench.wire.will.retain);
+  CHECK(bench.wire.will.payload->find("{\"online\":false") == 0);
+  bench.turns();
+  REQUIRE_FALSE(bench.wire.sent.empty());
+  CHECK(bench.wire.sent.front().topic == "r/ns/status");
+  CHECK(bench.wire.sent.front().payload->find("{\"online\":true") == 0);
+}
+
+TEST_CASE("messages with QoS 0 have aliases as far as the broker allows, anew on each connection", "[mqtt]") {
+  Bench bench;
+  bench.wire.agreement = Agreement{1};
+  bench.turns();
+  REQUIRE(bench.wire.newest("r/arm/a"));
+  REQUIRE(bench.wire.newest("r/arm/b"));
+  CHECK(bench.wire.newest("r/arm/a")->alias + bench.wire.newest("r/arm/b")->alias == 1);
+  const bool first = bench.wire.newest("r/arm/a")->alias == 1;
+  bench.wire.sent.clear();
+  bench.a.publish(3);
+  bench.b.publish(4);
+  bench.turns();
+  REQUIRE(bench.wire.sent.size() == 2);
+  for (const OutMessage& m : bench.wire.sent) {
+    CHECK(m.topic == (m.alias == 1 ? "" : first ? "r/arm/b" : "r/arm/a"));
+    CHECK(seq_of(m) == "2");
+  }
+  bench.wire.lost = "gone";
+  bench.turn();
+  bench.wire.sent.clear();
+  bench.turn(seconds(10));
+  bench.turns();
+  CHECK(bench.wire.newest("r/arm/a"));
+  CHECK(bench.wire.newest("r/arm/b"));
+}
+
+TEST_CASE("messages with QoS 1 have no alias, because they may be repeated on another connection", "[mqtt]") {
+  Bench bench([](mqtt::Options& o) { o.publications[0].qos = 1; });
+  bench.wire.agreement = Agreement{100};
+  bench.turns();
+  CHECK(bench.wire.newest("r/arm/a")->alias == 0);
+}
+
+TEST_CASE("while messages wait for their acknowledgement, values wait in the server", "[mqtt]") {
+  Bench bench([](mqtt::Options& o) {
+    o.publications[0].qos = 1;
+    o.publications[0].queue_length = 5;
+    o.limits.max_unacknowledged = 3;
+  });
+  bench.turns();
+  CHECK(bench.core->counters().unacknowledged == 3);  // the status, a, b
+  const std::size_t sent = bench.wire.sent.size();
+  for (int i = 10; i < 20; ++i) {
+    bench.a.publish(i);
+    bench.turns(3);
+  }
+  CHECK(bench.wire.sent.size() == sent);
+  CHECK(bench.core->counters().unacknowledged == 3);
+  bench.wire.acknowledged = {1, 2, 3, 4'711};
+  bench.turns();
+  // The queue had place for five of ten. The gap shows.
+  const auto& messages = bench.wire.sent;
+  REQUIRE(messages.size() > sent);
+  CHECK(messages[sent].topic == "r/arm/a");
+  CHECK(std::stoi(seq_of(messages[sent])) > 2);
+  CHECK(bench.core->counters().acknowledged == 3);
+}
+
+TEST_CASE("a congested network stops the bridge, not the robot", "[mqtt]") {
+  Bench bench;
+  bench.turns();
+  bench.wire.sent.clear();
+  bench.wire.congested = true;
+  for (int i = 0; i < 50; ++i) {
+    bench.a.publish(i);
+    CHECK(bench.turn() > milliseconds(0));
+  }
+  CHECK(bench.wire.sent.empty());
+  bench.wire.congested = false;
+  bench.turns();
+  REQUIRE(bench.wire.newest("r/arm/a"));
+  CHECK(*bench.wire.newest("r/arm/a")->payload == "49");
+}
+
+TEST_CASE("a message that finds the connection broken is sent on the next one", "[mqtt]") {
+  Bench bench([](mqtt::Options& o) {
+    o.publications[0].queue_length = 10;
+    o.publications[0].qos = 1;
+  });
+  bench.turns();
+  bench.wire.sent.clear();
+  bench.wire.breaks = true;
+  bench.a.publish(7);
+  bench.turns();
+  bench.wire.breaks = false;
+  bench.wire.lost = "gone";
+  bench.turn();
+  bench.turn(seconds(10));
+  bench.turns();
+  REQUIRE(bench.wire.newest("r/arm/a"));
+  CHECK(*bench.wire.newest("r/arm/a")->payload == "7");
+  CHECK(seq_of(*bench.wire.newest("r/arm/a")) == "2");
+}
+
+TEST_CASE("a message that is too large is counted, and others follow", "[mqtt]") {
+  Bench bench;
+  Thing big{"big"};
+  big.property<std::string>("text").publish(std::string(200'000, 'x'));
+  REQUIRE(bench.server->add(std::move(big)));
+  bench.turns();
+  CHECK(bench.core->counters().refused == 1);
+  CHECK(bench.wire.newest("r/arm/a"));
+}
+
+TEST_CASE("a bridge that has stopped does nothing", "[mqtt]") {
+  Bench bench;
+  bench.turns();
+  bench.core->stop();
+  const std::size_t sent = bench.wire.sent.size();
+  bench.a.publish(5);
+  bench.turns();
+  CHECK(bench.wire.sent.size() == sent);
+  CHECK_FALSE(bench.core->counters().online);
+}
+
+TEST_CASE("messages from the broker without commands are dropped", "[mqtt]") {
+  Bench bench;
+  bench.turns();
+  CHECK(bench.wire.filters.empty());
+  InMessage message;
+  message.topic = "r/ns/put/arm/a";
+  message.payload = "1";
+  bench.wire.incoming.push_back(message);
+  bench.turns();
+  CHECK(bench.core->counters().dropped_commands == 1);
+  CHECK(bench.core->counters().commands == 0);
+}
