@@ -62,13 +62,14 @@ class Generator:
 
     def __init__(self, dataset, seed):
         self.random = random.Random(seed)
-        self.quads = sorted(((s, p, o, g) for s, p, o, g in dataset.quads((None, None, None, None))), key=lambda q: tuple(x.n3() if hasattr(x, "n3") else str(x) for x in q))
+        self.quads = sorted(((s, p, o, g.identifier) for s, p, o, g in dataset.quads((None, None, None, None))), key=lambda q: tuple(x.n3() for x in q))
         self.by_subject = collections.defaultdict(list)
         self.by_object = collections.defaultdict(list)
         for q in self.quads:
             self.by_subject[q[0]].append(q)
             self.by_object[q[2]].append(q)
         self.predicates = sorted({q[1] for q in self.quads})
+        self.iris = sorted({q[0] for q in self.quads if isinstance(q[0], rdflib.URIRef)})
         self.numbers = [q for q in self.quads if isinstance(q[2], rdflib.Literal) and q[2].datatype in NUMBER]
         self.forms = [self.star, self.chain, self.optional, self.union, self.minus, self.exists, self.graph, self.values, self.bind, self.path, self.closure,
                       self.aggregate, self.having, self.subquery, self.filters, self.ordered, self.text, self.distinct, self.nested]
@@ -140,11 +141,15 @@ class Generator:
     def minus(self):
         names = {}
         quad = self.quad()
-        return "SELECT * { %s MINUS { ?v0 %s ?x } }" % (self.pattern(quad, names, 0), self.n3(self.random.choice(self.by_subject[quad[0]])[1]) if self.random.random() < 0.5 else self.n3(self.random.choice(self.predicates)))
+        near = self.random.random() < 0.5
+        predicate = self.random.choice(self.by_subject[quad[0]])[1] if near else self.random.choice(self.predicates)
+        # Not SELECT *: ?x is not in scope (SPARQL 1.1 Query 18.2.1), but rdflib selects it, too.
+        return "SELECT ?v0 ?v1 { %s MINUS { ?v0 %s ?x } }" % (self.pattern(quad, names, 0), self.n3(predicate))
 
     def exists(self):
         word = self.random.choice(["EXISTS", "NOT EXISTS"])
-        return "SELECT * { %s FILTER %s { ?v0 %s ?x } }" % (self.pattern(self.quad(), {}, 0), word, self.n3(self.random.choice(self.predicates)))
+        # Not SELECT *: as with MINUS.
+        return "SELECT ?v0 ?v1 { %s FILTER %s { ?v0 %s ?x } }" % (self.pattern(self.quad(), {}, 0), word, self.n3(self.random.choice(self.predicates)))
 
     def graph(self):
         quad = self.quad()
@@ -152,14 +157,14 @@ class Generator:
         return "SELECT * { GRAPH %s { %s } }" % (where, self.star_of(quad[0], {}, 2))
 
     def values(self):
-        quads = [self.quad() for _ in range(3)]
-        subjects = " ".join(self.n3(q[0]) for q in quads if isinstance(q[0], rdflib.URIRef))
+        subjects = " ".join(self.n3(s) for s in self.random.sample(self.iris, 3))
         return "SELECT * { VALUES ?s { %s } ?s ?p ?o }" % subjects
 
     def bind(self):
         names = {}
         text, number, _ = self.number_pattern(names)
-        return "SELECT * { %s BIND(%s * 2 + 1 AS ?double) BIND(IF(?double > 1, 'more', 'less') AS ?word) }" % (text, number)
+        # Not "> 1": rdflib adds doubles as decimals, so that 1 + 1e-16 is more than 1.
+        return "SELECT * { %s BIND(%s * 2 + 1 AS ?double) BIND(IF(?double > 1.000001, 'more', 'less') AS ?word) }" % (text, number)
 
     def path(self):
         quad = self.quad()
@@ -182,7 +187,8 @@ class Generator:
         names = {}
         text, number, _ = self.number_pattern(names)
         call = self.random.choice(["COUNT(%s)", "SUM(%s)", "MIN(%s)", "MAX(%s)", "AVG(%s)", "COUNT(DISTINCT %s)"]) % number
-        return "SELECT ?p (%s AS ?n) { %s ?v0 ?p ?any } GROUP BY ?p" % (call, text)
+        # rdflib makes the label of a blank node a literal in MIN.
+        return "SELECT ?p (%s AS ?n) { %s ?v0 ?p ?any FILTER(isNumeric(%s)) } GROUP BY ?p" % (call, text, number)
 
     def having(self):
         return "SELECT ?p (COUNT(*) AS ?n) { ?s ?p ?o } GROUP BY ?p HAVING (COUNT(*) > %d)" % self.random.randint(1, 60)
@@ -204,7 +210,9 @@ class Generator:
 
     def text(self):
         word = self.random.choice(["right", "e", "pos", "shoulder", "7$", "^http"])
-        return ('SELECT ?s (UCASE(SUBSTR(STR(?o), 1, 5)) AS ?u) (STRLEN(STR(?o)) AS ?l) { ?s %s ?o FILTER(REGEX(STR(?o), "%s", "i") || CONTAINS(STR(?s), "%s")) }' %
+        # STR of a blank node is an error (17.4.2.5), but rdflib gives its label.
+        return ('SELECT ?s (UCASE(SUBSTR(STR(?o), 1, 5)) AS ?u) (STRLEN(STR(?o)) AS ?l) '
+                '{ ?s %s ?o FILTER(!isBlank(?s) && !isBlank(?o)) FILTER(REGEX(STR(?o), "%s", "i") || CONTAINS(STR(?s), "%s")) }' %
                 (self.n3(self.random.choice(self.predicates)), word, word.strip("^$")))
 
     def nested(self):
