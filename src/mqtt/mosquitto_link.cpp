@@ -127,6 +127,8 @@ class MosquittoLink final : public Link {
       return set;
     if (auto set = must(::mosquitto_int_option(client, MOSQ_OPT_SEND_MAXIMUM, 65'535), "send maximum"); !set)
       return set;  // the bridge has its own
+    // Else a message waits until the broker has acknowledged the bytes before it, up to 40 ms.
+    if (auto set = must(::mosquitto_int_option(client, MOSQ_OPT_TCP_NODELAY, 1), "TCP_NODELAY"); !set) return set;
     if (!broker.user.empty())
       if (auto set = must(::mosquitto_username_pw_set(client, broker.user.c_str(), broker.password.c_str()), "broker.user");
           !set)

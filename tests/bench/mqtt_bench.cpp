@@ -304,7 +304,7 @@ int watchers(const Settings& settings) {
               settings.rate_hz, settings.qos, settings.seconds, "watchers", "CPU", "published", "delivered", "median ms",
               "99% ms");
   for (const unsigned count : settings.watchers) {
-    lrt::test::Mosquitto broker("allow_anonymous true\nmax_queued_messages 100000\n");
+    lrt::test::Mosquitto broker("allow_anonymous true\nset_tcp_nodelay true\nmax_queued_messages 100000\n");
     Watchers watching(broker.port(), count, static_cast<int>(settings.qos), false);
     std::vector<std::unique_ptr<Robot>> robots;
     robots.push_back(std::make_unique<Robot>(0, settings, broker.port()));

@@ -329,3 +329,28 @@ TEST_CASE("nothing of QoS 1 is lost over restarts of the broker", "[mqtt]") {
   CHECK(robot.bridge->counters().connections >= 3);
   ::mosquitto_destroy(client);
 }
+
+TEST_CASE("a bridge runs on a thread of its own, and ends while it waits for a broker", "[mqtt][threads]") {
+  if (!has_mosquitto()) return;
+  std::optional<Mosquitto> broker(std::in_place);
+  Watcher watcher(broker->port());
+  watcher.connect();
+  watcher.subscribe("robots/#");
+  Robot robot(broker->port());
+  REQUIRE(robot.bridge->start());
+  REQUIRE(robot.bridge->start());
+  const auto end = std::chrono::steady_clock::now() + seconds(30);
+  while (watcher.payload("robots/r1/arm/angle") != "4" && std::chrono::steady_clock::now() < end) {
+    robot.server->poll();
+    robot.angle.publish(4);
+    (void)robot.bridge->counters();
+    watcher.step();
+  }
+  CHECK(watcher.payload("robots/r1/arm/angle") == "4");
+  broker.reset();
+  while (robot.bridge->counters().online && std::chrono::steady_clock::now() < end) robot.server->poll();
+  CHECK_FALSE(robot.bridge->counters().online);
+  robot.bridge->stop();
+  robot.bridge->stop();
+  CHECK(robot.bridge->poll() > milliseconds(0));
+}
