@@ -572,6 +572,7 @@ std::optional<std::chrono::steady_clock::time_point> Engine::next_deadline() con
 }
 
 void Engine::abandon(Ticket ticket) noexcept { impl_->parts.pending.abandon(ticket); }
+void Engine::input_ended(Ticket ticket) noexcept { impl_->parts.pending.input_ended(ticket); }
 std::optional<Channel> Engine::next_ready(TimePoint now) {
   if (impl_->stopped) return std::nullopt;
   const std::optional<Channel> first = impl_->parts.subscriptions.next_ready(now);

@@ -76,6 +76,11 @@ void PendingRequests::abandon(Ticket ticket) noexcept {
   remove(found);
 }
 
+void PendingRequests::input_ended(Ticket ticket) noexcept {
+  const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
+  if (found != pending_.end() && found->second.ended) *found->second.ended = true;
+}
+
 void PendingRequests::abandon_from(Ticket first) noexcept {
   for (auto ticket = static_cast<std::uint64_t>(first); ticket < next_ticket_; ++ticket) abandon(Ticket{ticket});
 }

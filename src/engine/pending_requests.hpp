@@ -46,7 +46,7 @@ class PendingRequests {
   std::optional<Ticket> defer_for_disk(const Context& context, std::chrono::milliseconds max_time, Timeout on_timeout);
   /// The call that the request waits for. It is cancelled when the client goes or the time is over.
   void waits_for(Ticket ticket, std::shared_ptr<CancelToken> token);
-  /// Sets `ended` when the request has its response or its client has gone: what is being computed for it is not needed any more.
+  /// Sets `ended` when the request has its response, or its client has gone or sends nothing more: what is being computed for it is given up.
   void tell_end(Ticket ticket, std::shared_ptr<std::atomic<bool>> ended);
   bool is_pending(Ticket ticket) const { return pending_.count(static_cast<std::uint64_t>(ticket)) != 0; }
   /// Goes on with a request: its context at that time, with the resource if it is still there. nullptr: the request is not pending any more.
@@ -55,6 +55,8 @@ class PendingRequests {
   void respond(Ticket ticket, http::Response response, std::optional<Channel> channel = {});
   /// The client is gone. A call that has not begun is cancelled; one that runs goes on.
   void abandon(Ticket ticket) noexcept;
+  /// The client sends nothing more. What tell_end() was called for ends; the request remains.
+  void input_ended(Ticket ticket) noexcept;
   /// The next that defer() gives.
   Ticket next_ticket() const noexcept { return Ticket{next_ticket_}; }
   /// Forgets this and later ones: a request failed after it was deferred.

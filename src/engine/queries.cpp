@@ -181,6 +181,7 @@ http::Response Queries::too_many(const Context& context, const char* what) const
 }
 
 http::Response Queries::failed(const Context& context, const Error& error) const {
+  if (error.code == Errc::cancelled) return responses_.problem(context, 503, "the query was given up, because its client sends nothing more");
   if (error.code == Errc::timed_out || error.code == Errc::limit_exceeded) return responses_.problem(context, 503, error.message);
   responses_.log(LogLevel::error, "a query failed inside: " + error.message);
   return responses_.problem(context, 500, "the query failed inside");

@@ -307,6 +307,10 @@ class Server::Impl final : public engine::Handler, public delivery::Source {
     engine_.abandon(ticket);
     audit([&](Audit& audit) { audit.abandoned(ticket); });
   }
+  void input_ended(engine::Ticket ticket) noexcept override {
+    const std::lock_guard lock(mutex_);
+    engine_.input_ended(ticket);
+  }
   std::optional<engine::Channel> next_ready(TimePoint now) override {
     return with_engine([&] {
       std::optional<engine::Channel> channel;

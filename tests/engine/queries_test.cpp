@@ -263,6 +263,12 @@ TEST_CASE("queries are as many as the endpoint takes, and one whose client has g
   CHECK(!asked.bench.answer(first));
   CHECK(asked.bench.answer(second)->status == 200);
   CHECK(asked.bench.ask("GET /sparql?query=graphs").status == 200);
+  // The end of its sending does not tell whether a client has gone.
+  const auto half = asked.bench.send("GET /sparql?query=graphs");
+  asked.bench.engine.input_ended(*half.ticket);
+  asked.bench.run();
+  REQUIRE(asked.bench.answer(half));
+  CHECK(asked.bench.answer(half)->status == 503);
 }
 
 TEST_CASE("a standing query tells its answer, and again when it has changed", "[engine][query]") {

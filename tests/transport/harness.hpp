@@ -91,6 +91,7 @@ class TestHandler : public engine::Handler {
   }
   std::optional<std::chrono::steady_clock::time_point> next_deadline() const override { return std::nullopt; }
   void abandon(engine::Ticket ticket) noexcept override { abandoned.push_back(ticket); }
+  void input_ended(engine::Ticket ticket) noexcept override { ended.push_back(ticket); }
 
   /// From any thread; the transport must be woken after it.
   void complete(engine::Ticket ticket, std::string body) {
@@ -103,7 +104,7 @@ class TestHandler : public engine::Handler {
   std::size_t requests = 0;
   std::string peer;
   std::vector<engine::Ticket> open;
-  std::vector<engine::Ticket> abandoned;
+  std::vector<engine::Ticket> abandoned, ended;
 
  private:
   std::uint64_t last_ticket_ = 0;

@@ -366,6 +366,7 @@ TEST_CASE("a client that closes its side after the request gets the response", "
   client.half_close();
   REQUIRE(host.run_until_handled(client, 2));
   host.settle();
+  CHECK(host.handler.ended.size() == 1);
   host.complete(0, "late");
   REQUIRE(host.run_to_end(client));
   CHECK_FALSE(client.failed);

@@ -201,6 +201,7 @@ class Engine final : public Handler {
   std::optional<Reply> next_reply(TimePoint now) override;
   std::optional<std::chrono::steady_clock::time_point> next_deadline() const override;
   void abandon(Ticket ticket) noexcept override;
+  void input_ended(Ticket ticket) noexcept override;
   std::optional<Channel> next_ready(TimePoint now) override;
   std::optional<Push> next_push(Channel channel, TimePoint now) override;
   void take_ready(std::vector<ReadyChannel>& channels, TimePoint now) override;

@@ -116,6 +116,9 @@ class Handler {
   /// The client of a deferred response is gone, or the transport stops; the ticket is forgotten. A client that has only ended its sending
   /// still gets its response.
   virtual void abandon(Ticket ticket) noexcept = 0;
+  /// The client of a deferred response sends nothing more: perhaps it is gone, which the end of its sending does not tell. What costs much, such as
+  /// a query, is given up; other responses are sent as usual. The ticket remains.
+  virtual void input_ended(Ticket ticket) noexcept { (void)ticket; }
 
   /// The next channel that has a push by `now`; call until nullopt when next_reply() is called, and at every poll while a channel is open:
   /// what one client writes changes what others observe, without a wake. Urgent ones come first. A transport without WebSockets

@@ -234,6 +234,7 @@ void Session::drop_consumed() noexcept {
 
 void Session::end_of_input(TimePoint now) {
   input_ended_ = true;
+  if (ticket_) context_.handler->input_ended(*ticket_);
   if (phase_ == Phase::lingering) enter(Phase::closed);
   if (phase_ == Phase::streaming) finish_stream(now);
   else check_end(now);
@@ -472,6 +473,7 @@ void Session::dispatch(TimePoint now) {
     keep_handshake();
     ticket_ = deferred->ticket;
     enter(Phase::waiting);
+    if (input_ended_) context_.handler->input_ended(*ticket_);
   } else if (auto* const upgraded = std::get_if<engine::Upgraded>(&outcome)) {
     keep_handshake();
     accept_upgrade(upgraded->channel, std::move(upgraded->response), now);
