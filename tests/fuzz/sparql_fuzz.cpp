@@ -1,13 +1,21 @@
 #include "src/query/parser.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <string>
 #include <string_view>
 
+#include <lrt/rdf/codec.hpp>
+
+#include "src/query/dataset.hpp"
+#include "src/query/dependencies.hpp"
+#include "src/query/evaluate.hpp"
 #include "tests/fuzz/round_trip.hpp"
 
-// Bytes -> parse -> an algebra that keeps what algebra.hpp promises. An evaluator may rely on all that is checked here.
+// Bytes -> parse -> an algebra that keeps what algebra.hpp promises. An evaluator may rely on all that is checked here. The query is then
+// evaluated within small bounds, and its answer is written.
 
 using lrt::fuzz::broken;
 using lrt::query::Expression;
@@ -154,6 +162,50 @@ class Checker {
 /// What is done with a query that was read.
 void use(const Query& query, const ParseOptions& options, const std::string& text) { Checker(query, options, text).query(query, 1); }
 
+/// A few graphs with all kinds of terms.
+const lrt::query::Dataset& small_dataset() {
+  static const auto* const all = [] {
+    auto* const data = new lrt::query::Dataset();
+    const auto put = [&](const char* name, const char* turtle) {
+      lrt::rdf::ReadOptions options;
+      options.base = "http://example.org/a/";
+      data->put(name, lrt::rdf::read(std::string("@prefix : <http://example.org/> . ") + turtle, lrt::rdf::Syntax::turtle, options).value());
+    };
+    put("http://example.org/g1", ":a :p :b, 1, 2.5, \"x\", \"y\"@en ; :q [ :p _:n ; :r 1e3 ] . :b :p :c . :c :p :a .");
+    put("http://example.org/g2", ":a :q \"2020-01-01T00:00:00Z\"^^<http://www.w3.org/2001/XMLSchema#dateTime>, true, \"z\"^^:t . :b :r ( 1 :a \"l\" ) . :d :p :d .");
+    return data;
+  }();
+  return *all;
+}
+
+/// Evaluates a query and writes its answer.
+void answer(const Query& query, const std::string& text) {
+  lrt::query::Bounds bounds;
+  bounds.time = std::chrono::seconds(5);  // with sanitizers; the steps are what counts
+  bounds.steps = 20'000;
+  bounds.rows = 50;
+  bounds.bytes = 256 * 1024;
+  const std::atomic<bool> cancelled{false};
+  (void)lrt::query::dependencies_of(query);
+  const auto found = lrt::query::evaluate(query, small_dataset(), bounds, cancelled, std::chrono::system_clock::time_point());
+  if (!found) {
+    if (found.error().code == lrt::Errc::timed_out) broken("20,000 steps that take 5 s", text);
+    if (found.error().code != lrt::Errc::limit_exceeded) broken("an error that is no limit", text);
+    return;
+  }
+  if (const auto* const table = std::get_if<lrt::query::Table>(&*found)) {
+    if (table->rows() > bounds.rows) broken("more rows than the bound", text);
+    for (const auto format : {lrt::query::ResultFormat::json, lrt::query::ResultFormat::xml, lrt::query::ResultFormat::csv, lrt::query::ResultFormat::tsv})
+      (void)lrt::query::write(*table, format);
+  } else if (const auto* const graph = std::get_if<lrt::rdf::Graph>(&*found)) {
+    if (graph->size() > bounds.rows) broken("more triples than the bound", text);
+    if (const auto written = lrt::rdf::write(*graph, lrt::rdf::Syntax::n_triples)) {
+      const auto read = lrt::rdf::read(*written, lrt::rdf::Syntax::n_triples, {});
+      if (!read || read->size() != graph->size()) broken("a graph that cannot be read back", text);
+    }
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -168,6 +220,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (again != parsed.has_value() && size + 16 < options.max_bytes) broken("a comment at the end changes what is read", text);
   if (parsed) {
     use(**parsed, options, text);
+    answer(**parsed, text);
   } else {
     const lrt::Error& error = parsed.error();
     if (error.message.empty()) broken("an error without a word", text);
