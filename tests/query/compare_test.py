@@ -12,6 +12,7 @@ import random
 import re
 import subprocess
 import sys
+import urllib.error
 import urllib.parse
 import urllib.request
 
@@ -22,6 +23,8 @@ except ImportError:
     print("skipped: rdflib is not installed")
     sys.exit(77)
 
+TRIES = 5
+rdflib.NORMALIZE_LITERALS = False  # the literals of the robot as they are written
 NUMBER = {rdflib.XSD[n] for n in ("integer", "decimal", "double", "float", "int", "long", "unsignedInt", "unsignedLong", "short", "byte", "nonNegativeInteger")}
 
 
@@ -34,8 +37,16 @@ def get(url, accept, data=None, content_type=None):
 
 
 def ask(endpoint, query):
-    body = get(endpoint, "application/sparql-results+json", query.encode(), "application/sparql-query")
-    return Result.parse(io.BytesIO(body), format="json")
+    for attempt in range(TRIES):
+        try:
+            body = get(endpoint, "application/sparql-results+json", query.encode(), "application/sparql-query")
+            return Result.parse(io.BytesIO(body), format="json")
+        except urllib.error.HTTPError as error:
+            detail = error.read().decode()
+            print("%d: %s\n%s" % (error.code, query, detail))
+            # The time of a query is a limit, and other tests may have the cores.
+            if error.code != 503 or " ms " not in detail or attempt + 1 == TRIES:
+                raise
 
 
 def canonical(term):
@@ -181,7 +192,8 @@ class Generator:
             quad = self.quad()
         mark = self.random.choice("*+?")
         other = self.random.choice(self.predicates)
-        return "SELECT ?b { %s (%s|%s)%s ?b }" % (self.n3(quad[0]), self.n3(quad[1]), self.n3(other), mark)
+        # DISTINCT: at a loop rdflib gives the beginning of the path twice, where 18.4 (ALP) has each node once.
+        return "SELECT DISTINCT ?b { %s (%s|%s)%s ?b }" % (self.n3(quad[0]), self.n3(quad[1]), self.n3(other), mark)
 
     def aggregate(self):
         names = {}
@@ -201,7 +213,9 @@ class Generator:
     def filters(self):
         names = {}
         text, number, value = self.number_pattern(names)
-        return "SELECT * { %s FILTER(%s %s %r && %s < %r) }" % (text, number, self.random.choice(["<", "<=", ">", ">=", "=", "!="]), value, number, abs(value) * 2 + 1)
+        # Next to a value of the data, not at it: rdflib does not promote a decimal that it compares with a double.
+        operator = self.random.choice(["<", "<=", ">", ">=", "!="])
+        return "SELECT * { %s FILTER(%s %s %.6f && %s < %.6f) }" % (text, number, operator, value + 0.000137, number, abs(value) * 2 + 1.000137)
 
     def ordered(self):
         names = {}
