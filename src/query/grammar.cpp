@@ -12,7 +12,7 @@ bool is_variable(const Expression& expression) noexcept { return expression.op =
 Variable variable_of(const Expression& expression) noexcept { return static_cast<Variable>(expression.index); }
 
 /// A variable outside of aggregates that is not in `known` (18.2.4.1).
-const Expression* find_unaggregated(const Expression& expression, const Scope& known) noexcept {
+const Expression* find_unaggregated(const Expression& expression, const ScopeVariables& known) noexcept {
   if (is_aggregate(expression.op)) return nullptr;
   if (is_variable(expression)) return known.has(variable_of(expression)) ? nullptr : &expression;
   for (const Expression& argument : expression.arguments) {
@@ -22,7 +22,7 @@ const Expression* find_unaggregated(const Expression& expression, const Scope& k
 }
 
 /// Replaces each by SAMPLE of it. BOUND keeps its variable.
-void sample_unaggregated(Expression& expression, const Scope& known) {
+void sample_unaggregated(Expression& expression, const ScopeVariables& known) {
   if (is_aggregate(expression.op) || expression.op == Operator::bound) return;
   if (is_variable(expression) && !known.has(variable_of(expression))) {
     Expression sample;
@@ -36,14 +36,14 @@ void sample_unaggregated(Expression& expression, const Scope& known) {
 
 }  // namespace
 
-void Scope::add(Variable variable) {
+void ScopeVariables::add(Variable variable) {
   const auto i = static_cast<std::size_t>(variable);
   if (has(variable)) return;
   if (i >= has_.size()) has_.resize(i + 1);
   has_[i] = true;
   variables_.push_back(variable);
 }
-void Scope::add(const std::vector<Variable>& variables) {
+void ScopeVariables::add(const std::vector<Variable>& variables) {
   for (const Variable variable : variables) add(variable);
 }
 
@@ -158,7 +158,7 @@ bool Grammar::columns(Query& query, std::vector<const char*>& places, bool& all,
     places.push_back(from);
     return true;
   }
-  Scope named;
+  ScopeVariables named;
   for (;;) {
     const char* const place = token_.at;
     Query::Column column{};
@@ -185,8 +185,8 @@ bool Grammar::columns(Query& query, std::vector<const char*>& places, bool& all,
 }
 
 /// Grammar notes on AS, and 11.4: what a query with groups may select.
-bool Grammar::check_columns(Query& query, const Scope& scope, const std::vector<const char*>& places) {
-  Scope known;
+bool Grammar::check_columns(Query& query, const ScopeVariables& scope, const std::vector<const char*>& places) {
+  ScopeVariables known;
   for (const Query::Group& group : query.group_by) {
     if (group.variable) known.add(*group.variable);
   }
@@ -306,7 +306,7 @@ bool Grammar::modifiers(Query& query, Part& where) {
   }
   query.grouped = has_aggregate_ || !query.group_by.empty();
   if (query.grouped) {
-    Scope known;
+    ScopeVariables known;
     for (const Query::Group& group : query.group_by) {
       if (group.variable) known.add(*group.variable);
     }
@@ -399,7 +399,7 @@ bool Grammar::number_of_rows(std::uint64_t& rows) {
 
 bool Grammar::data_block(Values& values) {
   const bool one = is(Token::Kind::variable);
-  Scope named;
+  ScopeVariables named;
   if (!one && !accept("(")) return expected("a variable or '('");
   while (is(Token::Kind::variable)) {
     const char* const place = token_.at;

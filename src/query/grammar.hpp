@@ -20,7 +20,7 @@
 namespace lrt::query {
 
 /// Variables in order of first appearance, each once.
-class Scope {
+class ScopeVariables {
  public:
   const std::vector<Variable>& variables() const noexcept { return variables_; }
   bool has(Variable variable) const noexcept {
@@ -50,7 +50,7 @@ class Grammar : Lexer {
   struct Part {
     std::unique_ptr<Pattern> pattern;  // nullptr: nothing yet
     std::size_t height = 1;
-    Scope scope;  // the variables in scope of 18.2.1
+    ScopeVariables scope;  // the variables in scope of 18.2.1
   };
   /// A group under construction (18.2.2.6).
   struct Group {
@@ -65,7 +65,7 @@ class Grammar : Lexer {
   /// Where the triples that are read go.
   struct Target {
     std::vector<TriplePattern>* triples = nullptr;
-    Scope* scope = nullptr;
+    ScopeVariables* scope = nullptr;
     Query* template_of = nullptr;  // its blank nodes are those of a template
     bool paths = true;
   };
@@ -120,7 +120,7 @@ class Grammar : Lexer {
   bool number_of_rows(std::uint64_t& rows);
   bool data_block(Values& values);
   bool data_row(Values& values, const char* from);
-  bool check_columns(Query& query, const Scope& scope, const std::vector<const char*>& places);
+  bool check_columns(Query& query, const ScopeVariables& scope, const std::vector<const char*>& places);
   std::string name_of(Variable variable) const { return "?" + query_->variables[static_cast<std::size_t>(variable)]; }
 
   // --- patterns: grammar_patterns.cpp
