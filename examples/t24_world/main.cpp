@@ -45,9 +45,9 @@ int main() {
   cup.publish({0.5, -0.25});
 
   const lrt::Result<void> refused = tasks.update([](lrt::GraphUpdate& u) { u.add("#1", lrt::vocab::rdf_::type, lrt::Iri("http://schema.org/Action")); });
-  std::printf("%.*s\n\n", static_cast<int>(refused.error().message.find(": <")), refused.error().message.c_str());
 
-  lesson::Visitor visitor(server, [](lesson::Client& client) {
+  lesson::Visitor visitor(server, [&refused](lesson::Client& client) {
+    std::printf("%.*s\n\n", static_cast<int>(refused.error().message.find(": <")), refused.error().message.c_str());
     const std::string schema = "PREFIX schema: <http://schema.org/> ";
     client.only({"ldp:contains", "/world/objects>,", "/world/tasks>", "World", "Graph"});
     client.get("/world");
@@ -124,7 +124,7 @@ int main() {
 //   DELETE WHERE { ?task ?has ?anything }
 // 422 Unprocessable Content
 // Content-Type: application/problem+json
-// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"body: line 23, column 8: DELETE WHERE is not taken here, only INSERT DATA and DELETE DATA"}
+// {"type":"about:blank","title":"Unprocessable Content","status":422,"detail":"body: line 24, column 8: DELETE WHERE is not taken here, only INSERT DATA and DELETE DATA"}
 //
 // GET /world?default
 // 200 OK

@@ -158,7 +158,7 @@ bool ChangeScanner::take_availability() {
 
 void ChangeScanner::sample_later(PropertyResource& property, TimePoint now) {
   if (property.spec->slot) {
-    const auto period = property.expires_after;
+    const auto period = property.in_graph ? property.in_graph->expires_after : std::chrono::milliseconds(0);
     const auto rest = property.value.is_null() ? period : std::chrono::duration_cast<std::chrono::milliseconds>(property.modified + period - now.utc);
     if (period.count() > 0) samples_.set(property.next_sample, now.steady + std::clamp(rest, std::chrono::milliseconds(1), period), property.id);
     return;

@@ -90,7 +90,7 @@ def linked(program, url, answer):
     """What the head and the graph name of this server, without fragments, and without the formats of one resource."""
     targets = re.findall(r"<([^>]*)>", ", ".join(answer.headers.get_all("Link", [])) + answer.body)
     absolute = (urllib.parse.urldefrag(urllib.parse.urljoin(url, target)).url for target in targets)
-    return {target for target in absolute if target.startswith(program.url) and "?accept=" not in target}
+    return {target for target in absolute if target.startswith(program.url) and "accept=" not in target}
 
 
 def crawl(program, folder):

@@ -7,9 +7,10 @@ int main() {
   options.listen.port = 0;
   options.query = lrt::query::endpoint();
   lrt::Server server = lrt::Server::create(options).value();
+  const std::string host = "127.0.0.1:" + std::to_string(server.port());
   lrt::http::Request request;
   request.method = "GET";
   request.target = "/sparql?query=ASK%7B%7D";
-  request.fields = {{"Host", "localhost"}};
+  request.fields = {{"Host", host}};
   return server.serve(request).response.content().find("true") == std::string_view::npos ? 1 : 0;
 }

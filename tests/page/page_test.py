@@ -90,7 +90,7 @@ def subscriptions(robot, thing):
 def shows_the_tree_and_live_values(browser):
     with Robot("--demo") as robot:
         browser.open(robot.url)
-        browser.until("return document.querySelectorAll('#tree a').length === 16", "16 things in the tree")
+        browser.until("return document.querySelectorAll('#tree a').length === 17", "17 things in the tree")
         assert "right_w2" in browser.text("#tree")
         live(browser)
         now = "return card.querySelector('.row .number')?.innerText"

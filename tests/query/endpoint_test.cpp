@@ -227,7 +227,7 @@ TEST_CASE("a query is answered of the values of the moment", "[query][endpoint]"
   CHECK(rows(robot.query(of_pulled)) == Rows{std::to_string(before + 2)});
 
   const std::string of_cup =
-      "SELECT ?v { </world/map#cup> :height </world/map/cup> . GRAPH </world/map/cup> { ?x vom:numericalValue ?v } }";
+      "SELECT ?v { </world/map#cup> :height </world/map/cup> . GRAPH </world/map> { </world/map/cup> vom:numericalValue ?v } }";
   CHECK(rows(robot.query(of_cup)).empty());  // it has no value yet
   robot.cup.publish(1.25);
   CHECK(rows(robot.query(of_cup)) == Rows{"1.25"});

@@ -144,7 +144,7 @@ def errors():
         expect(lrt(None, "get", "right_s1/friction", "--robot", url), 0, "0.7\n", "")
         expect(lrt(None, "get", robot.at("baxter/right_s1/friction")), 0, "0.7\n", "")
         expect(lrt(None, "set", robot.at("baxter/right_s1/friction"), "0.8"), 0, "", "")
-        expect(lrt(None, "ls", url), 0, "Baxter's right arm\nright_s0\n.*", "")
+        expect(lrt(None, "ls", url), 0, "Baxter's right arm\nWhat Baxter sees and has to do\nright_s0\n.*", "")
         expect(lrt(None, "invoke", url, "right_s1/rotate", "1"), 0, "", "")
         expect(lrt(None, "invoke", robot.at("baxter/right_s1/actions/rotate"), "2"), 0, "", "")
         expect(lrt(url, "set", "right_s1/position", "-1.5"), 0, "", "")  # no option

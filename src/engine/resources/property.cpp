@@ -105,11 +105,11 @@ void PropertyResource::set_watched(bool watched, ChangeScanner& scanner) {
 
 void PropertyResource::mark_changed() {
   Resource::mark_changed();
-  if (in_graph) in_graph->mark_changed();
+  if (in_graph) in_graph->graph.mark_changed();
   else if (!spec->file) thing->state.notify_observers();
 }
 
-Resource& PropertyResource::whole_resource() const { return in_graph ? *in_graph : thing->state; }
+Resource& PropertyResource::whole_resource() const { return in_graph ? in_graph->graph : thing->state; }
 
 void PropertyResource::mark_changing() {
   for (const auto* all : {&observers, &whole_resource().observers})
@@ -117,7 +117,7 @@ void PropertyResource::mark_changing() {
 }
 
 void PropertyResource::expire(Utc now) {
-  if (expires_after.count() == 0 || value.is_null() || now - modified < expires_after) return;
+  if (!in_graph || in_graph->expires_after.count() == 0 || value.is_null() || now - modified < in_graph->expires_after) return;
   value = rdf::Value();
   mark_changed();
 }

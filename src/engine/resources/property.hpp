@@ -60,7 +60,7 @@ class PropertyResource final : public Resource {
   /// Its value goes if it is too old.
   void expire(Utc now);
   void refresh() override {
-    if (in_graph) in_graph->refresh();
+    if (in_graph) in_graph->graph.refresh();
   }
   /// Reports published values that were never taken to its observers and to those of its Thing's state.
   /// @pre it is a pushed property
@@ -82,8 +82,12 @@ class PropertyResource final : public Resource {
   bool is_refreshing() const noexcept { return refresh_state && refresh_state->running; }
   /// The last read of a pulled property failed.
   bool is_failing() const noexcept { return refresh_state && refresh_state->failing; }
-  std::chrono::milliseconds expires_after{0};      ///< without a new value, in a graph; zero: never
-  Resource* in_graph = nullptr;                    ///< the graph of a World that its value is part of
+  /// What a value that is published in a graph of a World has besides.
+  struct InGraph {
+    Resource& graph;
+    std::chrono::milliseconds expires_after{0};  ///< without a new value; zero: never
+  };
+  std::unique_ptr<const InGraph> in_graph;         ///< nullptr: it belongs to a Thing
   /// What has the value besides: its graph, or the state of its Thing.
   Resource& whole_resource() const;
   std::uint32_t watchers = 0;

@@ -137,8 +137,7 @@ bool WorldGraphResource::take_published(Parts& parts) {
 
 void WorldGraphResource::add_published(const model::PublishedSpec& spec, Parts& parts) {
   auto made = std::make_unique<PropertyResource>(spec.property->location(), thing, spec.property);
-  made->in_graph = this;
-  made->expires_after = spec.expires_after;
+  made->in_graph = std::make_unique<const PropertyResource::InGraph>(PropertyResource::InGraph{*this, spec.expires_after});
   published_.reserve(published_.size() + 1);
   if (!parts.registry.add(*made)) {
     parts.responses.log(LogLevel::error, "path \"" + spec.property->location().substr(1) + "\" is taken: what is published there is not shown");
