@@ -302,6 +302,27 @@ class Robot {
         moveTo(members.action("", "moveTo", true), {lrt::rdf::traits<JointAngles>::type(), lrt::unit::none}, {}) {}
 };
 
+/// What Baxter sees and has to do.
+class World {
+ public:
+  /// Takes a Thing of this kind, which has the classes, properties and actions.
+  /// @par Errors  expected_value: it is of another kind
+  static lrt::Result<World> of(lrt::client::Thing thing) {
+    lrt::client::Members members(std::move(thing), "World", {"http://www.w3.org/ns/ldp#BasicContainer", "http://www.w3.org/ns/ldp#Container", "http://www.w3.org/ns/ldp#RDFSource", "https://w3id.org/lrt/ns#World"});
+    World made(members);
+    if (lrt::Result<void> fits = members.fits(); !fits) return lrt::unexpected(std::move(fits).error());
+    return made;
+  }
+  /// All Things of this kind that a robot has.
+  static std::vector<World> all(const lrt::client::Robot& robot) { return lrt::client::all_of<World>(robot); }
+
+  lrt::client::Thing thing;
+
+ private:
+  explicit World(lrt::client::Members& members)
+      : thing(members.thing()) {}
+};
+
 }  // namespace baxter
 
 // Made of:
@@ -375,4 +396,5 @@ class Robot {
 //   Robot | input of action moveTo | ~/ns/vocabulary#JointAngles/right_w2 | xsd:float [deg unit:DEG], at least 0, below 360
 //   Robot | property positions |  | list[0..512] of xsd:double
 //   Robot | property positions | by | read-only lrt:positions
-// Digest: 3c69f56e055992f5
+//   World |  |  | ldp:BasicContainer ldp:Container ldp:RDFSource lrt:World
+// Digest: 9995fc742a79acee

@@ -28,7 +28,7 @@ SYNTAXES = {".nt": "application/n-triples", ".ttl": "text/turtle", ".jsonld": IN
 LEFT_OUT = {"t10_testing_without_a_port": "asks in process", "t12_validator": "validates, and serves nothing", "lrt-shacl": "serves nothing",
                 "t22_rights": "shows nothing to a reader without credentials", "ex_jwt": "shows nothing to a reader without credentials",
                 "t23_client": "is a client and ends by itself", "ex_conductor": "is tested with its robots by conductor_test.py",
-                "ex_conductor_arm": "is tested with the conductor"}
+                "ex_conductor_arm": "is tested with the conductor", "ex_fleet": "is tested with a broker"}
 
 PREFIXES = """@prefix vom: <http://vocab.arvida.de/2015/06/vom/vocab#> . @prefix maths: <http://vocab.arvida.de/2015/06/maths/vocab#> .
 @prefix qudt: <http://qudt.org/schema/qudt/> . @prefix unit: <http://qudt.org/vocab/unit/> .
