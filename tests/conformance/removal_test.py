@@ -51,6 +51,7 @@ STATED = {
     "http://vocab.arvida.de/2015/06/spatial/vocab#scaling": OF_A_GEOMETRY,
     "Grip/item": "std::optional in t04_structs_and_enums",
     "http://purl.org/dc/terms/hasFormat": "the formats depend on the value",
+    "of a World": "its types and graphs are what every World has; its Blueprint has what the Thing adds",
 }
 
 
@@ -60,6 +61,9 @@ def stated(state, subject, what, predicate):
     has_value = (subject, rdflib.URIRef(VOM + "numericalValue"), None) in state or (subject, RDF.value, None) in state
     if what == "Turtle":
         entry = "in the user's Turtle"
+    elif (subject, RDF.type, rdflib.URIRef(LRT + "World")) in state and predicate in (RDF.type, rdflib.URIRef("http://www.w3.org/ns/ldp#contains"),
+                                                                                    rdflib.URIRef(LRT + "allGraphs")):
+        entry = "of a World"
     elif name == QUDT + "hasUnit":
         entry = "hasUnit beside vom:unit" if (subject, rdflib.URIRef(VOM + "unit"), None) in state else None
     elif name in (QUDT + "dataType", LRT + "elementType"):
