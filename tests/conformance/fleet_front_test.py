@@ -62,8 +62,10 @@ def two_hundred_readers_cost_one_request_for_each_interval(name):
             passed = time.monotonic() - began
             asked = fleet.reads() - before
             assert len(results) > 400 and all(status == 200 and body == b"0.5" for status, body in results), results[:3]
-            # One for each interval. On a busy machine a request takes longer than the cache waits for it (proxy_cache_lock_timeout), and more ask.
-            assert 1 <= asked <= len(results) / 20 + passed / AGE + 2, f"{asked} requests for {len(results)} readers in {passed:.1f} s"
+            # The reads of the beginning and the end of the last interval count, too. nginx makes readers of a value that has expired wait for one
+            # another only where it may answer with the old value: without stale-while-revalidate all that come until the robot has answered ask it.
+            most = passed / AGE + 2 if more or name != "nginx" else len(results) / 20
+            assert 1 <= asked <= most, f"{asked} requests for {len(results)} reads in {passed:.1f} s"
             print(f"    {len(results)} reads by 200 readers in {passed:.1f} s, {asked} requests to the robot (max-age={AGE}, stale-while-revalidate={more})")
 
 
