@@ -15,15 +15,6 @@ namespace {
 
 constexpr std::string_view place_of_graph = "{graph}";
 
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    if (lrt::detail::is(c, lrt::detail::unreserved)) result += c;
-    else lrt::detail::append_percent(result, c);
-  }
-  return result;
-}
-
 /// Whether a secret that can be read on the way may be sent there.
 bool may_get_secrets(const http::Url& url) { return url.secure || http::is_this_machine(url.host); }
 

@@ -120,4 +120,13 @@ Result<RepresentationPtr> read_representation(const Response& response, const Op
   return RepresentationPtr(std::move(result));
 }
 
+std::string escaped(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
+    if (lrt::detail::is(c, lrt::detail::unreserved)) result += c;
+    else lrt::detail::append_percent(result, c);
+  }
+  return result;
+}
+
 }  // namespace lrt::client

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <string_view>
 
 #include <lrt/client/options.hpp>
@@ -20,5 +21,7 @@ bool same_origin(std::string_view a, std::string_view b);
 std::string_view document_of(std::string_view iri) noexcept;
 /// What follows the last '#' or '/', of a path without the slash at its end.
 std::string_view local_name(std::string_view iri) noexcept;
+/// Percent-encoded as a value in the query of a URL: all but the unreserved characters (RFC 3986 2.3).
+std::string escaped(std::string_view text);
 
 }  // namespace lrt::client

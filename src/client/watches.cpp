@@ -81,15 +81,6 @@ std::string apparent_type(std::string_view body, const std::string& assumed) {
   return assumed;
 }
 
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    if (lrt::detail::is(c, lrt::detail::unreserved)) result += c;
-    else lrt::detail::append_percent(result, c);
-  }
-  return result;
-}
-
 std::string seconds_of(milliseconds time) {
   std::string text = std::to_string(time.count() / 1000);
   const auto rest = time.count() % 1000;
