@@ -69,6 +69,12 @@ void PendingRequests::respond(Ticket ticket, http::Response response, std::optio
   remove(found);
 }
 
+void PendingRequests::respond(Ticket ticket, Outcome outcome) {
+  if (auto* response = std::get_if<http::Response>(&outcome)) respond(ticket, std::move(*response));
+  else if (auto* upgraded = std::get_if<Upgraded>(&outcome)) respond(ticket, std::move(upgraded->response), upgraded->channel);
+  else if (auto* streamed = std::get_if<Streamed>(&outcome)) respond(ticket, std::move(streamed->response), streamed->channel);
+}
+
 void PendingRequests::abandon(Ticket ticket) noexcept {
   const auto found = pending_.find(static_cast<std::uint64_t>(ticket));
   if (found == pending_.end()) return;

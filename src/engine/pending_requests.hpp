@@ -53,6 +53,8 @@ class PendingRequests {
   Context* resume(Ticket ticket, TimePoint now);
 
   void respond(Ticket ticket, http::Response response, std::optional<Channel> channel = {});
+  /// The same of what a step has come to. Deferred: the request goes on waiting.
+  void respond(Ticket ticket, Outcome outcome);
   /// The client is gone. A call that has not begun is cancelled; one that runs goes on.
   void abandon(Ticket ticket) noexcept;
   /// The client sends nothing more. What tell_end() was called for ends; the request remains.

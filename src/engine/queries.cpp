@@ -1,8 +1,6 @@
 #include "src/engine/queries.hpp"
 
 #include <algorithm>
-#include <exception>
-#include <limits>
 
 #include <lrt/base/iri.hpp>
 #include <lrt/base/media_type.hpp>
@@ -34,6 +32,14 @@ constexpr std::size_t job_size = 1;
 bool is_path(std::string_view path) {
   if (path.size() < 2 || path.front() != '/' || path.back() == '/' || path.find("//") != std::string_view::npos) return false;
   return std::all_of(path.begin(), path.end(), [](char c) { return c == '/' || detail::is(c, detail::unreserved); });
+}
+
+/// When a standing query is to be evaluated next; nullopt: not before something changes.
+std::optional<Queries::Instant> due_of(const StandingQuery& query) {
+  if (query.is_running) return std::nullopt;
+  if (query.is_dirty) return query.last_start + query.interval;
+  if (!query.query->dependencies().time) return std::nullopt;
+  return query.last_start + std::max<std::chrono::milliseconds>(query.interval, clock_interval);
 }
 
 }  // namespace
@@ -78,7 +84,7 @@ Queries::Queries(const EngineOptions& options, const Clock& clock, Registry& reg
       values_(values),
       scanner_(scanner),
       subscriptions_(subscriptions),
-      snapshots_(service_, options, registry, representations, std::move(shared)) {
+      snapshots_(service_, registry, representations, std::move(shared)) {
   if (!service_ || !is_path(service_->limits().path)) return;
   all_ = std::make_unique<AllProperties>(registry, service_->limits().max_age, clock);
   endpoint_ = std::make_unique<QueryResource>(*service_);
@@ -100,17 +106,16 @@ Result<void> Queries::check_options() const {
 
 // ------------------------------------------------------------------------------------------------------------- requests
 
-/// What the parameters of a form ask (SPARQL 1.1 Protocol 2.1). nullopt: there is no query.
-std::variant<std::optional<Queries::Asked>, http::Response> Queries::asked_in(const Context& context, std::string_view form, bool is_body) const {
+/// What the parameters of a form ask (SPARQL 1.1 Protocol 2.1).
+std::variant<Queries::Asked, http::Response> Queries::asked_in(const Context& context, std::string_view form, bool is_body) const {
   const auto parameters = http::parse_form(form);
   if (!parameters)
     return responses_.problem(context, 400, std::string(is_body ? "the body" : "the query of the target") + ": expected name=value pairs in percent-encoded UTF-8");
   Asked asked;
-  bool has_query = false;
   for (const auto& [name, value] : *parameters) {
     if (name == "update") return responses_.problem(context, 403, "an update is not carried out here: this endpoint only reads");
     if (name == "query") {
-      if (std::exchange(has_query, true)) return responses_.problem(context, 400, "query: expected one, found several");
+      if (asked.text) return responses_.problem(context, 400, "query: expected one, found several");
       asked.text = value;
     } else if (name == "default-graph-uri" || name == "named-graph-uri") {
       if (!iri::is_absolute(value)) return responses_.problem(context, 400, name + ": expected an absolute IRI, found \"" + value + "\"");
@@ -120,13 +125,13 @@ std::variant<std::optional<Queries::Asked>, http::Response> Queries::asked_in(co
       asked.changes = value == "true";
     }
   }
-  return has_query ? std::optional(std::move(asked)) : std::nullopt;
+  return asked;
 }
 
 std::variant<std::shared_ptr<const PreparedQuery>, http::Response> Queries::parse(const Context& context, const Asked& asked) const {
-  if (asked.text.size() > service_->limits().max_text_bytes)
-    return responses_.problem(context, 413, "the query has " + std::to_string(asked.text.size()) + " bytes; " + std::to_string(service_->limits().max_text_bytes) + " are allowed");
-  auto parsed = service_->parse(asked.text, responses_.iri(context, endpoint_->path), asked.default_graphs, asked.named_graphs);
+  if (asked.text->size() > service_->limits().max_text_bytes)
+    return responses_.problem(context, 413, "the query has " + std::to_string(asked.text->size()) + " bytes; " + std::to_string(service_->limits().max_text_bytes) + " are allowed");
+  auto parsed = service_->parse(*asked.text, responses_.iri(context, endpoint_->path), asked.default_graphs, asked.named_graphs);
   if (parsed) return *std::move(parsed);
   const Error& error = parsed.error();
   const int status = error.code == Errc::limit_exceeded ? 413 : error.code == Errc::unsupported_syntax ? 403 : 400;
@@ -137,8 +142,8 @@ std::optional<Outcome> Queries::get(Context& context) {
   const auto target = http::split_target(context.request().target);
   auto asked = asked_in(context, target ? target->query : std::string_view(), false);
   if (auto* response = std::get_if<http::Response>(&asked)) return Outcome(std::move(*response));
-  const auto& query = std::get<std::optional<Asked>>(asked);
-  return query ? std::optional(ask(context, *query)) : std::nullopt;
+  const Asked& query = std::get<Asked>(asked);
+  return query.text ? std::optional(ask(context, query)) : std::nullopt;
 }
 
 Outcome Queries::post(Context& context) {
@@ -158,21 +163,25 @@ Outcome Queries::post(Context& context) {
   const std::string_view in_target = target ? target->query : std::string_view();
   auto read = asked_in(context, is_form ? request.body : in_target, is_form);
   if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
-  auto& asked = std::get<std::optional<Asked>>(read);
-  if (is_form) return asked ? ask(context, *asked) : problem(400, "the parameter query is missing");
-  // The parameters of the target have the dataset, the body has the query.
-  if (asked) return problem(400, "query: expected it in the body only, found it in the target, too");
-  auto dataset = asked_in(context, "query=&" + std::string(in_target), false);
-  if (auto* response = std::get_if<http::Response>(&dataset)) return std::move(*response);
-  Asked direct = *std::move(std::get<std::optional<Asked>>(dataset));
-  direct.text = std::string(request.body);
-  return ask(context, direct);
+  Asked& asked = std::get<Asked>(read);
+  if (!is_form) {  // the parameters of the target have the dataset, the body has the query
+    if (asked.text) return problem(400, "query: expected it in the body only, found it in the target, too");
+    asked.text = std::string(request.body);
+  }
+  return asked.text ? ask(context, asked) : problem(400, "the parameter query is missing");
 }
 
 http::Response Queries::too_many(const Context& context, const char* what) const {
   http::Response response = responses_.problem(context, 503, what);
   responses_.add_retry_after(response);
   return response;
+}
+
+/// Until the answer is there: the properties are read, the query waits for its turn, and it is evaluated.
+std::optional<Ticket> Queries::defer(const Context& context) {
+  return pending_.defer(context, options_.host_timeout + 2 * service_->limits().time, [this](Ticket late, Context& c, bool) {
+    pending_.respond(late, too_many(c, "the query could not be evaluated in time: others take long"));
+  });
 }
 
 http::Response Queries::failed(const Context& context, const Error& error) const {
@@ -194,9 +203,7 @@ Outcome Queries::ask(Context& context, const Asked& asked) {
   }
   const QueryService::Limits& limits = service_->limits();
   if (running_ >= limits.max_queries) return too_many(context, "as many queries as this server takes are under way; try again later");
-  const auto ticket = pending_.defer(context, options_.host_timeout + 2 * limits.time, [this](Ticket late, Context& c, bool) {
-    pending_.respond(late, too_many(c, "the query could not be evaluated in time: others take long"));
-  });
+  const auto ticket = defer(context);
   if (!ticket) return responses_.overloaded(context);
   auto evaluation = std::make_shared<Evaluation>();
   evaluation->query = query;
@@ -291,9 +298,9 @@ Outcome Queries::subscribe(Context& context, Protocol protocol) {
   const auto target = http::split_target(context.request().target);
   auto read = asked_in(context, target ? target->query : std::string_view(), false);
   if (auto* response = std::get_if<http::Response>(&read)) return std::move(*response);
-  const auto& asked = std::get<std::optional<Asked>>(read);
-  if (!asked) return responses_.problem(context, 400, "the parameter query is missing: a subscription here is to the answer of a query");
-  auto found = standing_for(context, *asked);
+  const Asked& asked = std::get<Asked>(read);
+  if (!asked.text) return responses_.problem(context, 400, "the parameter query is missing: a subscription here is to the answer of a query");
+  auto found = standing_for(context, asked);
   if (auto* response = std::get_if<http::Response>(&found)) return std::move(*response);
   StandingQuery& query = *std::get<StandingQuery*>(found);
   if (query.latest || (protocol == Protocol::websocket && context.request().must_upgrade_now)) {
@@ -303,9 +310,7 @@ Outcome Queries::subscribe(Context& context, Protocol protocol) {
     unobserved(query);  // if there was no subscription made
     return outcome;
   }
-  const auto ticket = pending_.defer(context, options_.host_timeout + 2 * service_->limits().time, [this](Ticket late, Context& c, bool) {
-    pending_.respond(late, too_many(c, "the query could not be evaluated in time: others take long"));
-  });
+  const auto ticket = defer(context);
   if (!ticket) {
     unobserved(query);
     return responses_.overloaded(context);
@@ -326,7 +331,7 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
   std::shared_ptr<Snapshot> snapshot = snapshots_.of(context.base, context.audience);
   std::string key;
   if (!asked.changes) {
-    key = asked.text;
+    key = *asked.text;
     for (const auto& graph : asked.default_graphs) key += "\n<" + graph;
     for (const auto& graph : asked.named_graphs) key += "\n>" + graph;
     key += '\n' + std::to_string(interval.count());
@@ -335,7 +340,7 @@ std::variant<StandingQuery*, http::Response> Queries::standing_for(Context& cont
   }
   if (standing_.size() >= service_->limits().max_standing) return too_many(context, "there are as many standing queries as this server keeps");
   auto made = std::make_unique<StandingQuery>(endpoint_->path + "/standing-" + std::to_string(next_standing_++), *endpoint_, *this, prepared,
-                                              std::move(snapshot), asked.text);
+                                              std::move(snapshot));
   StandingQuery& query = *made;
   if (standing_.empty()) seen_structure_ = registry_.structure();
   query.key = std::move(key);
@@ -398,10 +403,7 @@ void Queries::serve_waiters(StandingQuery& query, TimePoint now) {
     Context context = *waiting;
     context.resource = &query;
     context.resource_id = query.id;
-    Outcome outcome = subscriptions_.subscribe(context, waiter.protocol);
-    if (auto* response = std::get_if<http::Response>(&outcome)) pending_.respond(waiter.ticket, std::move(*response));
-    else if (auto* upgraded = std::get_if<Upgraded>(&outcome)) pending_.respond(waiter.ticket, std::move(upgraded->response), upgraded->channel);
-    else if (auto* streamed = std::get_if<Streamed>(&outcome)) pending_.respond(waiter.ticket, std::move(streamed->response), streamed->channel);
+    pending_.respond(waiter.ticket, subscriptions_.subscribe(context, waiter.protocol));
   }
   unobserved(query);
 }
@@ -463,19 +465,14 @@ void Queries::advance(TimePoint now) {
   const bool has_new_structure = std::exchange(seen_structure_, registry_.structure()) != registry_.structure();
   for (const auto& query : standing_) {
     if (has_new_structure) query->is_dirty = true;
-    if (query->is_running) continue;
-    const bool due = query->is_dirty ? now.steady >= query->last_start + query->interval
-                                     : query->query->dependencies().time && now.steady >= query->last_start + std::max<std::chrono::milliseconds>(query->interval, clock_interval);
-    if (due) evaluate(*query, now);
+    if (const auto due = due_of(*query); due && now.steady >= *due) evaluate(*query, now);
   }
 }
 
 std::optional<Queries::Instant> Queries::next_deadline() const {
   std::optional<Instant> first;
   for (const auto& query : standing_) {
-    if (query->is_running || (!query->is_dirty && !query->query->dependencies().time)) continue;
-    const Instant due = query->last_start + (query->is_dirty ? query->interval : std::max<std::chrono::milliseconds>(query->interval, clock_interval));
-    if (!first || due < *first) first = due;
+    if (const auto due = due_of(*query); due && (!first || *due < *first)) first = due;
   }
   return first;
 }

@@ -67,7 +67,7 @@ class Queries {
  private:
   /// What a request asks.
   struct Asked {
-    std::string text;
+    std::optional<std::string> text;  ///< nullopt: there is no query
     std::vector<std::string> default_graphs, named_graphs;
     bool changes = false;  ///< of a standing query: the rows that are new and those that are gone
   };
@@ -84,12 +84,13 @@ class Queries {
   };
   class AllProperties;
 
-  std::variant<std::optional<Asked>, http::Response> asked_in(const Context& context, std::string_view form, bool is_body) const;
+  std::variant<Asked, http::Response> asked_in(const Context& context, std::string_view form, bool is_body) const;
   std::variant<std::shared_ptr<const PreparedQuery>, http::Response> parse(const Context& context, const Asked& asked) const;
   Outcome ask(Context& context, const Asked& asked);
   void snapshot_for(std::shared_ptr<Evaluation> evaluation);
   void begin(std::shared_ptr<Evaluation> evaluation);
   http::Response response_to(Context& context, const PreparedQuery& query, std::size_t type, Result<std::string> text) const;
+  std::optional<Ticket> defer(const Context& context);
   http::Response failed(const Context& context, const Error& error) const;
   http::Response too_many(const Context& context, const char* what) const;
 

@@ -109,10 +109,7 @@ void Representations::go_on(Ticket ticket, Resource& resource, Encodings encodin
     }
     Attempt next = step(*context, true);
     if (auto* missing = std::get_if<Missing>(&next)) return go_on(ticket, *context->resource, missing->encodings, step);
-    Outcome& outcome = std::get<Outcome>(next);
-    if (auto* response = std::get_if<http::Response>(&outcome)) pending_.respond(ticket, std::move(*response));
-    else if (auto* upgraded = std::get_if<Upgraded>(&outcome)) pending_.respond(ticket, std::move(upgraded->response), upgraded->channel);
-    else if (auto* streamed = std::get_if<Streamed>(&outcome)) pending_.respond(ticket, std::move(streamed->response), streamed->channel);
+    pending_.respond(ticket, std::move(std::get<Outcome>(next)));
   });
 }
 

@@ -43,9 +43,9 @@ struct Snapshot {
 class Snapshots {
  public:
   /// @param shared  resources that belong to no Thing
-  Snapshots(const QueryService* service, const EngineOptions& options, const Registry& registry, const Representations& representations,
+  Snapshots(const QueryService* service, const Registry& registry, const Representations& representations,
             std::function<std::vector<Resource*>()> shared)
-      : service_(service), options_(options), registry_(registry), representations_(representations), shared_(std::move(shared)) {}
+      : service_(service), registry_(registry), representations_(representations), shared_(std::move(shared)) {}
 
   /// The snapshot of a base and an audience, perhaps a new one. It lives as long as it is used.
   std::shared_ptr<Snapshot> of(std::size_t base, const Audience& audience);
@@ -65,7 +65,6 @@ class Snapshots {
   void renew(Snapshot& snapshot, std::vector<NamedGraph>& changes);
 
   const QueryService* const service_;
-  const EngineOptions& options_;
   const Registry& registry_;
   const Representations& representations_;
   const std::function<std::vector<Resource*>()> shared_;

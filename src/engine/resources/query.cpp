@@ -19,7 +19,7 @@ constexpr std::string_view formats[] = {
     "http://www.w3.org/ns/formats/RDF_XML",             "http://www.w3.org/ns/formats/JSON-LD",
 };
 
-/// Of one media type that is the same for answers to all queries of a form.
+/// The media types that the answers to a query can have.
 Variants variants_of(const PreparedQuery& query) {
   Variants all;
   for (std::size_t i = 0; i < query.types().size(); ++i) {
@@ -68,11 +68,10 @@ void QueryResource::describe_types(About& about, const Description&) const { abo
 // ------------------------------------------------------------------------------------------------------------- standing
 
 StandingQuery::StandingQuery(std::string its_path, const QueryResource& endpoint, Queries& owner, std::shared_ptr<const PreparedQuery> its_query,
-                             std::shared_ptr<Snapshot> of, std::string its_text)
+                             std::shared_ptr<Snapshot> of)
     : Resource(std::move(its_path), nullptr),
       query(std::move(its_query)),
       snapshot(std::move(of)),
-      text(std::move(its_text)),
       endpoint_(endpoint),
       owner_(owner),
       variants_(variants_of(*query)) {

@@ -51,7 +51,7 @@ class QueryResource final : public Resource {
 class StandingQuery final : public Resource {
  public:
   StandingQuery(std::string its_path, const QueryResource& endpoint, Queries& owner, std::shared_ptr<const PreparedQuery> query,
-                std::shared_ptr<Snapshot> of, std::string its_text);
+                std::shared_ptr<Snapshot> of);
   ~StandingQuery() override;
 
   void describe(const Description&) const override {}
@@ -99,7 +99,6 @@ class StandingQuery final : public Resource {
 
   const std::shared_ptr<const PreparedQuery> query;
   const std::shared_ptr<Snapshot> snapshot;
-  const std::string text;
   std::string key;                          ///< by which equal queries share it; empty: it is for one subscriber alone
   bool tells_changes = false;
   std::chrono::milliseconds interval{0};    ///< between two evaluations
