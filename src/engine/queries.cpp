@@ -84,7 +84,7 @@ Queries::Queries(const EngineOptions& options, const Clock& clock, Registry& reg
       values_(values),
       scanner_(scanner),
       subscriptions_(subscriptions),
-      snapshots_(service_, registry, representations, std::move(shared)) {
+      snapshots_(service_, clock, registry, representations, std::move(shared)) {
   if (!service_ || !is_path(service_->limits().path)) return;
   all_ = std::make_unique<AllProperties>(registry, service_->limits().max_age, clock);
   endpoint_ = std::make_unique<QueryResource>(*service_);

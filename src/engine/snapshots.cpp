@@ -47,14 +47,13 @@ bool Snapshots::update(Snapshot& snapshot) {
 
 /// Goes on with the first round. What changes behind it meanwhile is found by the next one.
 bool Snapshots::fill(Snapshot& snapshot, std::vector<NamedGraph>& changes) {
-  const Instant end = std::chrono::steady_clock::now() + fill_budget;
+  const Instant end = clock_.now().steady + fill_budget;
   const auto& things = registry_.things();
-  for (auto at = things.lower_bound(snapshot.next); at != things.end(); ++at) {
-    if (std::chrono::steady_clock::now() >= end) {
-      snapshot.next = at->first;
-      return false;
-    }
+  for (auto at = things.lower_bound(snapshot.next); at != things.end();) {
     visit(snapshot, *at->second, changes);
+    if (++at == things.end() || clock_.now().steady < end) continue;  // one Thing at least, so that each step gets on
+    snapshot.next = at->first;
+    return false;
   }
   snapshot.filled = true;
   return true;

@@ -10,6 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include <lrt/base/clock.hpp>
 #include <lrt/engine/query_service.hpp>
 
 #include "src/engine/audience.hpp"
@@ -43,9 +44,9 @@ struct Snapshot {
 class Snapshots {
  public:
   /// @param shared  resources that belong to no Thing
-  Snapshots(const QueryService* service, const Registry& registry, const Representations& representations,
+  Snapshots(const QueryService* service, const Clock& clock, const Registry& registry, const Representations& representations,
             std::function<std::vector<Resource*>()> shared)
-      : service_(service), registry_(registry), representations_(representations), shared_(std::move(shared)) {}
+      : service_(service), clock_(clock), registry_(registry), representations_(representations), shared_(std::move(shared)) {}
 
   /// The snapshot of a base and an audience, perhaps a new one. It lives as long as it is used.
   std::shared_ptr<Snapshot> of(std::size_t base, const Audience& audience);
@@ -65,6 +66,7 @@ class Snapshots {
   void renew(Snapshot& snapshot, std::vector<NamedGraph>& changes);
 
   const QueryService* const service_;
+  const Clock& clock_;
   const Registry& registry_;
   const Representations& representations_;
   const std::function<std::vector<Resource*>()> shared_;

@@ -171,6 +171,18 @@ TEST_CASE("each resource is a graph by its URI, and a removed one is none", "[en
   CHECK(asked.ask("graphs").find("/arm/tool") == std::string::npos);
 }
 
+TEST_CASE("a first query that takes long to prepare is prepared in several turns", "[engine][query]") {
+  Robot asked;
+  asked.bench.add(asked.robot.tool());
+  asked.bench.clock.run_slowly(milliseconds(1));
+  const Bench::Sent sent = asked.bench.send("GET /sparql?query=graphs\n");
+  std::size_t turns = 0;
+  for (; turns < 100 && !asked.bench.answer(sent); ++turns) asked.bench.run();
+  CHECK(turns > 1);
+  REQUIRE(asked.bench.answer(sent));
+  CHECK(asked.bench.answer(sent)->body.find("/arm/tool;") != std::string::npos);
+}
+
 TEST_CASE("only what has changed is described again", "[engine][query]") {
   Robot asked;
   (void)asked.ask("graphs");
