@@ -106,7 +106,7 @@ class Conductor {
 
   const std::vector<Rule> rules_;
   lrt::Client client_;
-  std::map<std::string, lrt::client::Robot> robots_;                // by the name of the member
+  std::map<std::string, lrt::client::Robot> robots_;  // by the name of the member
   std::map<std::string, std::vector<lrt::client::Watch>> watches_;
   int fired_ = 0;
 };

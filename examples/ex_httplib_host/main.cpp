@@ -41,8 +41,7 @@ int main(int argc, char** argv) {
   if (!server || !server->add(std::move(arm))) return 1;
 
   httplib::Server host;
-  host.Get("/health",
-           [](const httplib::Request&, httplib::Response& response) { response.set_content("fine\n", "text/plain"); });
+  host.Get("/health", [](const httplib::Request&, httplib::Response& response) { response.set_content("fine\n", "text/plain"); });
   lrt::mount(host, *server, "/robot");
   const int bound = port != 0 ? (host.bind_to_port("127.0.0.1", port) ? port : -1) : host.bind_to_any_port("127.0.0.1");
   if (bound < 0) return 1;

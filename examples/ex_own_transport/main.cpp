@@ -37,7 +37,8 @@ int main(int argc, char** argv) {
 
   double angle = 0.5, target = 0.5;  // [rad], owned by this thread
   lrt::Thing joint{"baxter/right_s1"};
-  joint.property("rotation", [&] { return angle; }, lrt::unit::radian);
+  joint.property(
+      "rotation", [&] { return angle; }, lrt::unit::radian);
   joint.action("rotate", [&](double to) { target = to; });
 
   auto server = lrt::Server::create(std::move(options));

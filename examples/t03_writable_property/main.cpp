@@ -9,7 +9,8 @@ int main() {
   bool emergency_stop = false;
 
   lrt::Thing arm{"arm"};
-  arm.property("speed", [&] { return speed; }, lrt::unit::metre_per_second)
+  arm.property(
+         "speed", [&] { return speed; }, lrt::unit::metre_per_second)
       .between(0, 1.5)
       .on_write([&](double wanted) -> lrt::Result<void> {  // or void, if the robot accepts every value within the bounds
         if (emergency_stop) return lrt::unexpected(lrt::Errc::refused, "the emergency stop is pressed");

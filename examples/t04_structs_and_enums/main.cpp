@@ -22,9 +22,7 @@ struct Grip {
 
 template <>
 struct lrt::rdf::traits<Mode> : lrt::rdf::Enumeration<Mode> {
-  static void describe(Enumeration<Mode>& e) {
-    e.name(Mode::idle, "idle").name(Mode::holding, "holding").name(Mode::fault, "fault");
-  }
+  static void describe(Enumeration<Mode>& e) { e.name(Mode::idle, "idle").name(Mode::holding, "holding").name(Mode::fault, "fault"); }
 };
 
 template <>

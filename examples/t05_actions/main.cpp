@@ -17,8 +17,7 @@ int main() {
   });
   lift.action("moveTo",
               [&](double target) -> lrt::Result<void> {
-                if (!homed)
-                  return lrt::unexpected(lrt::Errc::refused, "the lift does not know its height yet: invoke home first");
+                if (!homed) return lrt::unexpected(lrt::Errc::refused, "the lift does not know its height yet: invoke home first");
                 height = target;
                 return {};
               })

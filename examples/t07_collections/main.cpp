@@ -43,9 +43,7 @@ int main() {
   server.add(std::move(rover)).value();
 
   lesson::Visitor visitor(server, [](lesson::Client& client) {
-    const auto at = [](const std::string& x, const std::string& y) {
-      return "<> maths:x " + x + " ; maths:y " + y + " ; qudt:hasUnit unit:M .";
-    };
+    const auto at = [](const std::string& x, const std::string& y) { return "<> maths:x " + x + " ; maths:y " + y + " ; qudt:hasUnit unit:M ."; };
     client.options("/rover/waypoints");
     const std::string first = client.post("/rover/waypoints", at("1.5", "2")).field("Location");
     const std::string second = client.post("/rover/waypoints", at("3", "2")).field("Location");

@@ -20,7 +20,8 @@ int main() {
 
   lrt::Thing battery{"rover/battery"};  // a thing below a thing, by its path
   battery
-      .property("charge", [&] { return level; }, lrt::unit::one)
+      .property(
+          "charge", [&] { return level; }, lrt::unit::one)
       .predicate(Iri{"http://example.org/rover#charge"})
       .type(Iri{"http://www.w3.org/ns/sosa/ObservableProperty"})
       .add(lrt::vocab::rdfs::comment, "Measured at rest; drops by a tenth under load.");

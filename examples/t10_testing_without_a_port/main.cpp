@@ -11,7 +11,8 @@
 
 lrt::Thing make_joint(double& angle) {  // the thing under test
   lrt::Thing joint{"joint"};
-  joint.property("rotation", [&] { return angle; }, lrt::unit::radian);
+  joint.property(
+      "rotation", [&] { return angle; }, lrt::unit::radian);
   joint.action("rotate", [&](double target) { angle = target; });
   return joint;
 }
@@ -37,8 +38,8 @@ class Numbers final : public lrt::IdSource {
 };
 
 void show(const lrt::http::Response& r) {
-  std::printf("%d %.*s\n%.*s\n", r.status, int(r.fields.find("Location").value_or("").size()),
-              r.fields.find("Location").value_or("").data(), int(r.content().size()), r.content().data());
+  std::printf("%d %.*s\n%.*s\n", r.status, int(r.fields.find("Location").value_or("").size()), r.fields.find("Location").value_or("").data(),
+              int(r.content().size()), r.content().data());
 }
 
 int main() {
@@ -76,7 +77,7 @@ int main() {
 
   ask("GET", "/joint/rotation");
   clock.advance(options.limits.host_timeout);  // the host hangs ...
-  server.poll();                            // ... and the waiting request gets 503
+  server.poll();                               // ... and the waiting request gets 503
 }
 
 // Output:

@@ -9,7 +9,8 @@ int main() {
   angle.publish(0);
 
   double temperature = 36.5;  // pulled: read ten times a second while it is observed, or at your own period ...
-  auto motor = joint.property("temperature", [&] { return temperature; }, lrt::unit::degree_celsius);
+  auto motor = joint.property(
+      "temperature", [&] { return temperature; }, lrt::unit::degree_celsius);
   motor.sample(std::chrono::milliseconds(0));  // ... here only when we call changed()
 
   joint.action("turn", [&](double to, lrt::Responder done) {

@@ -29,8 +29,8 @@ int main() {
     client.notified(receiver);
 
     // The same by POST to the container of subscriptions. With a secret each notification is signed.
-    client.post("/arm/joint/subscriptions", "<> hybrit:onResource <../joint/angle> ; hybrit:callbackURL \"" + receiver.url() +
-                                                "\"^^xsd:anyURI ; lrt:secret \"between us\" .");
+    client.post("/arm/joint/subscriptions",
+                "<> hybrit:onResource <../joint/angle> ; hybrit:callbackURL \"" + receiver.url() + "\"^^xsd:anyURI ; lrt:secret \"between us\" .");
     client.notified(receiver);
     client.get("/arm/joint/angle", "Upgrade: callback\r\nCallback: http://stranger.example/\r\n");
   });

@@ -20,12 +20,14 @@ int main() {
   auto tool = arm.property<Eigen::Isometry3d>("tool", lrt::unit::metre);
   arm.property("joints", [&] { return joints; });
   arm.property("orientation", [&] { return orientation; }).on_write([&](const Eigen::Quaterniond& wanted) { orientation = wanted; });
-  arm.action("reach", [&](const Eigen::Vector3d& point) {
-    target = point;
-    Eigen::Isometry3d pose(orientation);
-    pose.translation() = target;
-    tool.publish(pose);  // fixed sizes: no lock, no allocation, suitable for a control loop
-  }).unit(lrt::unit::metre);
+  arm.action("reach",
+             [&](const Eigen::Vector3d& point) {
+               target = point;
+               Eigen::Isometry3d pose(orientation);
+               pose.translation() = target;
+               tool.publish(pose);  // fixed sizes: no lock, no allocation, suitable for a control loop
+             })
+      .unit(lrt::unit::metre);
 
   lrt::Server server = lrt::Server::create(lesson::options()).value();
   server.add(std::move(arm)).value();

@@ -32,7 +32,8 @@ int main() {
   image.frame(lrt::Object::resource("head/optical_frame"));
 
   std::array<double, 2> angles{0.25, -1};
-  head.property("angles", [&] { return angles; }, lrt::unit::radian)
+  head.property(
+          "angles", [&] { return angles; }, lrt::unit::radian)
       .octets()  // also application/octet-stream, for GET and PUT
       .on_write([&](const std::array<double, 2>& a) { angles = a; });
 

@@ -36,15 +36,18 @@ int main() {
   server.add(std::move(world)).value();
 
   // A camera sees a cup. Readers see both triples or none.
-  objects.update([](lrt::GraphUpdate& u) {
-    u.add("#cup", lrt::vocab::rdf_::type, lrt::Iri("http://schema.org/Product"));
-    u.add("#cup", lrt::vocab::rdfs::label, "the red cup");
-  }).value();
+  objects
+      .update([](lrt::GraphUpdate& u) {
+        u.add("#cup", lrt::vocab::rdf_::type, lrt::Iri("http://schema.org/Product"));
+        u.add("#cup", lrt::vocab::rdfs::label, "the red cup");
+      })
+      .value();
   // The loop says where it is: no lock, no allocation.
   auto cup = objects.published<Position>("cup", position, lrt::unit::metre);
   cup.publish({0.5, -0.25});
 
-  const lrt::Result<void> refused = tasks.update([](lrt::GraphUpdate& u) { u.add("#1", lrt::vocab::rdf_::type, lrt::Iri("http://schema.org/Action")); });
+  const lrt::Result<void> refused =
+      tasks.update([](lrt::GraphUpdate& u) { u.add("#1", lrt::vocab::rdf_::type, lrt::Iri("http://schema.org/Action")); });
 
   lesson::Visitor visitor(server, [&refused](lesson::Client& client) {
     std::printf("%.*s\n\n", static_cast<int>(refused.error().message.find(": <")), refused.error().message.c_str());

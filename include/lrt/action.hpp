@@ -237,8 +237,9 @@ constexpr bool check_action() {
     } else if constexpr (Shape::asynchronous && !std::is_void_v<typename Shape::Return>) {
       static_assert(always_false<F>, "lrt: an action with a Responder must return void; end it by succeed() or fail() of the Responder");
     } else if constexpr (Shape::asynchronous && Shape::takes_view) {
-      static_assert(always_false<F>,
-                    "lrt: the text of a std::string_view or const char* ends with the call, but an action with a Responder goes on; take a std::string");
+      static_assert(
+          always_false<F>,
+          "lrt: the text of a std::string_view or const char* ends with the call, but an action with a Responder goes on; take a std::string");
     } else if constexpr (std::is_same_v<typename Shape::Parameter, char*> || !is_callable_with<F>(static_cast<typename Shape::Args*>(nullptr))) {
       static_assert(always_false<F>, "lrt: an action takes its input by value or by const reference; drop the `&` or write `const`");
     } else {

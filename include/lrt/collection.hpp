@@ -26,8 +26,9 @@ class Collection : public model::ResourceHandle<Collection<T>, model::Collection
   Collection& on_create(F create) {
     constexpr bool with_id = std::is_invocable_v<F&, const std::string&, T>, alone = std::is_invocable_v<F&, T>;
     if constexpr (!with_id && !alone) {
-      static_assert(rdf::detail::always_false<F>,
-                    "lrt: on_create expects a callable (T) or (const std::string& id, T), where T is the collection's type; write [](T value) { ... }");
+      static_assert(
+          rdf::detail::always_false<F>,
+          "lrt: on_create expects a callable (T) or (const std::string& id, T), where T is the collection's type; write [](T value) { ... }");
       return *this;
     } else if constexpr (with_id && alone) {
       static_assert(rdf::detail::always_false<F>,

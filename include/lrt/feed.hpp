@@ -43,14 +43,12 @@ class Feed {
   };
   /// What take() has found.
   struct Batch {
-    std::vector<engine::ObservableResource>
-        resources;  ///< with the first call all that can be observed, then those that came, or have another path
+    std::vector<engine::ObservableResource> resources;  ///< with the first call all that can be observed, then those that came, or have another path
     std::vector<engine::FeedMessage> messages;
     std::vector<Response> responses;
-    std::uint64_t structure =
-        0;  ///< moves whenever a Thing comes or goes, or what one promises changes, such as the availability of an action
-    bool more = false;    ///< there may be more at once
-    bool closed = false;  ///< the server has stopped
+    std::uint64_t structure = 0;  ///< moves whenever a Thing comes or goes, or what one promises changes, such as the availability of an action
+    bool more = false;            ///< there may be more at once
+    bool closed = false;          ///< the server has stopped
   };
 
   /// Who sends a request.

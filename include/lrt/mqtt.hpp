@@ -35,12 +35,11 @@ enum class Kind : std::uint8_t {
 struct Publication {
   /// Pattern of paths: `*` stands for any characters but '/', `**` for any characters. "/baxter/**", "/*/state"
   std::string paths = "/**";
-  std::vector<Kind> kinds{};  ///< empty: all
-  bool publish = true;        ///< false: what fits is not published
-  std::string media_type =
-      "application/json";  ///< one that the resource has, such as application/cbor, text/turtle, application/ld+json
-  int qos = 0;             ///< 0, 1 or 2; less if the broker has less
-  bool retain = false;     ///< the broker gives the newest message to those who subscribe later
+  std::vector<Kind> kinds{};                    ///< empty: all
+  bool publish = true;                          ///< false: what fits is not published
+  std::string media_type = "application/json";  ///< one that the resource has, such as application/cbor, text/turtle, application/ld+json
+  int qos = 0;                                  ///< 0, 1 or 2; less if the broker has less
+  bool retain = false;                          ///< the broker gives the newest message to those who subscribe later
   /// nullopt: only the newest representation is sent, but for actions and invocations, of which each change is (the server's default_queue_length).
   std::optional<std::size_t> queue_length{};
   std::chrono::milliseconds minimum_interval{0};  ///< between two messages of one resource
@@ -67,7 +66,7 @@ struct Broker {
   std::string client_id;       ///< empty: "lrt-" and a random text. Two clients with one id end each other's connections
   /// What clients are told in RDF (lrt:mqttBroker): "mqtts://broker.example:8883". Empty: made of host and port.
   std::string public_url;
-  std::chrono::seconds keep_alive{15};  ///< 5 s to 18 h; a broker that does not respond to a ping for as long counts as gone
+  std::chrono::seconds keep_alive{15};             ///< 5 s to 18 h; a broker that does not respond to a ping for as long counts as gone
   std::chrono::milliseconds connect_time{10'000};  ///< from the beginning of a connection to CONNACK
   // Pauses between attempts: first_pause, then twice that, and so on up to max_pause; each multiplied by a random factor of 0.5 to 1.5, so that the
   // robots of a fleet do not return at the same time.
@@ -80,8 +79,7 @@ struct Broker {
 struct Description {
   bool publish = true;
   std::string media_type = "text/turtle";
-  std::chrono::milliseconds minimum_interval{
-      1'000};  ///< between two, so that many Things that are added one by one cause one message
+  std::chrono::milliseconds minimum_interval{1'000};  ///< between two, so that many Things that are added one by one cause one message
 };
 
 /// Commands from the broker, off by default. A message to PREFIX/ns/put/PATH writes a Property, one to PREFIX/ns/post/PATH invokes an Action, one to
@@ -98,8 +96,7 @@ struct Commands {
   std::string token;
   /// Allows commands although the server has no Security that could refuse them: who may publish to the broker can move the robot.
   bool allow_unprotected = false;
-  int qos =
-      1;  ///< at most, of the broker's messages to the robot. With 1 a sender's repetition may be carried out twice, with 0 and 2 it is not
+  int qos = 1;  ///< at most, of the broker's messages to the robot. With 1 a sender's repetition may be carried out twice, with 0 and 2 it is not
   std::string default_content_type = "application/json";  ///< of messages with a payload and without a content type
   std::size_t max_waiting = 64;                           ///< commands whose responses are to come; more get 503
   std::size_t max_payload_bytes = 1024 * 1024;            ///< more get 413, as with what the server allows for the resource
@@ -116,8 +113,7 @@ struct Limits {
   std::size_t max_unacknowledged_bytes = 4 * 1024 * 1024;
   std::size_t batch_messages = 64;  ///< that are taken from the server at once
   std::size_t batch_bytes = 256 * 1024;
-  std::uint16_t max_topic_aliases =
-      200;  ///< of messages with QoS 0, which then do not carry their topic; at most what the broker allows
+  std::uint16_t max_topic_aliases = 200;  ///< of messages with QoS 0, which then do not carry their topic; at most what the broker allows
 };
 
 /// Options of a bridge.

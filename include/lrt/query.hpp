@@ -20,11 +20,11 @@ namespace lrt::query {
 
 /// Limits of an endpoint. What reaches one of them is refused with the limit and what was reached.
 struct EndpointOptions : engine::QueryService::Limits {
-  std::uint64_t max_steps = 20'000'000;           ///< of one evaluation: triples matched, rows made, expressions evaluated
-  std::size_t max_rows = 100'000;                 ///< of an answer; of CONSTRUCT and DESCRIBE: triples
+  std::uint64_t max_steps = 20'000'000;               ///< of one evaluation: triples matched, rows made, expressions evaluated
+  std::size_t max_rows = 100'000;                     ///< of an answer; of CONSTRUCT and DESCRIBE: triples
   std::size_t max_solution_bytes = 64 * 1024 * 1024;  ///< of the solutions that one evaluation keeps at once
-  std::size_t max_depth = 64;                     ///< of groups, parentheses, paths and queries in each other
-  std::size_t max_triples = 2'000'000;            ///< of the robot; more: its queries get 503
+  std::size_t max_depth = 64;                         ///< of groups, parentheses, paths and queries in each other
+  std::size_t max_triples = 2'000'000;                ///< of the robot; more: its queries get 503
 };
 
 /// Answers queries for a server: for Options::query. One endpoint may be used by several servers.

@@ -169,8 +169,8 @@ struct ClientLimits {
   std::uint64_t body_bytes_per_second = 8 * 1024 * 1024;
   /// A client that has been quiet may use what these rates give in this time at once; 1 ms to 1 h.
   std::chrono::milliseconds burst{2'000};
-  std::size_t max_invocations = 64;    ///< at a time, those that wait in the queue of an action included; 0: not limited
-  std::size_t max_subscriptions = 256; ///< WebSockets, event streams and web callbacks at a time; 0: not limited
+  std::size_t max_invocations = 64;     ///< at a time, those that wait in the queue of an action included; 0: not limited
+  std::size_t max_subscriptions = 256;  ///< WebSockets, event streams and web callbacks at a time; 0: not limited
   /// Principals, and as many addresses, whose rates are remembered; 16 to 1,000,000, about 64 bytes each. For a further one, the server forgets of 16
   /// clients the one that is nearest to having used nothing. So no client is refused because of others, and a client could shed what it has used
   /// only with 16 further addresses that have used more.

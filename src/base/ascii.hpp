@@ -57,9 +57,7 @@ inline std::string lower(std::string_view text) {
   for (char& c : result) c = lower(c);
   return result;
 }
-constexpr unsigned hex_value(char c) noexcept {
-  return is_digit(c) ? static_cast<unsigned>(c - '0') : static_cast<unsigned>(lower(c) - 'a' + 10);
-}
+constexpr unsigned hex_value(char c) noexcept { return is_digit(c) ? static_cast<unsigned>(c - '0') : static_cast<unsigned>(lower(c) - 'a' + 10); }
 
 inline bool iequals_ascii(std::string_view a, std::string_view b) noexcept {
   if (a.size() != b.size()) return false;

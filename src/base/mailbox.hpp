@@ -30,8 +30,7 @@ class Mailbox {
   void put(Reserved item) noexcept {
     Node* const node = item.release();
     node->next = newest_.load(std::memory_order_relaxed);
-    while (!newest_.compare_exchange_weak(node->next, node, std::memory_order_release, std::memory_order_relaxed)) {
-    }
+    while (!newest_.compare_exchange_weak(node->next, node, std::memory_order_release, std::memory_order_relaxed)) {}
   }
 
   bool empty() const noexcept { return newest_.load(std::memory_order_acquire) == nullptr; }

@@ -97,8 +97,7 @@ class Attributes {
       if (cpu >= CPU_SETSIZE) return refused("CPU " + std::to_string(cpu), EINVAL);
       CPU_SET(cpu, &cpus);
     }
-    if (const int error = ::pthread_attr_setaffinity_np(&attributes_, sizeof cpus, &cpus); error != 0)
-      return refused("the CPUs", error);
+    if (const int error = ::pthread_attr_setaffinity_np(&attributes_, sizeof cpus, &cpus); error != 0) return refused("the CPUs", error);
     return {};
   }
 
@@ -149,9 +148,7 @@ Result<Thread> start_thread(const char* name, const ThreadOptions& options, Uniq
   }
   if (error == EPERM) return refused("policy and priority (they need CAP_SYS_NICE or a limit RLIMIT_RTPRIO)", error);
   if (error == EINVAL) return refused("the process may not run on these CPUs", error);
-  if (error != 0)
-    return unexpected(Errc::io_error,
-                      std::string("starting the thread ") + name + ": " + std::system_category().message(error));
+  if (error != 0) return unexpected(Errc::io_error, std::string("starting the thread ") + name + ": " + std::system_category().message(error));
   static_cast<void>(start.release());
   thread.joinable_ = true;
   ::pthread_setname_np(thread.id_, named);  // it may not have come to that itself

@@ -72,7 +72,8 @@ bool EventParser::take_field(std::string_view name, std::string_view value) {
     std::uint64_t number = 0;
     const auto parsed = std::from_chars(value.data(), value.data() + value.size(), number);
     if (parsed.ptr == value.data() + value.size() && !value.empty())
-      retry_ = parsed.ec == std::errc() ? std::chrono::milliseconds(std::min<std::uint64_t>(number, static_cast<std::uint64_t>(max_retry.count()))) : max_retry;
+      retry_ = parsed.ec == std::errc() ? std::chrono::milliseconds(std::min<std::uint64_t>(number, static_cast<std::uint64_t>(max_retry.count())))
+                                        : max_retry;
   }
   return true;
 }

@@ -30,8 +30,7 @@ class GraphStore {
 
   /// @param max_requests  connections that stay open
   /// @par Errors  invalid_option
-  static Result<std::unique_ptr<GraphStore>> create(const StoreOptions& options, std::size_t max_requests,
-                                                    const LogCallback& log);
+  static Result<std::unique_ptr<GraphStore>> create(const StoreOptions& options, std::size_t max_requests, const LogCallback& log);
 
   /// Replaces a graph.
   /// @param turtle    the whole graph

@@ -13,10 +13,9 @@ namespace lrt::client {
 
 /// What a mirror knows of a graph in the store.
 struct StoredGraph {
-  std::string graph{};  ///< its IRI
-  std::string robot{};  ///< URL of the robot that has the resource
-  std::string
-      digest{};  ///< of what was sent; empty: it is not known what the store has; MirrorState::deleted: the store does not have it
+  std::string graph{};       ///< its IRI
+  std::string robot{};       ///< URL of the robot that has the resource
+  std::string digest{};      ///< of what was sent; empty: it is not known what the store has; MirrorState::deleted: the store does not have it
   std::string entity_tag{};  ///< by the store; empty: it gave none
 };
 

@@ -33,7 +33,8 @@ struct NameResolver::State {
   std::map<std::string, Known> known;
 };
 
-NameResolver::NameResolver(ThreadOptions threads, exchange::Resolve resolve) : state_(std::make_shared<State>(std::move(threads), std::move(resolve))) {}
+NameResolver::NameResolver(ThreadOptions threads, exchange::Resolve resolve)
+    : state_(std::make_shared<State>(std::move(threads), std::move(resolve))) {}
 
 Result<std::vector<Address>> NameResolver::find(const std::string& host, exchange::WaitLimit limit) {
   if (std::optional<Address> literal = exchange::literal_address(host)) return std::vector<Address>{*std::move(literal)};

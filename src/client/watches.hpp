@@ -22,10 +22,10 @@ class Watches {
  public:
   /// What tests replace, and how a host is woken.
   struct Hooks {
-    const Clock* clock = nullptr;         ///< judges pauses; nullptr: the system's. If it is moved by hand, check_clock() must follow
-    std::function<double()> random{};     ///< in [0, 1), for pauses; empty: the system's
-    std::function<void()> wake{};         ///< called from any thread when poll() has something to do; must not block or call Watches
-    exchange::Resolve resolve{};          ///< of names for WebSockets; empty: the system's resolver
+    const Clock* clock = nullptr;      ///< judges pauses; nullptr: the system's. If it is moved by hand, check_clock() must follow
+    std::function<double()> random{};  ///< in [0, 1), for pauses; empty: the system's
+    std::function<void()> wake{};      ///< called from any thread when poll() has something to do; must not block or call Watches
+    exchange::Resolve resolve{};       ///< of names for WebSockets; empty: the system's resolver
   };
   /// Which thread runs the callback of a watch.
   enum class Delivery : unsigned char {

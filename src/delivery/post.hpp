@@ -12,10 +12,10 @@ namespace lrt::delivery {
 
 /// The outcome of one POST.
 struct PostResult {
-  int status = 0;       ///< of the response; 0: no complete response was received
-  std::string error{};  ///< the reason, if status is 0
-  bool silent = false;  ///< the receiver closed the connection before the first byte of a response
-  bool keep = false;    ///< the connection can be used again
+  int status = 0;          ///< of the response; 0: no complete response was received
+  std::string error{};     ///< the reason, if status is 0
+  bool silent = false;     ///< the receiver closed the connection before the first byte of a response
+  bool keep = false;       ///< the connection can be used again
   bool confirmed = false;  ///< the body of the response is the notification's challenge
 };
 

@@ -2,8 +2,7 @@
 
 namespace lrt::delivery {
 
-Result<std::unique_ptr<Deliverer>> make_deliverer(Source& /*source*/, const subscription::CallbackOptions& /*options*/,
-                                                  LogCallback /*log*/) {
+Result<std::unique_ptr<Deliverer>> make_deliverer(Source& /*source*/, const subscription::CallbackOptions& /*options*/, LogCallback /*log*/) {
   return unexpected(Errc::invalid_option, "web callbacks: lrt was built without LRT_CALLBACKS");
 }
 

@@ -67,12 +67,12 @@ class Bases {
   const std::vector<std::string> allowed_;
   bool public_secure_ = false;
   std::string public_path_;
-  std::vector<std::string> bases_;  ///< [0]: the public base, or that of the listening address
-  std::vector<bool> served_;        ///< of the same index
-  std::vector<std::string> hosts_;  ///< accepted ones, in lower case, with the port unless it is the scheme's
+  std::vector<std::string> bases_;         ///< [0]: the public base, or that of the listening address
+  std::vector<bool> served_;               ///< of the same index
+  std::vector<std::string> hosts_;         ///< accepted ones, in lower case, with the port unless it is the scheme's
   std::vector<std::string> public_hosts_;  ///< the public base's and allowed ones, with the port unless it is that of its scheme
   std::uint16_t port_ = 0;
-  Upgrades upgrades_;               ///< of the transport
+  Upgrades upgrades_;                       ///< of the transport
   std::vector<std::uint16_t> guest_ports_;  ///< of hosts' own HTTP servers that have handed requests over
 };
 

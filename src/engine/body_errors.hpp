@@ -23,8 +23,8 @@ struct BodyError {
 /// The results of a report, without those that repeat another of the same place.
 /// @param focus  the node that carries the value; nullopt: the body has none
 /// @param type   of the value; nullptr: it has no plain form, and all errors are about the whole body
-std::vector<BodyError> body_errors(const shacl::Report& report, const rdf::Graph& body, std::optional<rdf::TermId> focus,
-                                   const rdf::Type* type, std::string_view vocabulary);
+std::vector<BodyError> body_errors(const shacl::Report& report, const rdf::Graph& body, std::optional<rdf::TermId> focus, const rdf::Type* type,
+                                   std::string_view vocabulary);
 
 /// What the shape lets pass and the C++ type cannot hold.
 std::vector<BodyError> body_errors(const std::vector<rdf::Mismatch>& mismatches, const rdf::Type& type, std::string_view vocabulary);

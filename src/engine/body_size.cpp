@@ -28,8 +28,7 @@ std::size_t size_of(const rdf::Type& type, const rdf::Facets& facets) {
       return plus(value_bytes, times(longest, code_point_bytes));
     }
     case rdf::Type::Kind::text: return plus(value_bytes, times(facets.max_length(), code_point_bytes));
-    case rdf::Type::Kind::list:
-      return type.longest == unbounded ? unbounded : plus(value_bytes, times(type.longest, size_of(*type.element, facets)));
+    case rdf::Type::Kind::list: return type.longest == unbounded ? unbounded : plus(value_bytes, times(type.longest, size_of(*type.element, facets)));
     case rdf::Type::Kind::optional: return size_of(*type.element, facets);
     case rdf::Type::Kind::record: {
       std::size_t all = value_bytes;

@@ -29,8 +29,8 @@ class ChangeScanner {
  public:
   using Instant = std::chrono::steady_clock::time_point;
 
-  ChangeScanner(PropertyValues& values, Registry& registry, const HostCalls& calls,
-                const subscription::SubscriptionOptions& options, const Clock& clock)
+  ChangeScanner(PropertyValues& values, Registry& registry, const HostCalls& calls, const subscription::SubscriptionOptions& options,
+                const Clock& clock)
       : values_(values), registry_(registry), calls_(calls), options_(options), clock_(clock) {
     availability_signal_->attach(wake_signal_);
   }
@@ -88,8 +88,8 @@ class ChangeScanner {
   DeadlineQueue<ResourceId> samples_;
   bool scanning_ = false;  ///< by itself
   Instant next_scan_{};
-  Instant earliest_scan_{};   ///< whoever asks
-  unsigned idle_scans_ = 0;   ///< without a change that came at an irregular time
+  Instant earliest_scan_{};  ///< whoever asks
+  unsigned idle_scans_ = 0;  ///< without a change that came at an irregular time
 };
 
 }  // namespace lrt::engine

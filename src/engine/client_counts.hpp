@@ -26,8 +26,7 @@ class ClientCounts {
     ~Share() { release(); }
 
     void release() noexcept {
-      if (Counts* const counts = std::exchange(counts_, nullptr); counts && --place_->second == 0)
-        counts->erase(counts->find(place_->first));
+      if (Counts* const counts = std::exchange(counts_, nullptr); counts && --place_->second == 0) counts->erase(counts->find(place_->first));
     }
 
    private:
@@ -38,9 +37,7 @@ class ClientCounts {
   };
 
   /// @param client  empty: the share counts for nobody
-  Share take(const std::string& client) {
-    return client.empty() ? Share() : Share(counts_, *counts_.try_emplace(client, 0).first);
-  }
+  Share take(const std::string& client) { return client.empty() ? Share() : Share(counts_, *counts_.try_emplace(client, 0).first); }
   std::size_t of(const std::string& client) const {
     const auto found = counts_.find(client);
     return found == counts_.end() ? 0 : found->second;

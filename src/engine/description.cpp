@@ -20,8 +20,7 @@ About& About::statements(const std::vector<Statement>& statements, const std::st
 rdf::TermId object_term(rdf::Graph& graph, const Object& o, const std::string& base) {
   switch (o.kind()) {
     case Object::Kind::iri: return graph.intern(rdf::iri(o.text()));
-    case Object::Kind::resource:
-      return graph.intern(rdf::iri(base + "/" + model::encode_path_from_root(o.text()).value_or(std::string())));
+    case Object::Kind::resource: return graph.intern(rdf::iri(base + "/" + model::encode_path_from_root(o.text()).value_or(std::string())));
     case Object::Kind::literal: break;
   }
   if (!o.language().empty()) return graph.intern(rdf::tagged_literal(o.text(), o.language()));

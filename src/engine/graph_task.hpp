@@ -12,11 +12,11 @@ namespace lrt::engine {
 /// thread may carry it out.
 struct GraphTask {
   BodyTask body;
-  bool is_update = false;                      ///< the body is in SPARQL 1.1 Update
-  std::string base{};                          ///< IRI of the server in the body
+  bool is_update = false;  ///< the body is in SPARQL 1.1 Update
+  std::string base{};      ///< IRI of the server in the body
   std::shared_ptr<model::GraphState> state{};
   model::GraphWrite write{};
-  bool creates = false;                        ///< nobody knows the graph yet
+  bool creates = false;  ///< nobody knows the graph yet
 
   /// @param waits  for a write that is under way
   /// @return nullopt: another write is under way

@@ -23,9 +23,7 @@ namespace lrt::engine {
 inline Error thrown(const char* what) noexcept {
   try {
     return {Errc::failed, std::string("it threw: ") + what};
-  } catch (...) {
-    return {Errc::failed, "out of memory"};
-  }
+  } catch (...) { return {Errc::failed, "out of memory"}; }
 }
 
 /// Calls user code. Whatever it throws becomes an Error.
@@ -33,13 +31,9 @@ template <class T, class F>
 Result<T> guarded(F f) noexcept {
   try {
     return f();
-  } catch (const BadResult& e) {
-    return Unexpected{e.error()};
-  } catch (const std::exception& e) {
+  } catch (const BadResult& e) { return Unexpected{e.error()}; } catch (const std::exception& e) {
     return Unexpected{thrown(e.what())};
-  } catch (...) {
-    return Unexpected{thrown("something that is no std::exception")};
-  }
+  } catch (...) { return Unexpected{thrown("something that is no std::exception")}; }
 }
 
 /// Decides between running a call and cancelling it: one of the two happens, never both.
@@ -82,9 +76,7 @@ class Inbox {
     messages_.take_all([now, &failed](Message message) noexcept {
       try {
         message(now);
-      } catch (const std::exception& e) {
-        failed = e.what();
-      }
+      } catch (const std::exception& e) { failed = e.what(); }
     });
     return failed;
   }
@@ -129,8 +121,8 @@ class HostCalls {
       ++*open_;
       counted = std::shared_ptr<void>(nullptr, [open = open_](void*) { --*open; });  // calls that also if it throws
     }
-    jobs_.push_back({where == Dispatch::as_server ? dispatch_ : where,
-                     [job = std::move(job), counted = std::move(counted)]() mutable { job(); }, is_stop});
+    jobs_.push_back(
+        {where == Dispatch::as_server ? dispatch_ : where, [job = std::move(job), counted = std::move(counted)]() mutable { job(); }, is_stop});
   }
 
   /// False: the I/O thread runs the call, however busy the host is.

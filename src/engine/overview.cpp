@@ -97,8 +97,7 @@ void Overview::schema(std::string_view key, const rdf::Type* type, const rdf::Fa
   if (type) json(key, rdf::write_schema(*type, facets));
 }
 
-void Overview::described(const std::vector<Statement>& statements, const std::vector<std::string>& classes,
-                         const rdf::Type* type) {
+void Overview::described(const std::vector<Statement>& statements, const std::vector<std::string>& classes, const rdf::Type* type) {
   for (const Statement& s : statements) {
     if (s.predicate != vocab::dcterms::title.text || s.object.kind() != Object::Kind::literal) continue;
     text("title", s.object.text());

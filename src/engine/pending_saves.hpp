@@ -26,8 +26,7 @@ class PendingSaves {
   };
 
   /// @param max_time  nullopt: responses do not wait, and each change is final at once
-  PendingSaves(std::optional<std::chrono::milliseconds> max_time, std::size_t max_waiting, PendingRequests& pending,
-               const Responses& responses)
+  PendingSaves(std::optional<std::chrono::milliseconds> max_time, std::size_t max_waiting, PendingRequests& pending, const Responses& responses)
       : max_time_(max_time), max_waiting_(max_waiting), pending_(pending), responses_(responses) {}
 
   /// Something that is saved has changed.

@@ -126,7 +126,8 @@ rdf::Graph unplaced(const rdf::Graph& graph, const std::string& base) {
     if (mine) return *mine;
     const rdf::TermView term = graph.term(id);
     const std::string_view rest = term.text.substr(std::min(base.size(), term.text.size()));
-    const bool is_ours = term.is_iri() && term.text.substr(0, base.size()) == base && (rest.empty() || rest[0] == '/' || rest[0] == '?' || rest[0] == '#');
+    const bool is_ours =
+        term.is_iri() && term.text.substr(0, base.size()) == base && (rest.empty() || rest[0] == '/' || rest[0] == '?' || rest[0] == '#');
     mine = is_ours ? kept.intern(rdf::iri(std::string(placeholder_base).append(rest))) : kept.intern(term);
     return *mine;
   };

@@ -47,9 +47,7 @@ class IdIndex {
 
  private:
   static constexpr unsigned place_bits = 28;
-  static std::size_t place_of(ResourceId id) noexcept {
-    return static_cast<std::uint64_t>(id) & ((std::uint64_t{1} << place_bits) - 1);
-  }
+  static std::size_t place_of(ResourceId id) noexcept { return static_cast<std::uint64_t>(id) & ((std::uint64_t{1} << place_bits) - 1); }
 
   std::vector<Resource*> places_;    // nullptr: free
   std::vector<std::uint32_t> free_;  // places to be used again

@@ -42,9 +42,9 @@ class SavedSubscriptions {
         id;  ///< path: the usual one, which a name of the user may have moved; type: Resource::saved_type
     Utc created;
     SubscriptionRequest request;
-    std::string media_type;        ///< the variant is known when the resource is there
+    std::string media_type;  ///< the variant is known when the resource is there
     bool missing_type_logged = false;
-    bool refused = false;          ///< its receiver may not be called now: kept for a start when it may
+    bool refused = false;  ///< its receiver may not be called now: kept for a start when it may
   };
 
   Result<std::size_t> read_all(std::string_view saved);

@@ -25,8 +25,8 @@ struct Snapshot {
   struct Entry {
     ResourceId id{};
     std::uint64_t state = 0;
-    std::uint64_t round = 0;     ///< Snapshot::round when it was found last
-    std::uint64_t described = 0; ///< Snapshot::version when its graph changed last
+    std::uint64_t round = 0;                ///< Snapshot::round when it was found last
+    std::uint64_t described = 0;            ///< Snapshot::version when its graph changed last
     std::vector<std::uint32_t> predicates;  ///< of its graph: Snapshots::hash_of()
     bool is_empty = true;                   ///< has no graph
   };
@@ -34,10 +34,10 @@ struct Snapshot {
   Audience audience;
   std::shared_ptr<QueryData> data;
   std::unordered_map<std::string, Entry> entries;  ///< by path
-  std::string next;             ///< the Thing where the first, incomplete round goes on; empty: there is none
-  bool filled = false;          ///< each resource was described once
+  std::string next;                                ///< the Thing where the first, incomplete round goes on; empty: there is none
+  bool filled = false;                             ///< each resource was described once
   std::uint64_t round = 0;
-  std::uint64_t version = 1;    ///< of the last change
+  std::uint64_t version = 1;  ///< of the last change
 };
 
 /// Keeps snapshots up to date while somebody asks, and nothing while nobody does.

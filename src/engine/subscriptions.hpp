@@ -150,12 +150,12 @@ class Subscriptions {
   std::vector<SubscriptionEvent> events_;
   ClientCounts clients_;  ///< who has subscriptions; those that were restored have nobody
 
-  std::deque<Channel> urgent_, ready_;                  ///< to be named by next_ready()
+  std::deque<Channel> urgent_, ready_;  ///< to be named by next_ready()
   std::vector<subscription::ReadyCallback> callbacks_ready_;
   DeadlineQueue<Channel> next_notifications_;
-  bool fills_queues_ = false;                           ///< a scan, whose share of time is bounded, is under way
-  std::vector<Channel> marked_;                         ///< with a queue, and changed between two scans
-  std::size_t queued_bytes_ = 0;                        ///< of all subscribers
+  bool fills_queues_ = false;     ///< a scan, whose share of time is bounded, is under way
+  std::vector<Channel> marked_;   ///< with a queue, and changed between two scans
+  std::size_t queued_bytes_ = 0;  ///< of all subscribers
   std::uint64_t notified_structure_ = 1;
 };
 

@@ -45,7 +45,10 @@ class Variant {
   /// Some values have no representation in it, although other values of the property do.
   bool may_be_missing() const noexcept { return kind_ == Kind::encoded || *this == Variant(rdf::Plain::octets); }
   /// Always UTF-8, so WebSockets carry it in text messages and event streams carry it.
-  bool is_text() const noexcept { return is_rdf() || kind_ == Kind::overview || kind_ == Kind::answer || (kind_ == Kind::plain && plain() != rdf::Plain::cbor && plain() != rdf::Plain::octets); }
+  bool is_text() const noexcept {
+    return is_rdf() || kind_ == Kind::overview || kind_ == Kind::answer ||
+           (kind_ == Kind::plain && plain() != rdf::Plain::cbor && plain() != rdf::Plain::octets);
+  }
 
   friend bool operator==(Variant a, Variant b) noexcept { return a.kind_ == b.kind_ && a.number_ == b.number_; }
   friend bool operator!=(Variant a, Variant b) noexcept { return !(a == b); }

@@ -36,8 +36,8 @@ class Vocabulary {
     const rdf::Type* type = nullptr;
     std::size_t count = 0;
   };
-  std::map<std::string, Use> types_;                   ///< by name
-  std::map<std::string, std::size_t> linked_;          ///< names of properties, with the number of their uses
+  std::map<std::string, Use> types_;           ///< by name
+  std::map<std::string, std::size_t> linked_;  ///< names of properties, with the number of their uses
 };
 
 /// "/ns/vocabulary": the server's own terms.

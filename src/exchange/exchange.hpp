@@ -17,8 +17,8 @@ namespace lrt::exchange {
 /// A request to another host. Views live for the call.
 struct Request {
   std::string_view method;
-  std::string_view target;     ///< sent as it is
-  std::string_view authority;  ///< value of Host
+  std::string_view target;            ///< sent as it is
+  std::string_view authority;         ///< value of Host
   std::vector<http::Field> fields{};  ///< Host, Connection, Content-Length, Transfer-Encoding and Accept-Encoding among them are left out
   std::string_view body{};
 };
@@ -35,11 +35,11 @@ struct Limits {
 };
 
 struct Outcome {
-  Header header{};       ///< status 0: no complete response was received
-  std::string error{};   ///< the reason, if the status is 0
+  Header header{};             ///< status 0: no complete response was received
+  std::string error{};         ///< the reason, if the status is 0
   Errc code = Errc::io_error;  ///< the kind of the reason
-  bool silent = false;   ///< the peer closed the connection before the first byte of a response
-  bool keep = false;     ///< the connection can be used again
+  bool silent = false;         ///< the peer closed the connection before the first byte of a response
+  bool keep = false;           ///< the connection can be used again
 };
 
 /// What takes a response as it is received. Each returns false to end the exchange.

@@ -52,8 +52,7 @@ std::optional<DigestChallenge> digest_challenge(const std::vector<Challenge>& ch
 /// @param cnonce  a random text of the client's
 /// @par Errors      expected_value: the user has a control character or a colon; those of hex_digest()
 /// @par Implements  RFC 7616 3.4, RFC 2617 3.2.2
-Result<std::string> digest_authorization(const DigestChallenge& challenge, std::string_view user, std::string_view password,
-                                         std::string_view method, std::string_view target, std::uint32_t count,
-                                         std::string_view cnonce);
+Result<std::string> digest_authorization(const DigestChallenge& challenge, std::string_view user, std::string_view password, std::string_view method,
+                                         std::string_view target, std::uint32_t count, std::string_view cnonce);
 
 }  // namespace lrt::exchange

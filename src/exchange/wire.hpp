@@ -18,7 +18,7 @@ using Instant = std::chrono::steady_clock::time_point;
 /// Bounds a wait for the peer.
 struct WaitLimit {
   Instant until;
-  int stop_descriptor;  ///< readable once the waits are to end
+  int stop_descriptor;                ///< readable once the waits are to end
   std::chrono::milliseconds idle{0};  ///< of the body of a stream, see exchange(); 0: the body is bounded by `until`, too
 };
 

@@ -15,8 +15,7 @@ constexpr std::size_t line_overhead = sizeof("Link: \r\n") - 1;
 void append_uri(std::string& out, std::string_view text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
-    const bool stray_percent =
-        c == '%' && (text.size() - i < 3 || !detail::is(text[i + 1], detail::hex) || !detail::is(text[i + 2], detail::hex));
+    const bool stray_percent = c == '%' && (text.size() - i < 3 || !detail::is(text[i + 1], detail::hex) || !detail::is(text[i + 2], detail::hex));
     if (detail::is(c, detail::uri) && !stray_percent) out += c;
     else detail::append_percent(out, c);
   }

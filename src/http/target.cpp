@@ -15,9 +15,7 @@ bool is_ipv4(std::string_view text) noexcept {
   for (int part = 0; part < 4; ++part) {
     std::size_t digits = 0;
     unsigned value = 0;
-    while (digits < text.size() && digits < 3 && is_digit(text[digits])) {
-      value = value * 10 + static_cast<unsigned>(text[digits++] - '0');
-    }
+    while (digits < text.size() && digits < 3 && is_digit(text[digits])) { value = value * 10 + static_cast<unsigned>(text[digits++] - '0'); }
     if (digits == 0 || value > 255 || (digits > 1 && text[0] == '0')) return false;
     text.remove_prefix(digits);
     if (part < 3) {

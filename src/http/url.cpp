@@ -20,7 +20,8 @@ Result<Url> parse_url(std::string_view url, std::size_t longest) {
   for (std::size_t at = 0; at < url.size(); ++at) {
     if (url[at] == '#') return refuse("expected no fragment", at);
     const bool escape = url[at] == '%';
-    if (!is(url[at], lrt::detail::uri) || (escape && (url.size() - at < 3 || !is(url[at + 1], lrt::detail::hex) || !is(url[at + 2], lrt::detail::hex)))) {
+    if (!is(url[at], lrt::detail::uri) ||
+        (escape && (url.size() - at < 3 || !is(url[at + 1], lrt::detail::hex) || !is(url[at + 2], lrt::detail::hex)))) {
       return refuse("found a byte that is not allowed in a URL, at byte " + std::to_string(at), at);
     }
   }

@@ -51,7 +51,8 @@ Error invalid_path(std::string_view path, std::size_t start, std::string_view na
 }  // namespace
 
 std::unique_ptr<const std::string> cache_control_of(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating) {
-  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(age).count(), more = std::chrono::duration_cast<std::chrono::seconds>(while_revalidating).count();
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(age).count(),
+             more = std::chrono::duration_cast<std::chrono::seconds>(while_revalidating).count();
   if (seconds < 1) return nullptr;
   std::string value = "max-age=" + std::to_string(seconds);
   if (more > 0) value += ", stale-while-revalidate=" + std::to_string(more);
@@ -91,9 +92,7 @@ void HandleLog::close() noexcept {
   log_ = nullptr;
 }
 
-std::string ResourceSpec::location() const {
-  return "/" + thing->path + (kind == Kind::action ? "/actions/" : "/") + path;
-}
+std::string ResourceSpec::location() const { return "/" + thing->path + (kind == Kind::action ? "/actions/" : "/") + path; }
 
 void ResourceSpec::report(const char* call, const char* what) const noexcept {
   try {
@@ -156,8 +155,7 @@ void Thing::set_path(model::ResourceSpec& spec, std::string_view path, const cha
     spec.path = *std::move(encoded);
     return;
   }
-  remember({encoded.error().code, std::string(what) + " of thing \"" + spec_->path + "\": " + encoded.error().message,
-                 encoded.error().offset});
+  remember({encoded.error().code, std::string(what) + " of thing \"" + spec_->path + "\": " + encoded.error().message, encoded.error().offset});
 }
 
 std::shared_ptr<model::PropertySpec> Thing::new_property(std::string_view path, const rdf::Type& type, const Unit& unit) {

@@ -80,9 +80,7 @@ Result<void> WorldGraph::apply(const std::function<void(GraphUpdate&)>& change) 
   });
 }
 
-std::shared_ptr<const rdf::Graph> WorldGraph::snapshot() const {
-  return state_ ? state_->version().graph : std::make_shared<const rdf::Graph>();
-}
+std::shared_ptr<const rdf::Graph> WorldGraph::snapshot() const { return state_ ? state_->version().graph : std::make_shared<const rdf::Graph>(); }
 
 std::uint64_t WorldGraph::revision() const { return state_ ? state_->version().revision : 0; }
 
@@ -129,7 +127,8 @@ WorldGraph World::graph(std::string_view path, GraphOptions options) {
   if (!encoded) return fails({encoded.error().code, "graph of world \"" + spec_->path + "\": " + encoded.error().message});
   const std::string whole = "/" + spec_->path + "/" + *encoded;
   for (const auto& other : spec_->world->graphs)
-    if (other->path() == whole) return fails({Errc::duplicate_path, "path \"" + whole.substr(1) + "\" is taken by another graph: choose another name"});
+    if (other->path() == whole)
+      return fails({Errc::duplicate_path, "path \"" + whole.substr(1) + "\" is taken by another graph: choose another name"});
   for (const auto& other : spec_->world->graphs)
     if (!options.file.empty() && other->options().file == options.file)
       return fails({Errc::invalid_option, "graph \"" + whole.substr(1) + "\": the file \"" + options.file + "\" is that of another graph"});

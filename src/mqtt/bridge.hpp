@@ -30,8 +30,7 @@ class BridgeCore final : private Link::Events {
   using MakeLink = std::function<Result<std::unique_ptr<Link>>(LinkOptions)>;
 
   /// @par Errors  those of Bridge::create()
-  static Result<std::unique_ptr<BridgeCore>> create(Server& server, Options options,
-                                                    const MakeLink& make_link = make_mosquitto_link);
+  static Result<std::unique_ptr<BridgeCore>> create(Server& server, Options options, const MakeLink& make_link = make_mosquitto_link);
 
   /// Takes and sends what there is, for about `budget`.
   /// @return  how long nothing is to be done unless a descriptor shows it; zero: work is left
@@ -60,8 +59,8 @@ class BridgeCore final : private Link::Events {
   };
   struct AtomicCounters {
     std::atomic<bool> online{false};
-    std::atomic<std::uint64_t> connections{0}, failed_connections{0}, published{0}, published_bytes{0}, acknowledged{0},
-        refused{0}, not_bridged{0}, commands{0}, dropped_commands{0};
+    std::atomic<std::uint64_t> connections{0}, failed_connections{0}, published{0}, published_bytes{0}, acknowledged{0}, refused{0}, not_bridged{0},
+        commands{0}, dropped_commands{0};
     std::atomic<std::size_t> resources{0}, unacknowledged{0};
   };
 

@@ -106,9 +106,7 @@ class Dataset {
   Spread spread() const noexcept { return {triple_count(), subjects_, objects_}; }
   std::size_t predicate_count() const noexcept { return predicates_.size() - free_predicates_.size(); }
   /// Whether a triple of the union has the term as its subject or object.
-  bool is_node(TermNumber number) const noexcept {
-    return terms_[number].subjects != nothing || terms_[number].objects != nothing;
-  }
+  bool is_node(TermNumber number) const noexcept { return terms_[number].subjects != nothing || terms_[number].objects != nothing; }
 
  private:
   friend class Matches;
@@ -117,9 +115,9 @@ class Dataset {
     std::uint32_t language_length = 0;
     std::uint32_t datatype = nothing;
     std::uint32_t hash = 0;
-    std::uint32_t uses = 0;         // triples for each position, literals of this datatype, the graph of this name
-    std::uint32_t scope = nothing;  // of a blank node: its graph
-    std::uint32_t graph = nothing;  // named by this term
+    std::uint32_t uses = 0;                               // triples for each position, literals of this datatype, the graph of this name
+    std::uint32_t scope = nothing;                        // of a blank node: its graph
+    std::uint32_t graph = nothing;                        // named by this term
     std::uint32_t subjects = nothing, subject_count = 0;  // the first of its subject groups; triples
     std::uint32_t objects = nothing, object_count = 0;
     std::uint32_t predicate = nothing;  // in predicates_
@@ -178,8 +176,7 @@ class Dataset {
   std::vector<TripleEntry> triples_;
   std::vector<Quad> quads_;
   std::vector<GraphEntry> graphs_;
-  std::vector<std::uint32_t> free_terms_, free_subject_groups_, free_object_groups_, free_predicates_, free_triples_,
-      free_quads_, free_graphs_;
+  std::vector<std::uint32_t> free_terms_, free_subject_groups_, free_object_groups_, free_predicates_, free_triples_, free_quads_, free_graphs_;
   ErasableIndex term_index_, subject_index_, object_index_, triple_index_, quad_index_;
   std::size_t subjects_ = 0, objects_ = 0;
   std::uint32_t mark_ = 0;
@@ -203,8 +200,7 @@ class Dataset::Matches {
   /// The graphs that have the triple that next() has given last.
   template <class Visit>
   void graphs(Visit visit) const {
-    for (std::uint32_t q = data_->triples_[last_].quads; q != nothing; q = data_->quads_[q].next_of_triple)
-      visit(data_->quads_[q].graph);
+    for (std::uint32_t q = data_->triples_[last_].quads; q != nothing; q = data_->quads_[q].next_of_triple) visit(data_->quads_[q].graph);
   }
 
  private:

@@ -11,8 +11,8 @@
 namespace lrt::query {
 
 struct ParseOptions {
-  std::string_view base;               ///< absolute IRI that relative ones are resolved against; BASE replaces it
-  std::size_t max_bytes = 64 * 1024;   ///< of the text; more: limit_exceeded
+  std::string_view base;              ///< absolute IRI that relative ones are resolved against; BASE replaces it
+  std::size_t max_bytes = 64 * 1024;  ///< of the text; more: limit_exceeded
   /// Groups, brackets, paths and queries in each other; more: limit_exceeded. No pattern or expression of the algebra is more than four times as
   /// high: each OPTIONAL, MINUS and BIND of a group has what stands before it as a part.
   std::size_t max_depth = 64;

@@ -10,8 +10,7 @@ bool PathStage::NodeSet::insert(TermNumber node) {
   if ((nodes.size() + 1) * 2 > slots.size()) {
     slots.assign(std::max<std::size_t>(slots.size() * 2, 16), 0);
     for (std::uint32_t i = 0; i < nodes.size(); ++i) {
-      std::size_t at =
-          rdf::fold_multiply(nodes[i] ^ rdf::hash_seeds().first, rdf::hash_seeds().second | 1) & (slots.size() - 1);
+      std::size_t at = rdf::fold_multiply(nodes[i] ^ rdf::hash_seeds().first, rdf::hash_seeds().second | 1) & (slots.size() - 1);
       while (slots[at] != 0) at = (at + 1) & (slots.size() - 1);
       slots[at] = i + 1;
     }
@@ -57,8 +56,7 @@ void PathStage::excluding(const std::vector<Constant>& excluded, TermNumber node
   while (const NumberedTriple* triple = matches.next(fits)) {
     run_.budget.step(1 + excluded.size() / 8);
     const auto is_excluded = [&](Constant c) { return run_.constants[static_cast<std::uint32_t>(c)] == triple->predicate; };
-    if (fits && std::none_of(excluded.begin(), excluded.end(), is_excluded))
-      keep(out, forward ? triple->object : triple->subject);
+    if (fits && std::none_of(excluded.begin(), excluded.end(), is_excluded)) keep(out, forward ? triple->object : triple->subject);
   }
 }
 
@@ -109,8 +107,7 @@ void PathStage::reach(const Path& path, TermNumber node, bool forward, std::vect
   // (x*)+ is x*, so that repetitions in each other cost no more than one.
   const Path* repeated = &path;
   bool none = false, many = false;
-  for (; repeated->kind == Path::Kind::zero_or_one || repeated->kind == Path::Kind::zero_or_more ||
-         repeated->kind == Path::Kind::one_or_more;
+  for (; repeated->kind == Path::Kind::zero_or_one || repeated->kind == Path::Kind::zero_or_more || repeated->kind == Path::Kind::one_or_more;
        repeated = &repeated->parts[0]) {
     none = none || repeated->kind != Path::Kind::one_or_more;
     many = many || repeated->kind != Path::Kind::zero_or_one;
@@ -188,9 +185,7 @@ bool PathStage::next() {
       run_.budget.step();
       const TermNumber end = found_[next_found_++];
       if (target_ != nothing && end != target_) continue;
-      if (bindings_.bind((forward_ ? subject_ : object_).slot, start_) &&
-          bindings_.bind((forward_ ? object_ : subject_).slot, end))
-        return true;
+      if (bindings_.bind((forward_ ? subject_ : object_).slot, start_) && bindings_.bind((forward_ ? object_ : subject_).slot, end)) return true;
       bindings_.undo();
     }
     if (next_start_ == starts_.size()) return false;

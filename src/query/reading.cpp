@@ -27,8 +27,7 @@ Reading read_value(const rdf::TermView& term) noexcept {
       reading.real = rdf::lexical::parse_double(term.text).value_or(0);
       break;
     case Datatype::float_:
-      if (const auto value = rdf::lexical::parse_float(term.text))
-        reading.type = Type::float_, reading.real = static_cast<double>(*value);
+      if (const auto value = rdf::lexical::parse_float(term.text)) reading.type = Type::float_, reading.real = static_cast<double>(*value);
       break;
     case Datatype::double_:
       if (const auto value = rdf::lexical::parse_double(term.text)) reading.type = Type::double_, reading.real = *value;

@@ -25,9 +25,7 @@ class Terms {
   TermNumber fresh_blank();
   /// Valid until the end of the evaluation.
   rdf::TermView term(TermNumber number) const noexcept;
-  const Reading& value(TermNumber number) const noexcept {
-    return number < first_ ? data_.value(number) : made_[number - first_].value;
-  }
+  const Reading& value(TermNumber number) const noexcept { return number < first_ ? data_.value(number) : made_[number - first_].value; }
 
  private:
   struct Entry {

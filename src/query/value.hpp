@@ -35,12 +35,7 @@ struct Value {
   Value(double value, Type kind) noexcept : failed(false), type(kind), integer(0) { real = value; }
   /// A string, or one with a language that Terms keeps.
   explicit Value(std::string text, std::string_view tag = {}) noexcept
-      : failed(false),
-        type(tag.empty() ? Type::string : Type::tagged),
-        owns(true),
-        integer(0),
-        language(tag),
-        owned(std::move(text)) {}
+      : failed(false), type(tag.empty() ? Type::string : Type::tagged), owns(true), integer(0), language(tag), owned(std::move(text)) {}
 
   bool is_literal() const noexcept { return !failed && type != Type::iri && type != Type::blank; }
   /// A string literal of 17.4.3.1: with or without a language.

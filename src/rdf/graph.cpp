@@ -41,9 +41,7 @@ std::uint32_t hash_of(const TermView& term) noexcept {
   return to_32_bits(h);
 }
 
-std::uint32_t hash_of(const Triple& t) noexcept {
-  return to_32_bits(hash_triple(number(t.subject), number(t.predicate), number(t.object)));
-}
+std::uint32_t hash_of(const Triple& t) noexcept { return to_32_bits(hash_triple(number(t.subject), number(t.predicate), number(t.object))); }
 
 bool points_into(std::string_view text, const std::string& pool) noexcept {
   const std::less<const char*> before;
@@ -92,12 +90,7 @@ std::uint32_t Graph::append(const TermView& term, std::uint32_t datatype) {
   text_.append(term.text);
   for (const char c : term.language) text_.push_back(detail::lower(c));
   assert(text_.size() < none && "a graph holds less than 4 GiB of text");
-  terms_.push_back({offset,
-                    static_cast<std::uint32_t>(term.text.size()),
-                    static_cast<std::uint32_t>(term.language.size()),
-                    datatype,
-                    term.kind,
-                    {}});
+  terms_.push_back({offset, static_cast<std::uint32_t>(term.text.size()), static_cast<std::uint32_t>(term.language.size()), datatype, term.kind, {}});
   return id;
 }
 
@@ -225,16 +218,13 @@ void Graph::merge(const Graph& other) {
   }
 }
 
-bool Graph::contains(TermId subject, TermId predicate, TermId object) const noexcept {
-  return !match(subject, predicate, object).empty();
-}
+bool Graph::contains(TermId subject, TermId predicate, TermId object) const noexcept { return !match(subject, predicate, object).empty(); }
 
 bool Graph::contains(const TermView& subject, const TermView& predicate, const TermView& object) const noexcept {
   return !match(&subject, &predicate, &object).empty();
 }
 
-Graph::Matches Graph::match(std::optional<TermId> subject, std::optional<TermId> predicate,
-                            std::optional<TermId> object) const noexcept {
+Graph::Matches Graph::match(std::optional<TermId> subject, std::optional<TermId> predicate, std::optional<TermId> object) const noexcept {
   Matches matches(this);
   if (triples_.empty()) return matches;
   const std::optional<TermId> bound[3] = {subject, predicate, object};

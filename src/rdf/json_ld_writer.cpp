@@ -332,10 +332,10 @@ class JsonLdWriter : GraphWriter {
 
   PrefixTable prefixes_;
   std::string_view context_;
-  std::vector<bool> used_;                  // terms, by index
-  std::vector<std::string_view> schemes_;   // schemes of IRIs with the name of a prefix
+  std::vector<bool> used_;                 // terms, by index
+  std::vector<std::string_view> schemes_;  // schemes of IRIs with the name of a prefix
   std::string_view fault_sentence_;
-  int depth_ = 1;                           // of the members of the only node, or of the nodes in @graph
+  int depth_ = 1;  // of the members of the only node, or of the nodes in @graph
 };
 
 }  // namespace

@@ -119,8 +119,6 @@ void place_terms(Type& record) {
 
 Unexpected not_a_value_of(const char* what) { return unexpected(Errc::expected_value, std::string("expected ") + what); }
 Unexpected read_only() { return unexpected(Errc::expected_value, "the field is read-only"); }
-Unexpected does_not_fit(const char* what) {
-  return unexpected(Errc::out_of_range, std::string("expected ") + what + " that the C++ type can hold");
-}
+Unexpected does_not_fit(const char* what) { return unexpected(Errc::out_of_range, std::string("expected ") + what + " that the C++ type can hold"); }
 
 }  // namespace lrt::rdf::detail

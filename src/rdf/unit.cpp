@@ -40,8 +40,7 @@ const Unit& kept_unit(const Unit& unit) {
   if (is_identical(unit, unit::none)) return unit::none;
   static Immortal<KeptUnits> units;
   const std::lock_guard lock(units->mutex);
-  const auto known =
-      std::find_if(units->all.begin(), units->all.end(), [&](const KeptUnit& k) { return is_identical(k.unit, unit); });
+  const auto known = std::find_if(units->all.begin(), units->all.end(), [&](const KeptUnit& k) { return is_identical(k.unit, unit); });
   return known != units->all.end() ? known->unit : units->all.emplace_back(unit).unit;
 }
 

@@ -21,7 +21,8 @@ constexpr std::string_view file_iri = "http://lrt.invalid/";
 
 /// A path from the root, as the registry has it: without a slash at the end.
 Result<std::string> path_of(std::string_view given) {
-  if (given.empty() || given.front() != '/') return unexpected(Errc::invalid_option, "expected a path such as /arm, found \"" + std::string(given) + "\"");
+  if (given.empty() || given.front() != '/')
+    return unexpected(Errc::invalid_option, "expected a path such as /arm, found \"" + std::string(given) + "\"");
   if (given.size() > 1 && given.back() == '/') given.remove_suffix(1);
   Result<std::string> path = canonical_path(given);
   if (!path) return unexpected(Errc::invalid_option, "\"" + std::string(given) + "\": " + path.error().message);
@@ -102,7 +103,8 @@ class AuthorizationReader {
     } else if (predicate == vocab::acl::mode.text) {
       const std::optional<Right> right = right_of(iri);
       if (!right)
-        return unexpected(Errc::invalid_option, "acl:mode: expected acl:Read, acl:Write, acl:Control, lrt:Invoke or lrt:Subscribe, found <" + shown(iri.text) + ">");
+        return unexpected(Errc::invalid_option,
+                          "acl:mode: expected acl:Read, acl:Write, acl:Control, lrt:Invoke or lrt:Subscribe, found <" + shown(iri.text) + ">");
       rights = rights | *right;
     } else {
       return unexpected(Errc::invalid_option, "acl:" + local + " is not supported");
@@ -129,7 +131,9 @@ class AuthorizationReader {
 
   /// An IRI as it may stand in the file.
   static std::string shown(std::string_view iri) {
-    return std::string(iri.substr(0, file_iri.size()) == file_iri ? iri.substr(file_iri.size() - (iri.size() > file_iri.size() && iri[file_iri.size()] == '#' ? 0 : 1)) : iri);
+    return std::string(iri.substr(0, file_iri.size()) == file_iri
+                           ? iri.substr(file_iri.size() - (iri.size() > file_iri.size() && iri[file_iri.size()] == '#' ? 0 : 1))
+                           : iri);
   }
 
   static constexpr std::string_view acl = vocab::acl::Authorization.text.substr(0, vocab::acl::Authorization.text.find('#') + 1);

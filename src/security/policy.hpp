@@ -70,7 +70,7 @@ class Policy {
 
   std::shared_ptr<const View::Targets> targets_;
   std::vector<Grant> grants_;
-  std::mutex mutex_;                               ///< guards the rest
+  std::mutex mutex_;                                                                     ///< guards the rest
   std::vector<std::pair<std::vector<View::Granted>, std::weak_ptr<const View>>> views_;  ///< those in use
 };
 

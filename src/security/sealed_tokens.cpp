@@ -10,8 +10,7 @@ Digest SealedTokens::key_of(std::string_view secret, std::string_view purpose) {
   return digest_of(std::string("find ").append(secret).append(" ").append(purpose));
 }
 
-std::optional<std::string> SealedTokens::add(std::string_view owner, std::string_view purpose, std::string_view token,
-                                             Instant now) {
+std::optional<std::string> SealedTokens::add(std::string_view owner, std::string_view purpose, std::string_view token, Instant now) {
   std::string secret = random_secret();
   Entry entry{std::string(owner), seal(secret, token), now + bounds_.life};
   const Digest key = key_of(secret, purpose);

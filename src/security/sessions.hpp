@@ -32,8 +32,7 @@ class Sessions {
   /// Begins a session for a token, and ends that of the request's cookie.
   /// @param secure  the browser came over https
   /// @return  value of Set-Cookie; nullopt: there are too many sessions
-  std::optional<std::string> begin(const http::Request& request, std::string_view owner, std::string_view token, bool secure,
-                                   TimePoint now);
+  std::optional<std::string> begin(const http::Request& request, std::string_view owner, std::string_view token, bool secure, TimePoint now);
   /// The token of the session that the cookie of a request names. Without a cookie no lock is taken.
   std::optional<std::string> token_of(const http::Request& request, TimePoint now) const;
   /// Ends the session that the cookie of a request names.

@@ -28,8 +28,7 @@ namespace lrt {
 /// @par Threads  any; run(): its own
 class AuditWriter {
  public:
-  AuditWriter(const security::Audit& options, LogCallback log)
-      : sink_(options.sink), max_lines_(options.max_waiting_lines), log_(std::move(log)) {}
+  AuditWriter(const security::Audit& options, LogCallback log) : sink_(options.sink), max_lines_(options.max_waiting_lines), log_(std::move(log)) {}
 
   /// Calls the sink until stop() has been called and all lines are written.
   void run() noexcept;
@@ -70,11 +69,9 @@ class Audit {
   const AuditWriter& writer() const noexcept { return writer_; }
 
   /// A request and its response, or that this comes later. Before it: changed().
-  void handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome,
-               TimePoint now);
+  void handled(const http::Request& request, const Result<engine::Caller>& caller, const engine::Outcome& outcome, TimePoint now);
   /// A request that was refused by its header section.
-  void refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& response,
-               TimePoint now);
+  void refused(const http::Request& request, const Result<engine::Caller>& caller, const http::Response& response, TimePoint now);
   /// A deferred response. Before it: changed().
   void replied(const engine::Reply& reply);
   /// The client did not wait for the response.

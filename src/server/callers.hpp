@@ -45,8 +45,8 @@ class Callers {
   /// What the credentials of a request have shown.
   struct Found {
     PrincipalPtr principal{};  ///< nullptr: nobody
-    bool refused = false;    ///< there are credentials, which nobody has
-    bool by_cookie = false;  ///< engine::Caller::by_cookie
+    bool refused = false;      ///< there are credentials, which nobody has
+    bool by_cookie = false;    ///< engine::Caller::by_cookie
   };
 
   Callers(const Security& security, std::shared_ptr<security::Sessions> sessions, const Clock& clock);

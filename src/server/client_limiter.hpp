@@ -46,8 +46,7 @@ class RateTable {
 /// @par Threads  any
 class ClientLimiter {
  public:
-  explicit ClientLimiter(const security::ClientLimits& limits)
-      : limits_(limits), addresses_(limits.max_clients), principals_(limits.max_clients) {}
+  explicit ClientLimiter(const security::ClientLimits& limits) : limits_(limits), addresses_(limits.max_clients), principals_(limits.max_clients) {}
 
   /// @par Errors  invalid_option
   static Result<void> check(const security::ClientLimits& limits);

@@ -48,8 +48,7 @@ class Counters {
  public:
   void request() noexcept { requests_.fetch_add(1, std::memory_order_relaxed); }
   void response(int status, http::Denial denial) noexcept {
-    if (status >= 100 && status < 600)
-      responses_[static_cast<std::size_t>(status) / 100 - 1].fetch_add(1, std::memory_order_relaxed);
+    if (status >= 100 && status < 600) responses_[static_cast<std::size_t>(status) / 100 - 1].fetch_add(1, std::memory_order_relaxed);
     if (denial != http::Denial::none) refusals_[static_cast<std::size_t>(denial)].fetch_add(1, std::memory_order_relaxed);
   }
   /// Measures a call of Server::poll().

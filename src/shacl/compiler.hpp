@@ -64,8 +64,7 @@ class Compiler {
   /// The predicate of a property shape whose path is one predicate.
   std::optional<Constant> path_predicate(rdf::TermId shape) const;
 
-  void fail(rdf::TermId subject, Iri predicate, rdf::TermId object, std::string_view expected,
-            Errc code = Errc::expected_value);
+  void fail(rdf::TermId subject, Iri predicate, rdf::TermId object, std::string_view expected, Errc code = Errc::expected_value);
   void fail(std::string message, Errc code = Errc::expected_value);
 
   template <class C, class... Arguments>

@@ -17,20 +17,7 @@ class Comparable {
   friend Order compare(const Comparable& a, const Comparable& b) noexcept;
 
  private:
-  enum class Kind : unsigned char {
-    none,
-    decimal,
-    single,
-    real,
-    text,
-    boolean,
-    date_time,
-    date,
-    time,
-    year,
-    year_month,
-    duration
-  };
+  enum class Kind : unsigned char { none, decimal, single, real, text, boolean, date_time, date, time, year, year_month, duration };
   static Order numbers(const Comparable& a, const Comparable& b) noexcept;
 
   Kind kind_ = Kind::none;

@@ -46,8 +46,8 @@ class Regex {
   /// themselves; with the flag q it is taken as it is.
   /// @param result  the text; at most `max_bytes`
   /// @return  invalid: the expression matches the empty text, or the replacement has another \ or $
-  Replaced replace(std::string_view subject, std::string_view replacement, std::size_t max_bytes, Scratch& scratch,
-                   std::size_t& steps, std::string& result) const;
+  Replaced replace(std::string_view subject, std::string_view replacement, std::size_t max_bytes, Scratch& scratch, std::size_t& steps,
+                   std::string& result) const;
 
  private:
   Regex() = default;

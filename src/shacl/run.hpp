@@ -167,15 +167,13 @@ class Run {
         if (++seen > many_triples) break;
       if (seen <= many_triples) {
         for (const rdf::Triple& t : all)
-          if (static_cast<Node>(t.predicate) == predicate && !take(static_cast<Node>(hubs.outgoing ? t.object : t.subject)))
-            return;
+          if (static_cast<Node>(t.predicate) == predicate && !take(static_cast<Node>(hubs.outgoing ? t.object : t.subject))) return;
         return;
       }
     }
     const std::vector<std::pair<Node, Node>>& sorted = hub(hubs, node);
     const auto before = [](const std::pair<Node, Node>& entry, Node p) { return entry.first < p; };
-    for (auto at = std::lower_bound(sorted.begin(), sorted.end(), predicate, before);
-         at != sorted.end() && at->first == predicate; ++at)
+    for (auto at = std::lower_bound(sorted.begin(), sorted.end(), predicate, before); at != sorted.end() && at->first == predicate; ++at)
       if (!take(at->second)) return;
   }
 

@@ -11,9 +11,9 @@ namespace lrt::transport {
 
 std::vector<std::string_view> names() {
   return {
-      "http",
+    "http",
 #if LRT_HAS_LIBWEBSOCKETS
-      "libwebsockets",
+        "libwebsockets",
 #endif
   };
 }

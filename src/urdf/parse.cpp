@@ -123,8 +123,7 @@ Joint joint(const ::urdf::Joint& from) {
   const double length = std::hypot(from.axis.x, from.axis.y, from.axis.z);
   if (length > 0) to.axis = {from.axis.x / length, from.axis.y / length, from.axis.z / length};
   if (from.dynamics) to.dynamics = Dynamics{from.dynamics->damping, from.dynamics->friction};
-  if (from.safety)
-    to.safety = Safety{from.safety->soft_lower_limit, from.safety->soft_upper_limit, from.safety->k_position, from.safety->k_velocity};
+  if (from.safety) to.safety = Safety{from.safety->soft_lower_limit, from.safety->soft_upper_limit, from.safety->k_position, from.safety->k_velocity};
   return to;
 }
 

@@ -39,9 +39,7 @@ struct Measured {
   Sample poll;  ///< the duration of what serves clients, as Server::poll
   Sample cpu;   ///< the processor time of that: without programs that ran instead
 
-  std::string json() {
-    return "{\"steps\": " + std::to_string(late.size()) + late.json("late") + poll.json("poll") + cpu.json("cpu") + "}";
-  }
+  std::string json() { return "{\"steps\": " + std::to_string(late.size()) + late.json("late") + poll.json("poll") + cpu.json("cpu") + "}"; }
 };
 
 /// The processor time of the calling thread.

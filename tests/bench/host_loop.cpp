@@ -89,7 +89,10 @@ int main(int argc, char** argv) {
     server = lrt::Server::create(std::move(options)).value();
     lrt::Thing arm{"arm"};
     for (int i = 1; i <= 40; ++i) properties.push_back(arm.property<double>("p" + std::to_string(i), lrt::unit::radian));
-    arm.property("target", [&] { return target; }, lrt::unit::radian).between(-3, 3).on_write([&](double wanted) { target = wanted; });
+    arm.property(
+           "target", [&] { return target; }, lrt::unit::radian)
+        .between(-3, 3)
+        .on_write([&](double wanted) { target = wanted; });
     arm.action("move", [&](double wanted) { target = wanted; });
     server->add(std::move(arm)).value();
     std::printf("listening on %s\n", server->url().c_str());
@@ -131,8 +134,8 @@ int main(int argc, char** argv) {
     } else if (step == steps) {
       namespace fs = std::filesystem;
       threads = std::distance(fs::directory_iterator("/proc/self/task"), fs::directory_iterator());
-      std::printf("late %s poll %s cpu %s us, 50 99 99.9 100 %%, %zu steps, %td threads, poll() slept %ld times\n", spread(late).c_str(), spread(polls).c_str(),
-                  spread(cpu).c_str(), late.size(), threads, slept);
+      std::printf("late %s poll %s cpu %s us, 50 99 99.9 100 %%, %zu steps, %td threads, poll() slept %ld times\n", spread(late).c_str(),
+                  spread(polls).c_str(), spread(cpu).c_str(), late.size(), threads, slept);
       std::fflush(stdout);
       if (without) break;
     }

@@ -55,8 +55,7 @@ int main(int argc, char** argv) {
     else if (name == "--json") json = true;
     else if (name == "--things" && i + 1 < argc) things = static_cast<std::size_t>(std::atol(argv[++i]));
     else if (name == "--properties" && i + 1 < argc) properties = static_cast<std::size_t>(std::atol(argv[++i]));
-    else
-      return std::fprintf(stderr, "usage: scale [--things N] [--properties N] [--at-once] [--pulled] [--serve] [--json]\n"), 2;
+    else return std::fprintf(stderr, "usage: scale [--things N] [--properties N] [--at-once] [--pulled] [--serve] [--json]\n"), 2;
   }
   std::signal(SIGINT, [](int) { ended = 1; });
   std::signal(SIGTERM, [](int) { ended = 1; });

@@ -41,8 +41,7 @@ int main(int argc, char** argv) {
     std::vector<double> load;
     for (int n = 0; n < 20; ++n) {
       const auto start = Clock::now();
-      if (!lrt::urdf::load(argv[i], options))
-        return std::fprintf(stderr, "%s\n", lrt::urdf::load(argv[i], options).error().message.c_str()), 1;
+      if (!lrt::urdf::load(argv[i], options)) return std::fprintf(stderr, "%s\n", lrt::urdf::load(argv[i], options).error().message.c_str()), 1;
       load.push_back(microseconds(Clock::now() - start));
     }
     std::sort(load.begin(), load.end());

@@ -31,9 +31,7 @@ struct Job {
 namespace lrt::rdf {
 template <>
 struct traits<Gear> : Enumeration<Gear> {
-  static void describe(Enumeration& e) {
-    e.name(Gear::first, "first").name(Gear::second, "second").name(Gear::reverse, "reverse");
-  }
+  static void describe(Enumeration& e) { e.name(Gear::first, "first").name(Gear::second, "second").name(Gear::reverse, "reverse"); }
 };
 template <>
 struct traits<Point> : Record<Point> {

@@ -79,8 +79,7 @@ class Peer {
   /// Waits until the other side closes, without reading.
   void hang_deaf() {
     pollfd item{descriptor_, POLLRDHUP, 0};
-    while (::poll(&item, 1, 60'000) == 0) {
-    }
+    while (::poll(&item, 1, 60'000) == 0) {}
   }
 
  private:

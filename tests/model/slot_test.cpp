@@ -12,8 +12,8 @@
 #include "tests/support/fakes.hpp"
 
 using namespace lrt;
-using test::allocations;
 using model::Slot;
+using test::allocations;
 
 namespace {
 using Utc = std::chrono::system_clock::time_point;

@@ -65,17 +65,12 @@ int main(int argc, char** argv) {
   auto server = lrt::Server::create(std::move(options));
   if (!server) return failed(server.error());
 
-  constexpr lrt::Iri part_of{"http://example.org/robot#partOf"}, lower{"http://example.org/robot#lower"},
-      upper{"http://example.org/robot#upper"};
+  constexpr lrt::Iri part_of{"http://example.org/robot#partOf"}, lower{"http://example.org/robot#lower"}, upper{"http://example.org/robot#upper"};
   constexpr lrt::Iri joint_type{"http://example.org/robot#Joint"}, position{"http://example.org/robot#position"};
   std::vector<lrt::PushedProperty<double>> positions, velocities;
   for (std::size_t i = 0; i < joints; ++i) {
     lrt::Thing joint{"robot/joint" + std::to_string(i)};
-    joint.title("joint " + std::to_string(i))
-        .type(joint_type)
-        .add(lower, -1.5)
-        .add(upper, 1.5)
-        .add(part_of, lrt::Object::resource("robot"));
+    joint.title("joint " + std::to_string(i)).type(joint_type).add(lower, -1.5).add(upper, 1.5).add(part_of, lrt::Object::resource("robot"));
     joint.add(position, lrt::Object::resource("robot/joint" + std::to_string(i) + "/position"));
     positions.push_back(joint.property<double>("position", lrt::unit::radian));
     velocities.push_back(joint.property<double>("velocity", lrt::unit::radian_per_second));

@@ -12,7 +12,9 @@ using namespace lrt;
 
 namespace {
 
-engine::BodyJob job(std::string client, std::size_t bytes) { return {std::move(client), bytes, [] {}}; }
+engine::BodyJob job(std::string client, std::size_t bytes) {
+  return {std::move(client), bytes, [] {}};
+}
 
 std::string order(BodyQueue& queue, std::size_t count = 1000) {
   std::string all;

@@ -79,7 +79,8 @@ class Socket {
   }
 
   /// Sends and waits, at most ten seconds; `meanwhile` is called again and again.
-  Answer ask(const std::string& text, const std::function<void()>& meanwhile = [] {}) {
+  Answer ask(
+      const std::string& text, const std::function<void()>& meanwhile = [] {}) {
     send(text);
     return await(meanwhile);
   }

@@ -44,8 +44,8 @@ class TlsFolder {
   }
   std::string put_key(const std::string& name, const Certificate& of, const char* passphrase = nullptr) const {
     FILE* const file = std::fopen(path(name).c_str(), "w");
-    PEM_write_PrivateKey(file, of.key.get(), passphrase != nullptr ? EVP_aes_128_cbc() : nullptr,
-                         reinterpret_cast<const unsigned char*>(passphrase), passphrase != nullptr ? 4 : 0, nullptr, nullptr);
+    PEM_write_PrivateKey(file, of.key.get(), passphrase != nullptr ? EVP_aes_128_cbc() : nullptr, reinterpret_cast<const unsigned char*>(passphrase),
+                         passphrase != nullptr ? 4 : 0, nullptr, nullptr);
     std::fclose(file);
     return path(name);
   }

@@ -24,8 +24,8 @@ template <class R, class... Args>
 class UniqueFunction<R(Args...)> {
  public:
   UniqueFunction() noexcept = default;
-  template <class F, class = std::enable_if_t<!std::is_same_v<std::decay_t<F>, UniqueFunction> &&
-                                              std::is_invocable_r_v<R, std::decay_t<F>&, Args...>>>
+  template <class F,
+            class = std::enable_if_t<!std::is_same_v<std::decay_t<F>, UniqueFunction> && std::is_invocable_r_v<R, std::decay_t<F>&, Args...>>>
   UniqueFunction(F&& f) : impl_(new Holder<std::decay_t<F>>(std::forward<F>(f))) {}  // NOLINT: as std::function
 
   explicit operator bool() const noexcept { return impl_ != nullptr; }

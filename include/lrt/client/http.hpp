@@ -12,7 +12,7 @@ namespace lrt::client {
 /// A request for Client::send().
 struct Request {
   std::string method = "GET";
-  std::string url;  ///< absolute http or https URL; a fragment is not sent
+  std::string url;                                            ///< absolute http or https URL; a fragment is not sent
   std::vector<std::pair<std::string, std::string>> fields{};  ///< Content-Type, Accept, If-Match, ...
   std::string body{};
 };

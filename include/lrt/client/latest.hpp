@@ -67,7 +67,8 @@ class Latest {
   bool is_connected() const noexcept { return watch_.is_connected(); }
   Counts counts() const noexcept {
     if (!shared_) return {};
-    return {shared_->values.load(std::memory_order_relaxed), shared_->gaps.load(std::memory_order_relaxed), shared_->unreadable.load(std::memory_order_relaxed)};
+    return {shared_->values.load(std::memory_order_relaxed), shared_->gaps.load(std::memory_order_relaxed),
+            shared_->unreadable.load(std::memory_order_relaxed)};
   }
   /// The server has ended the subscription or refuses it. Nothing follows.
   bool has_ended() const noexcept { return shared_ && shared_->ended.load(std::memory_order_acquire); }

@@ -34,8 +34,8 @@ struct MirrorEvent {
     robot_left,      ///< it cannot be read; its graphs stay, and it is marked
     robot_returned,  ///< it is no longer marked
     graph_sent,
-    graph_deleted,  ///< the robot does not have the resource any more
-    graph_refused,  ///< by the store, for a reason of this graph. It is sent again when it has changed; after 500, also with the next reading
+    graph_deleted,      ///< the robot does not have the resource any more
+    graph_refused,      ///< by the store, for a reason of this graph. It is sent again when it has changed; after 500, also with the next reading
     graph_overwritten,  ///< somebody else had changed it in the store: its entity tag was another one
     store_lost,         ///< it does not respond or has no room; what is to be sent waits
     store_returned,
@@ -54,18 +54,15 @@ struct MirrorOptions {
   /// store. Empty: it is kept in memory only.
   std::string state_file;
 
-  std::size_t max_requests = 4;                      ///< to the store at a time
-  double max_rate = 100;                             ///< requests to the store in one second; 0: any number
-  std::size_t max_readers = 8;                       ///< robots that are read at a time
-  std::size_t max_graphs = 1'000'000;                ///< of all robots
-  std::size_t max_waiting_bytes = 64 * 1024 * 1024;  ///< of graphs that wait; what is beyond is read again when its turn comes
-  std::size_t max_watches_per_robot = 200;  ///< each is a connection; further resources are read every refresh_interval
-  std::chrono::milliseconds minimum_interval{
-      1'000};  ///< between two changes of a resource that a robot sends; the newest counts
-  std::chrono::milliseconds refresh_interval{
-      60'000};  ///< between two readings of all resources of a robot, most of which respond 304
-  std::chrono::milliseconds first_pause{
-      500};  ///< after a failure of a store or a robot; then twice that, and so on, times 0.5 to 1.5
+  std::size_t max_requests = 4;                        ///< to the store at a time
+  double max_rate = 100;                               ///< requests to the store in one second; 0: any number
+  std::size_t max_readers = 8;                         ///< robots that are read at a time
+  std::size_t max_graphs = 1'000'000;                  ///< of all robots
+  std::size_t max_waiting_bytes = 64 * 1024 * 1024;    ///< of graphs that wait; what is beyond is read again when its turn comes
+  std::size_t max_watches_per_robot = 200;             ///< each is a connection; further resources are read every refresh_interval
+  std::chrono::milliseconds minimum_interval{1'000};   ///< between two changes of a resource that a robot sends; the newest counts
+  std::chrono::milliseconds refresh_interval{60'000};  ///< between two readings of all resources of a robot, most of which respond 304
+  std::chrono::milliseconds first_pause{500};          ///< after a failure of a store or a robot; then twice that, and so on, times 0.5 to 1.5
   std::chrono::milliseconds max_pause{30'000};
   std::chrono::milliseconds patience{30'000};  ///< of copy(): how long the store may fail
 

@@ -44,7 +44,7 @@ std::string to_line(const RecordingHeader& header);
 std::string to_line(const RecordedChange& change);
 
 struct RecordingLimits {
-  std::size_t max_line_bytes = 1024 * 1024;     ///< a longer line counts as damaged
+  std::size_t max_line_bytes = 1024 * 1024;  ///< a longer line counts as damaged
   std::size_t max_changes = 10'000'000;
   std::size_t max_bytes = 1024 * 1024 * 1024;
 };
@@ -83,7 +83,8 @@ Result<T> value_of(const RecordedChange& change, const lrt::Unit& unit = lrt::un
   const rdf::Facets facets = rdf::Facets(unit).allow_non_finite();
   constexpr std::size_t max_values = 1'000'000;
   constexpr std::string_view vocabulary = "urn:vocabulary";
-  if (Result<void> read = rdf::read_plain(change.value, rdf::Plain::json, rdf::traits<T>::type(), facets, vocabulary, max_values, graph, focus); !read)
+  if (Result<void> read = rdf::read_plain(change.value, rdf::Plain::json, rdf::traits<T>::type(), facets, vocabulary, max_values, graph, focus);
+      !read)
     return unexpected(std::move(read).error());
   std::vector<rdf::Mismatch> mismatches;
   Result<rdf::Value> value = rdf::read_value(graph, focus, rdf::traits<T>::type(), facets, vocabulary, mismatches);

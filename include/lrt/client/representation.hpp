@@ -14,9 +14,9 @@ namespace lrt::client {
 
 /// What a server has responded about a resource: its graph, and what the header section says. Immutable.
 struct Representation {
-  std::string url{};         ///< after redirects
+  std::string url{};  ///< after redirects
   std::string media_type{};
-  std::string entity_tag{};  ///< with its quotes; empty: the server gives none
+  std::string entity_tag{};            ///< with its quotes; empty: the server gives none
   std::vector<std::string> methods{};  ///< of Allow; empty: not stated
   std::vector<Link> links{};
   rdf::Graph graph{};

@@ -132,8 +132,8 @@ class Invocation {
   enum class Status : unsigned char { pending, running, succeeded, failed, cancelled, unknown };
   struct State {
     Status status = Status::unknown;
-    std::optional<double> progress{};  ///< 0 to 1
-    std::string error{};               ///< the robot's reason, if it failed
+    std::optional<double> progress{};    ///< 0 to 1
+    std::string error{};                 ///< the robot's reason, if it failed
     RepresentationPtr representation{};  ///< null: the response to the request said all
   };
 
@@ -174,8 +174,8 @@ class Invocation {
 };
 
 struct InvokeOptions {
-  lrt::Unit unit{};    ///< as WriteOptions::unit
-  bool async = false;  ///< `Prefer: respond-async`: the response does not wait until the robot has begun
+  lrt::Unit unit{};                                           ///< as WriteOptions::unit
+  bool async = false;                                         ///< `Prefer: respond-async`: the response does not wait until the robot has begun
   std::vector<std::pair<std::string, std::string>> fields{};  ///< further header fields
 };
 
@@ -264,8 +264,8 @@ class Thing {
 
 /// Which actions are looked for. What is empty does not count.
 struct ActionQuery {
-  Iri consumes{};  ///< class of the input, maths:Scalar
-  Iri produces{};  ///< class of the output or of the effect
+  Iri consumes{};         ///< class of the input, maths:Scalar
+  Iri produces{};         ///< class of the output or of the effect
   std::string affects{};  ///< a Property that an effect names: its URL, or a predicate by which its Thing refers to it
   std::string thing{};    ///< URL of the Thing
 };

@@ -51,8 +51,7 @@ struct FeedMessage {
   std::shared_ptr<const std::string> body{};  ///< the representation; nullptr with `end`
   bool end = false;                           ///< the resource is gone, or the right to it: nothing follows on this channel
   bool queued = false;                        ///< of a subscription with a queue
-  std::uint64_t missed =
-      0;  ///< changes between the message before and this one that had no place in the queue, or were superseded
+  std::uint64_t missed = 0;                   ///< changes between the message before and this one that had no place in the queue, or were superseded
 };
 
 }  // namespace lrt::engine

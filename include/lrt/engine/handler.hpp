@@ -51,9 +51,9 @@ struct Reply {
 
 /// The verdict on a request by its header section, before its body is received.
 struct HeaderVerdict {
-  std::optional<http::Response> response{};  ///< final: the body is not received; nullopt: it may be
+  std::optional<http::Response> response{};                              ///< final: the body is not received; nullopt: it may be
   std::size_t max_body_bytes = std::numeric_limits<std::size_t>::max();  ///< of the body; more: 413
-  bool ignores_body = false;  ///< the transport may discard the body, and handle() gets the request without it
+  bool ignores_body = false;             ///< the transport may discard the body, and handle() gets the request without it
   std::shared_ptr<const void> judged{};  ///< without `response`: for http::Request::judged
 };
 
@@ -154,9 +154,7 @@ class Handler {
     }
   }
   /// A complete message of the client. next_push() may have something afterwards.
-  virtual void received(Channel channel, std::string_view message, bool text, TimePoint now) {
-    (void)channel, (void)message, (void)text, (void)now;
-  }
+  virtual void received(Channel channel, std::string_view message, bool text, TimePoint now) { (void)channel, (void)message, (void)text, (void)now; }
   /// The connection of a channel has ended, whoever ended it; called once for each Upgraded or Streamed, the channel is forgotten.
   virtual void closed(Channel channel) noexcept { (void)channel; }
 };

@@ -25,10 +25,10 @@ struct NamedGraph {
 
 /// What a query may depend on besides the graphs that it is asked of.
 struct QueryDependencies {
-  bool everything = false;                 ///< any triple may count
-  std::vector<std::string> predicates;     ///< without `everything`: only triples with these count
-  std::vector<std::string> graphs{};       ///< only triples of these count; empty: those of all
-  bool time = false;                       ///< NOW(), RAND() and the like: the answer changes although no graph does
+  bool everything = false;              ///< any triple may count
+  std::vector<std::string> predicates;  ///< without `everything`: only triples with these count
+  std::vector<std::string> graphs{};    ///< only triples of these count; empty: those of all
+  bool time = false;                    ///< NOW(), RAND() and the like: the answer changes although no graph does
 };
 
 /// A query that was parsed. Immutable.
@@ -76,17 +76,17 @@ class QueryData {
 class QueryService {
  public:
   struct Limits {
-    std::string path = "/sparql";                  ///< of the endpoint: "/" and one or more segments that are unreserved characters (RFC 3986)
-    unsigned threads = 1;                          ///< on which queries run; they start with the first query
-    std::chrono::milliseconds time{2'000};          ///< of one evaluation; more: 503. A query waits at most as long again to begin
-    std::size_t max_queries = 32;                  ///< that run or wait to run; more: 503
-    std::size_t max_text_bytes = 16 * 1024;        ///< of a query; more: 413
-    std::size_t max_standing = 64;                 ///< different standing queries; more: 503
-    std::size_t max_standing_rows = 1'000;         ///< of the answer of one; more: its subscriptions end
-    std::chrono::milliseconds min_interval{100};   ///< between two evaluations of a standing query
-    std::chrono::milliseconds max_age{100};        ///< a property that is read by a lambda is read again if its value is older
-    std::size_t max_value_members = 1'000;         ///< a property whose value has more numbers, texts and so on is not in the graphs
-    std::size_t max_views = 8;                     ///< sets of graphs that are kept, for callers with different rights or different Host fields
+    std::string path = "/sparql";                 ///< of the endpoint: "/" and one or more segments that are unreserved characters (RFC 3986)
+    unsigned threads = 1;                         ///< on which queries run; they start with the first query
+    std::chrono::milliseconds time{2'000};        ///< of one evaluation; more: 503. A query waits at most as long again to begin
+    std::size_t max_queries = 32;                 ///< that run or wait to run; more: 503
+    std::size_t max_text_bytes = 16 * 1024;       ///< of a query; more: 413
+    std::size_t max_standing = 64;                ///< different standing queries; more: 503
+    std::size_t max_standing_rows = 1'000;        ///< of the answer of one; more: its subscriptions end
+    std::chrono::milliseconds min_interval{100};  ///< between two evaluations of a standing query
+    std::chrono::milliseconds max_age{100};       ///< a property that is read by a lambda is read again if its value is older
+    std::size_t max_value_members = 1'000;        ///< a property whose value has more numbers, texts and so on is not in the graphs
+    std::size_t max_views = 8;                    ///< sets of graphs that are kept, for callers with different rights or different Host fields
   };
 
   virtual ~QueryService() = default;

@@ -25,18 +25,18 @@ bool iequals(std::string_view a, std::string_view b) noexcept;
 /// live for the call.
 struct Request {
   std::string_view method;
-  std::string_view target;     ///< as received: origin-form, absolute-form, or "*"
-  int version = 11;            ///< 10 or 11; 11 also for a later minor version
-  std::vector<Field> fields;   ///< in the order received, without those that framed the body (trailers are dropped)
+  std::string_view target;    ///< as received: origin-form, absolute-form, or "*"
+  int version = 11;           ///< 10 or 11; 11 also for a later minor version
+  std::vector<Field> fields;  ///< in the order received, without those that framed the body (trailers are dropped)
   std::string_view body;
-  std::string_view peer;       ///< numeric address of the client, "127.0.0.1"
-  bool secure = false;         ///< came over TLS
+  std::string_view peer;                  ///< numeric address of the client, "127.0.0.1"
+  bool secure = false;                    ///< came over TLS
   std::string_view client_certificate{};  ///< subject of the client's verified certificate (RFC 2253); empty: it showed none
-  bool can_upgrade = false;    ///< the transport can turn this connection into a WebSocket
-  bool must_upgrade_now = false;  ///< with can_upgrade: the transport cannot wait with the handshake for a deferred response
-  bool can_stream = false;     ///< the transport can send a response that goes on: an event stream
-  std::string_view mount{};    ///< path prefix under which a host's own HTTP server serves this, "/robot"; taken off the target
-  std::uint16_t local_port = 0;  ///< of that server; 0: the request came over lrt's own transport
+  bool can_upgrade = false;               ///< the transport can turn this connection into a WebSocket
+  bool must_upgrade_now = false;          ///< with can_upgrade: the transport cannot wait with the handshake for a deferred response
+  bool can_stream = false;                ///< the transport can send a response that goes on: an event stream
+  std::string_view mount{};               ///< path prefix under which a host's own HTTP server serves this, "/robot"; taken off the target
+  std::uint16_t local_port = 0;           ///< of that server; 0: the request came over lrt's own transport
   /// What engine::Handler::judge_header() found out when it let this request pass (HeaderVerdict::judged): who sends it is not asked again. Only what
   /// calls that function sets it. nullptr: the header section has not been judged.
   std::shared_ptr<const void> judged{};

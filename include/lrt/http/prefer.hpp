@@ -16,8 +16,8 @@ struct Preferences {
   enum class Return : unsigned char { unsaid, minimal, representation };
   Return return_ = Return::unsaid;
   bool respond_async = false;
-  std::optional<std::chrono::seconds> wait;   ///< at most 24 h
-  std::vector<std::string> include, omit;     ///< IRIs of `return=representation; include="..."`
+  std::optional<std::chrono::seconds> wait;  ///< at most 24 h
+  std::vector<std::string> include, omit;    ///< IRIs of `return=representation; include="..."`
 };
 /// @param prefer  the joined Prefer fields
 Preferences parse_prefer(std::string_view prefer);

@@ -10,7 +10,7 @@ namespace lrt::http {
 /// What a Range field requests of a representation (RFC 9110 14.1.2, 14.2).
 struct ByteRange {
   enum class Kind : unsigned char {
-    whole,          ///< no byte range, a malformed one, or several: the field is ignored
+    whole,  ///< no byte range, a malformed one, or several: the field is ignored
     part,
     unsatisfiable,  ///< 416
   };

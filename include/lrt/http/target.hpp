@@ -20,7 +20,7 @@ struct Target {
   std::string_view path;       ///< "/...", percent-encoded as received; "/" if there is none; "*" for the asterisk-form
   std::string_view query;      ///< without '?'
   bool absolute = false;
-  bool secure = false;         ///< absolute-form with https
+  bool secure = false;  ///< absolute-form with https
 };
 /// Returns nullopt for any other form, and for an authority that parse_host() refuses.
 std::optional<Target> split_target(std::string_view target) noexcept;

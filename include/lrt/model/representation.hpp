@@ -22,10 +22,10 @@ using Bytes = std::shared_ptr<const std::string>;
 struct Layout {
   enum class ByteOrder : std::uint8_t { little_endian, big_endian };
 
-  Iri element_type;                  ///< xsd:double: IEEE 754 binary64; xsd:float: binary32; xsd:unsignedByte ... xsd:long by their size
-  std::vector<std::size_t> shape;    ///< length of each axis, the last one varies fastest: {480, 640, 3}
+  Iri element_type;                ///< xsd:double: IEEE 754 binary64; xsd:float: binary32; xsd:unsignedByte ... xsd:long by their size
+  std::vector<std::size_t> shape;  ///< length of each axis, the last one varies fastest: {480, 640, 3}
   ByteOrder byte_order = ByteOrder::little_endian;
-  Unit unit{};                       ///< of the numbers; empty: as the property
+  Unit unit{};  ///< of the numbers; empty: as the property
 };
 
 namespace model {

@@ -93,9 +93,7 @@ class ResourceHandle {
   }
   /// Adds dcterms:title, for people.
   Self& title(std::string text) {
-    return edit("title", [&](auto& s) {
-      s.statements.push_back({std::string(vocab::dcterms::title.text), Object(std::move(text))});
-    });
+    return edit("title", [&](auto& s) { s.statements.push_back({std::string(vocab::dcterms::title.text), Object(std::move(text))}); });
   }
   /// Adds a triple about the resource (R1.12).
   Self& add(Iri predicate, Object object) {

@@ -40,14 +40,16 @@ class Table {
     ++rows_;
   }
   /// Sets a cell of the last row.
-  void set(std::size_t column, const rdf::TermView& term) { cells_[cells_.size() - columns() + column] = static_cast<std::uint32_t>(terms_.intern(term)); }
+  void set(std::size_t column, const rdf::TermView& term) {
+    cells_[cells_.size() - columns() + column] = static_cast<std::uint32_t>(terms_.intern(term));
+  }
 
  private:
   static constexpr std::uint32_t none = 0xFFFFFFFF;
   std::vector<std::string> variables_;
-  rdf::Graph terms_;                  // without triples: each term once
+  rdf::Graph terms_;  // without triples: each term once
   std::vector<std::uint32_t> cells_;
-  std::size_t rows_ = 0;              // also of a table without columns
+  std::size_t rows_ = 0;  // also of a table without columns
 };
 
 /// SELECT gives a Table, ASK a bool, CONSTRUCT and DESCRIBE a Graph.

@@ -29,8 +29,8 @@ using Prefixes = std::vector<std::pair<std::string, std::string>>;
 const Prefixes& default_prefixes();
 
 struct ReadOptions {
-  std::string_view base;                  ///< absolute IRI that relative ones are resolved against; may be empty for N-Triples
-  std::size_t max_triples = 100'000;      ///< as written, repeated ones too; more: Errc::limit_exceeded
+  std::string_view base;              ///< absolute IRI that relative ones are resolved against; may be empty for N-Triples
+  std::size_t max_triples = 100'000;  ///< as written, repeated ones too; more: Errc::limit_exceeded
   /// Of the IRIs and literals of all triples, written out, each time they occur; more: Errc::limit_exceeded. What a document
   /// needs in memory and time grows with this rather than with its own size: prefixes and bases are shorthand.
   /// What is resolved against a base of more than 256 bytes counts more where it takes more time: in Turtle 16 times the base
@@ -85,8 +85,7 @@ Result<Graph> read(std::string_view text, Syntax syntax, const ReadOptions& opti
 /// @par Errors   unsupported_syntax: the syntax is not available, or it cannot express the graph (RDF/XML: a predicate without a local
 ///               name, a character that XML 1.0 does not have), or a term is not valid RDF (a relative IRI, invalid UTF-8)
 /// @par Time     Turtle, N-Triples, JSON-LD: 3 us for 12 triples; JSON-LD with its context inside: 8. RDF/XML: 150, and it is read back.
-Result<std::string> write(const Graph& graph, Syntax syntax, const Prefixes& prefixes = default_prefixes(),
-                          std::string_view context = {});
+Result<std::string> write(const Graph& graph, Syntax syntax, const Prefixes& prefixes = default_prefixes(), std::string_view context = {});
 
 /// Graphs of one document. Blank nodes belong to their graph, also where labels are equal.
 struct Dataset {

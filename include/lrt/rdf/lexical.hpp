@@ -39,19 +39,52 @@ std::string format_instant(std::chrono::nanoseconds since_epoch);
 /// The datatypes with a known lexical space: those of RDF 1.1 Concepts 5.1, and rdf:langString, rdf:HTML, rdf:XMLLiteral.
 enum class Datatype : std::uint8_t {
   unknown,
-  string, boolean, decimal, integer, double_, float_,
-  long_, int_, short_, byte_, unsigned_long, unsigned_int, unsigned_short, unsigned_byte,
-  non_negative_integer, positive_integer, non_positive_integer, negative_integer,
-  date_time, date_time_stamp, date, time, g_year, g_year_month, g_month, g_month_day, g_day,
-  duration, day_time_duration, year_month_duration,
-  hex_binary, base64_binary, any_uri, language, normalized_string, token, nmtoken, name, ncname,
-  lang_string, html, xml_literal,
+  string,
+  boolean,
+  decimal,
+  integer,
+  double_,
+  float_,
+  long_,
+  int_,
+  short_,
+  byte_,
+  unsigned_long,
+  unsigned_int,
+  unsigned_short,
+  unsigned_byte,
+  non_negative_integer,
+  positive_integer,
+  non_positive_integer,
+  negative_integer,
+  date_time,
+  date_time_stamp,
+  date,
+  time,
+  g_year,
+  g_year_month,
+  g_month,
+  g_month_day,
+  g_day,
+  duration,
+  day_time_duration,
+  year_month_duration,
+  hex_binary,
+  base64_binary,
+  any_uri,
+  language,
+  normalized_string,
+  token,
+  nmtoken,
+  name,
+  ncname,
+  lang_string,
+  html,
+  xml_literal,
 };
 
 Datatype datatype_of(std::string_view iri) noexcept;
-constexpr bool is_integer_type(Datatype d) noexcept {
-  return d == Datatype::integer || (d >= Datatype::long_ && d <= Datatype::negative_integer);
-}
+constexpr bool is_integer_type(Datatype d) noexcept { return d == Datatype::integer || (d >= Datatype::long_ && d <= Datatype::negative_integer); }
 
 /// Whether the text is in the lexical space of the datatype, including the ranges of integer types and the calendar. True for every text of
 /// an unknown datatype and of xsd:anyURI, rdf:langString, rdf:HTML and rdf:XMLLiteral, and for every text of xsd:string without U+0000.

@@ -85,8 +85,7 @@ Result<std::string> write_plain(const Type& type, const Facets& facets, const Va
 ///              limit_exceeded: nested more than 64 deep, or more than `max_values` values.
 ///              unsupported_syntax: octets, and reads_octets() is false.
 /// @par Time    Linear in the body. A number with a unit: 0.8 us in JSON, 0.5 us in text, mostly for the graph.
-Result<void> read_plain(std::string_view body, Plain format, const Type& type, const Facets& facets,
-                        std::string_view vocabulary, std::size_t max_values, Graph& graph, TermId focus,
-                        Mismatch* mismatch = nullptr);
+Result<void> read_plain(std::string_view body, Plain format, const Type& type, const Facets& facets, std::string_view vocabulary,
+                        std::size_t max_values, Graph& graph, TermId focus, Mismatch* mismatch = nullptr);
 
 }  // namespace lrt::rdf

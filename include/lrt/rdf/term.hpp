@@ -37,9 +37,7 @@ constexpr TermView iri(std::string_view text) noexcept { return {TermKind::iri, 
 constexpr TermView blank(std::string_view label) noexcept { return {TermKind::blank, label}; }
 /// A plain literal: datatype xsd:string.
 TermView literal(std::string_view lexical) noexcept;
-constexpr TermView literal(std::string_view lexical, Iri datatype) noexcept {
-  return {TermKind::literal, lexical, datatype.text};
-}
+constexpr TermView literal(std::string_view lexical, Iri datatype) noexcept { return {TermKind::literal, lexical, datatype.text}; }
 /// A language-tagged literal. @pre `language` is in lower case
 TermView tagged_literal(std::string_view lexical, std::string_view language) noexcept;
 

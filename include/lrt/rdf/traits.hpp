@@ -31,10 +31,10 @@ template <class... T>
 inline constexpr bool always_false = false;
 
 template <class T>
-inline constexpr bool is_character = std::is_same_v<T, char> || std::is_same_v<T, wchar_t> || std::is_same_v<T, char16_t> ||
-                                     std::is_same_v<T, char32_t>
+inline constexpr bool is_character =
+    std::is_same_v<T, char> || std::is_same_v<T, wchar_t> || std::is_same_v<T, char16_t> || std::is_same_v<T, char32_t>
 #ifdef __cpp_char8_t
-                                     || std::is_same_v<T, char8_t>
+    || std::is_same_v<T, char8_t>
 #endif
     ;
 template <class T>
@@ -50,8 +50,7 @@ auto undescribed() {
 }
 template <class... T>
 auto a_character() {
-  static_assert(always_false<T...>,
-                "lrt: a character is neither a number nor a text; write std::string for a text, std::int8_t for a number");
+  static_assert(always_false<T...>, "lrt: a character is neither a number nor a text; write std::string for a text, std::int8_t for a number");
 }
 template <class... T>
 auto a_text_view() {
@@ -179,7 +178,7 @@ template <class T>
 struct traits<T, std::enable_if_t<std::is_integral_v<T> && !std::is_same_v<T, bool> && !detail::is_character<T>>> {
   static const Type& type() {
     static const Immortal<Type> t(detail::integer_type(static_cast<std::int64_t>(std::numeric_limits<T>::min()),
-                                               static_cast<std::uint64_t>(std::numeric_limits<T>::max()), sizeof(T)));
+                                                       static_cast<std::uint64_t>(std::numeric_limits<T>::max()), sizeof(T)));
     return *t;
   }
   static Value encode(T v) {
@@ -241,9 +240,7 @@ template <class Rep, class Period>
 struct traits<std::chrono::duration<Rep, Period>> {
   using T = std::chrono::duration<Rep, Period>;
   static const Type& type() noexcept { return detail::duration_type(); }
-  static Value encode(const T& v) {
-    return Value(static_cast<std::int64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(v).count()));
-  }
+  static Value encode(const T& v) { return Value(static_cast<std::int64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(v).count())); }
   static Result<T> decode(const Value& v) {
     if (const std::int64_t* ns = v.integer()) return std::chrono::duration_cast<T>(std::chrono::nanoseconds(*ns));
     return detail::not_a_value_of("a duration");
@@ -477,9 +474,9 @@ inline constexpr bool is_result<Result<T>> = true;
 class FieldName {
  public:
   FieldName(Iri term) : name(term.text.substr(term.text.find_last_of("#/") + 1)), predicate(term.text) {}  // NOLINT: an argument of field()
-  FieldName(std::string_view own) : name(own), predicate("#" + name) {}  // NOLINT
-  FieldName(const std::string& own) : FieldName(std::string_view(own)) {}  // NOLINT
-  FieldName(const char* own) : FieldName(std::string_view(own)) {}  // NOLINT
+  FieldName(std::string_view own) : name(own), predicate("#" + name) {}                                    // NOLINT
+  FieldName(const std::string& own) : FieldName(std::string_view(own)) {}                                  // NOLINT
+  FieldName(const char* own) : FieldName(std::string_view(own)) {}                                         // NOLINT
 
   std::string name, predicate;
 };
@@ -631,7 +628,8 @@ class Record {
     Result<void> decode(const Value& v, S& s) const override {
       const std::string* found = v.text();
       if (!found) return detail::not_a_value_of("a text");
-      if (found->size() >= N || found->find('\0') != std::string::npos) return detail::not_a_value_of("a text that fits into its array, without U+0000");
+      if (found->size() >= N || found->find('\0') != std::string::npos)
+        return detail::not_a_value_of("a text that fits into its array, without U+0000");
       std::memset(s.*pointer, 0, N);
       std::memcpy(s.*pointer, found->data(), found->size());
       return {};
@@ -763,8 +761,7 @@ class Record {
                         "lrt: the setter of a field expects a member function or a callable (S&, value) that takes what the getter returns; give a "
                         "callable: field(name, get, [](S& s, T value) { ... })");
         } else {
-          return add(std::move(name), traits<M>::type(), true, read_only,
-                     std::make_unique<GetterOf<M, Get, Set>>(std::move(get), std::move(set)));
+          return add(std::move(name), traits<M>::type(), true, read_only, std::make_unique<GetterOf<M, Get, Set>>(std::move(get), std::move(set)));
         }
       }
     }

@@ -8,10 +8,10 @@ namespace lrt {
 
 /// A unit of measurement with its names in three vocabularies. It documents the meaning of a number; numbers are never converted.
 struct Unit {
-  Iri qudt;                ///< object of qudt:hasUnit
-  Iri vom;                 ///< object of vom:unit; empty: the ARVIDA vocabulary does not have it
-  std::string_view ucum;   ///< code for JSON, "deg"
-  Iri quantity_kind{};     ///< object of qudt:hasQuantityKind; empty: the unit is used for several kinds of quantity
+  Iri qudt;               ///< object of qudt:hasUnit
+  Iri vom;                ///< object of vom:unit; empty: the ARVIDA vocabulary does not have it
+  std::string_view ucum;  ///< code for JSON, "deg"
+  Iri quantity_kind{};    ///< object of qudt:hasQuantityKind; empty: the unit is used for several kinds of quantity
 
   constexpr bool empty() const noexcept { return qudt.empty() && vom.empty(); }
   friend constexpr bool operator==(const Unit& a, const Unit& b) noexcept { return a.qudt == b.qudt && a.vom == b.vom; }

@@ -6,8 +6,10 @@
 /// its usual prefix. The prefixes rdf, unit and lrt are namespaces of lrt already; these vocabularies are rdf_, unit_ and lrt_.
 namespace lrt::vocab {
 
-#define LRT_TERM(prefix, name) inline constexpr Iri name{LRT_VOCAB_##prefix #name}
-#define LRT_TERM_AS(prefix, cpp, name) inline constexpr Iri cpp{LRT_VOCAB_##prefix name}
+#define LRT_TERM(prefix, name) \
+  inline constexpr Iri name { LRT_VOCAB_##prefix #name }
+#define LRT_TERM_AS(prefix, cpp, name) \
+  inline constexpr Iri cpp { LRT_VOCAB_##prefix name }
 
 #define LRT_VOCAB_rdf "http://www.w3.org/1999/02/22-rdf-syntax-ns#"
 namespace rdf_ {

@@ -187,9 +187,9 @@ class Session {
   bool only_stops_ = false;
   bool keep_alive_ = true;
   bool header_only_ = false;
-  std::uint8_t version_ = 11;      ///< of the request
-  std::uint8_t empty_lines_ = 0;   ///< before the request
-  std::size_t discarded_ = 0;      ///< while lingering
+  std::uint8_t version_ = 11;     ///< of the request
+  std::uint8_t empty_lines_ = 0;  ///< before the request
+  std::size_t discarded_ = 0;     ///< while lingering
   std::size_t requests_ = 0;
   std::optional<engine::Ticket> ticket_;
   std::optional<engine::Channel> channel_;  ///< of the open event stream

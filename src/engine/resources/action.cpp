@@ -106,7 +106,11 @@ void InvocationResource::describe_types(About& about, const Description&) const 
 
 std::optional<PlainValue> InvocationResource::plain_value(const Audience&) const {
   static const rdf::Facets no_facets;
-  rdf::Value::Sequence values = {rdf::Value(status_name(status)), rdf::Value(progress), instant(created), instant(started), instant(ended),
+  rdf::Value::Sequence values = {rdf::Value(status_name(status)),
+                                 rdf::Value(progress),
+                                 instant(created),
+                                 instant(started),
+                                 instant(ended),
                                  status == Status::failed ? rdf::Value(result.error().message) : rdf::Value()};
   if (action.spec->input) values.push_back(input);
   if (action.spec->output) values.push_back(status == Status::succeeded ? *result : rdf::Value());

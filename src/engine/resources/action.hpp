@@ -66,10 +66,10 @@ class InvocationResource final : public Resource {
   double progress = 0;
   Result<rdf::Value> result{rdf::Value()};
   Utc created{}, started{}, ended{};
-  std::shared_ptr<CancelToken> token;      ///< of the call that starts it, once there is one
+  std::shared_ptr<CancelToken> token;  ///< of the call that starts it, once there is one
   DeadlineQueue<ResourceId>::Place start_deadline;
   std::vector<WaitingRequest> waiting;
-  ClientCounts::Share share;               ///< of its client, until it has ended
+  ClientCounts::Share share;  ///< of its client, until it has ended
 };
 
 /// A command: what it consumes and produces, its binding, its invocations (R1.10, paper 5.4).

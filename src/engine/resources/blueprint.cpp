@@ -119,9 +119,7 @@ void BlueprintResource::overview(Overview& o) const {
   o.link("kind", *thing->kind);
 }
 
-void BlueprintResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const {
-  thing->state.for_each_property(visit);
-}
+void BlueprintResource::for_each_property(FunctionRef<void(PropertyResource&)> visit) const { thing->state.for_each_property(visit); }
 
 /// Names and shapes are resolved against its path, so what was made with them is made again.
 void BlueprintResource::path_changed() {

@@ -24,7 +24,7 @@ struct ValueShape {
   std::string name;  ///< "rotation", "actions/rotate/input"
   const rdf::Type* type;
   const rdf::Facets* facets;
-  bool input;        ///< clients send such values
+  bool input;  ///< clients send such values
 };
 
 /// The value shapes of a Thing, in the order of registration. Equal Things have as many.

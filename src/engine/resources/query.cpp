@@ -13,10 +13,14 @@ namespace {
 
 /// The IRIs by which service descriptions name the formats of answers (https://www.w3.org/ns/formats/).
 constexpr std::string_view formats[] = {
-    "http://www.w3.org/ns/formats/SPARQL_Results_JSON", "http://www.w3.org/ns/formats/SPARQL_Results_XML",
-    "http://www.w3.org/ns/formats/SPARQL_Results_CSV",  "http://www.w3.org/ns/formats/SPARQL_Results_TSV",
-    "http://www.w3.org/ns/formats/Turtle",              "http://www.w3.org/ns/formats/N-Triples",
-    "http://www.w3.org/ns/formats/RDF_XML",             "http://www.w3.org/ns/formats/JSON-LD",
+    "http://www.w3.org/ns/formats/SPARQL_Results_JSON",
+    "http://www.w3.org/ns/formats/SPARQL_Results_XML",
+    "http://www.w3.org/ns/formats/SPARQL_Results_CSV",
+    "http://www.w3.org/ns/formats/SPARQL_Results_TSV",
+    "http://www.w3.org/ns/formats/Turtle",
+    "http://www.w3.org/ns/formats/N-Triples",
+    "http://www.w3.org/ns/formats/RDF_XML",
+    "http://www.w3.org/ns/formats/JSON-LD",
 };
 
 /// The media types that the answers to a query can have.

@@ -103,8 +103,7 @@ bool TreeResource::is_shown_to(const Audience& audience) const {
 
 std::uint64_t TreeResource::state(std::uint64_t structure) const noexcept {
   std::uint64_t mixed = structure;
-  for_each_property(
-      [&](PropertyResource& p) { mixed = (mixed ^ (2 * p.revision + (is_readable(p) ? 0 : 1))) * 1099511628211U; });
+  for_each_property([&](PropertyResource& p) { mixed = (mixed ^ (2 * p.revision + (is_readable(p) ? 0 : 1))) * 1099511628211U; });
   return mixed;
 }
 

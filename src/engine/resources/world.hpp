@@ -82,9 +82,9 @@ class WorldGraphResource final : public Resource {
   model::GraphState::Version version_;
   std::string epoch_;  ///< of entity tags: another one after a restart
   std::vector<Published> published_;
-  const Clock* clock_ = nullptr;  ///< set by attach()
+  const Clock* clock_ = nullptr;                                                                  ///< set by attach()
   std::shared_ptr<std::atomic<bool>> changes_wait_ = std::make_shared<std::atomic<bool>>(false);  ///< a message for take_changes() is on its way
-  mutable std::shared_ptr<const rdf::Graph> whole_;  ///< graph(), with the revision that it had
+  mutable std::shared_ptr<const rdf::Graph> whole_;                                               ///< graph(), with the revision that it had
   mutable std::uint64_t whole_revision_ = 0;
 };
 

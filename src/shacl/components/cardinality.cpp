@@ -14,8 +14,7 @@ namespace {
 class MinCount final : public Constraint {
  public:
   static void build(Compiler& compiler, const Draft& shape) {
-    if (const auto n = compiler.integer(shape, sh::minCount); n && *n > 0)
-      compiler.add<MinCount>(shape, static_cast<std::uint64_t>(*n));
+    if (const auto n = compiler.integer(shape, sh::minCount); n && *n > 0) compiler.add<MinCount>(shape, static_cast<std::uint64_t>(*n));
   }
   explicit MinCount(std::uint64_t min) noexcept : Constraint(sh::MinCountConstraintComponent), min_(min) {}
 
@@ -25,8 +24,8 @@ class MinCount final : public Constraint {
       if (std::string text = list_violation(run, scene); !text.empty()) return text;
       const std::string words = expectation(run.plan(), scene.shape.id), name = for_name(run.plan(), scene.shape.id);
       const bool one = min_ == 1 && !(words.empty() && name.empty());
-      return "expected " + (one ? (words.empty() ? "a value" : words) : "at least " + counted(min_, "value", "values")) + name +
-             ", found " + (scene.size() == 0 ? "none" : std::to_string(scene.size()));
+      return "expected " + (one ? (words.empty() ? "a value" : words) : "at least " + counted(min_, "value", "values")) + name + ", found " +
+             (scene.size() == 0 ? "none" : std::to_string(scene.size()));
     });
   }
 
@@ -46,8 +45,7 @@ class MaxCount final : public Constraint {
     if (static_cast<std::int64_t>(scene.size()) <= max_) return;
     run.violation(scene, *this, std::nullopt, [&] {
       if (std::string text = list_violation(run, scene); !text.empty()) return text;
-      return (max_ <= 0 ? "expected no value"
-                        : "expected at most " + counted(static_cast<std::size_t>(max_), "value", "values")) +
+      return (max_ <= 0 ? "expected no value" : "expected at most " + counted(static_cast<std::size_t>(max_), "value", "values")) +
              for_name(run.plan(), scene.shape.id) + ", found " + std::to_string(scene.size());
     });
   }

@@ -65,8 +65,7 @@ class And final : public Several {
       for (const ShapeIndex shape : shapes_) {
         if (run.conforms(node, shape)) continue;
         run.violation_within(scene, *this, node, shape, [&] {
-          return "expected a value that conforms to all of " + std::to_string(shapes_.size()) + " shapes, found " +
-                 shown(run.term(node));
+          return "expected a value that conforms to all of " + std::to_string(shapes_.size()) + " shapes, found " + shown(run.term(node));
         });
         break;
       }
@@ -122,8 +121,7 @@ class Or final : public Several {
       const bool excludes_value = reason.rfind("expected no value", 0) == 0;  // of no use to a client that gave one
       if (!reason.empty() && !excludes_value) text += (text.empty() ? "" : "; or ") + reason;
     }
-    if (text.empty())
-      text = "expected what conforms to one of " + std::to_string(shapes_.size()) + " shapes, found " + shown(run.term(node));
+    if (text.empty()) text = "expected what conforms to one of " + std::to_string(shapes_.size()) + " shapes, found " + shown(run.term(node));
     return text + (shapes_.size() > max_shown ? "; or ..." : "");
   }
 };
@@ -144,8 +142,8 @@ class Xone final : public Several {
       }
       if (count == 1) continue;
       run.violation(scene, *this, node, [&] {
-        return "expected a value that conforms to exactly one of " + std::to_string(shapes_.size()) + " shapes, " +
-               shown(run.term(node)) + (count == 0 ? " conforms to none" : " conforms to several");
+        return "expected a value that conforms to exactly one of " + std::to_string(shapes_.size()) + " shapes, " + shown(run.term(node)) +
+               (count == 0 ? " conforms to none" : " conforms to several");
       });
     }
   }

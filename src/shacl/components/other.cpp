@@ -90,8 +90,7 @@ class In final : public Constraint {
       const Node node = run.node(i);
       run.step(members_.size() / 8);
       if (std::any_of(members_.begin(), members_.end(), [&](Constant c) { return run.node_of(c) == node; })) continue;
-      run.violation(scene, *this, node,
-                    [&] { return "expected " + one_of(run.plan(), members_) + ", found " + shown(run.term(node)); });
+      run.violation(scene, *this, node, [&] { return "expected " + one_of(run.plan(), members_) + ", found " + shown(run.term(node)); });
     }
   }
 

@@ -67,9 +67,7 @@ class DescriptorWatch final : public std::enable_shared_from_this<DescriptorWatc
     }
     try {
       turn_();
-    } catch (...) {
-      log_exception();
-    }
+    } catch (...) { log_exception(); }
     const std::lock_guard lock(mutex_);
     taker_ = std::thread::id();
     turn_ended_.notify_all();
@@ -79,8 +77,7 @@ class DescriptorWatch final : public std::enable_shared_from_this<DescriptorWatc
   void log_exception() noexcept {
     try {
       if (log_) log_(LogLevel::error, "a turn on the host's io_context threw");
-    } catch (...) {
-    }
+    } catch (...) {}
   }
 
   std::mutex mutex_;  // not held in a turn

@@ -46,12 +46,12 @@ bool BodyBudget::take(const std::string& client, std::size_t bytes) noexcept {
   if (bytes == 0) return true;
   if (bytes > limit_ - used_) return false;
   if (!client.empty()) try {
-    const auto known = clients_.find(client);
-    const std::size_t before = known == clients_.end() ? 0 : known->second;
-    if (before > client_limit_ || bytes > client_limit_ - before) return false;
-    if (known != clients_.end()) known->second += bytes;
-    else clients_.emplace(client, bytes);
-  } catch (const std::bad_alloc&) { return false; }
+      const auto known = clients_.find(client);
+      const std::size_t before = known == clients_.end() ? 0 : known->second;
+      if (before > client_limit_ || bytes > client_limit_ - before) return false;
+      if (known != clients_.end()) known->second += bytes;
+      else clients_.emplace(client, bytes);
+    } catch (const std::bad_alloc&) { return false; }
   used_ += bytes;
   return true;
 }

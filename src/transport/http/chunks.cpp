@@ -165,8 +165,7 @@ ChunkDecoder::Status ChunkDecoder::size_line() {
 
 ChunkDecoder::Status ChunkDecoder::trailer_line() {
   std::string_view rest = line_;
-  if (!take_token(rest) || rest.empty() || rest.front() != ':')
-    return fail("a trailer does not begin with a field name and ':'");
+  if (!take_token(rest) || rest.empty() || rest.front() != ':') return fail("a trailer does not begin with a field name and ':'");
   const auto name = std::string_view(line_).substr(0, line_.size() - rest.size());
   if (!std::all_of(rest.begin(), rest.end(), is_text_char)) return fail("a trailer contains a control character");
   for (const std::string_view framing : {"Content-Length", "Transfer-Encoding", "Host"}) {

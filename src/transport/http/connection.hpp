@@ -46,9 +46,7 @@ class Connection final : public Client, public Deadlines::Entry, public Linked<I
   /// Reads input that on_ready() may not have seen.
   void read_pending() { read(false); }
   /// True between requests and before the first, unless there is input that on_ready() has not seen.
-  bool is_idle() const noexcept {
-    return !closed_ && !reserved_ && session_.phase() == Session::Phase::idle && !(tls_ && tls_->is_under_way());
-  }
+  bool is_idle() const noexcept { return !closed_ && !reserved_ && session_.phase() == Session::Phase::idle && !(tls_ && tls_->is_under_way()); }
 
  private:
   std::size_t room_for_messages() const noexcept override {
@@ -76,7 +74,7 @@ class Connection final : public Client, public Deadlines::Entry, public Linked<I
   Addresses::Place place_;
   std::uint32_t epoch_ = 0;
   std::uint64_t ticket_ = 0;  ///< that loop_.tickets has for this connection; 0: none
-  bool blocked_ = false;       ///< the socket takes no more for now
+  bool blocked_ = false;      ///< the socket takes no more for now
   bool writes_later_ = false;
   bool reads_later_ = false;
   bool half_closed_ = false;

@@ -18,7 +18,7 @@ class Deadlines {
 
  public:
   using Instant = std::chrono::steady_clock::time_point;
-  static constexpr std::size_t phases = 6;  ///< the kinds below this are the phases of a Session that have a time
+  static constexpr std::size_t phases = 6;      ///< the kinds below this are the phases of a Session that have a time
   static constexpr std::size_t blocked = 3;     ///< as Session::Phase::writing: limits.write_timeout
   static constexpr std::size_t silent = 5;      ///< as Session::Phase::streaming: limits.ping_interval
   static constexpr std::size_t unanswered = 6;  ///< limits.pong_timeout

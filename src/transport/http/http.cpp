@@ -94,8 +94,8 @@ class HttpTransport final : public Transport {
   WakeSignal wake_signal_;
   Alarm alarm_;
   Listener listener_;
-  bool left_ = false;  ///< the budget ended before what the handler has
-  bool descriptor_used_ = false;  ///< the host may sleep on descriptor()
+  bool left_ = false;                        ///< the budget ended before what the handler has
+  bool descriptor_used_ = false;             ///< the host may sleep on descriptor()
   std::atomic<std::size_t> connections_{0};  ///< at the end of the last turn
 };
 

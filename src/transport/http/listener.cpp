@@ -25,8 +25,7 @@ constexpr int accepts_per_turn = 16;
 constexpr int max_tried = 16;
 constexpr int discards_at_once = 16;
 constexpr std::chrono::milliseconds pause_time{100};
-constexpr std::string_view overloaded =
-    "HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nRetry-After: 1\r\nConnection: close\r\n\r\n";
+constexpr std::string_view overloaded = "HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nRetry-After: 1\r\nConnection: close\r\n\r\n";
 
 int open_reserve() noexcept { return ::open("/dev/null", O_RDONLY | O_CLOEXEC); }
 
@@ -73,7 +72,7 @@ void refuse_at_once(int descriptor, bool secure) noexcept {
   [[maybe_unused]] const auto sent = secure ? 0 : ::send(descriptor, overloaded.data(), overloaded.size(), MSG_NOSIGNAL);
   ::shutdown(descriptor, SHUT_WR);
   char discarded[4096];
-  for (int turn = 0; turn < discards_at_once && ::recv(descriptor, discarded, sizeof discarded, 0) > 0; ++turn) {}
+  for (int turn = 0; turn<discards_at_once&& ::recv(descriptor, discarded, sizeof discarded, 0)> 0; ++turn) {}
   ::close(descriptor);
 }
 

@@ -74,13 +74,13 @@ struct Loop {
   Deadlines deadlines;
   IdleOrder idle;
   std::vector<std::shared_ptr<Client>> clients;
-  std::unordered_map<std::uint64_t, Connection*> tickets;    ///< that wait for a deferred response
+  std::unordered_map<std::uint64_t, Connection*> tickets;  ///< that wait for a deferred response
   std::unordered_map<std::uint64_t, Client*> channels;
   TurnOrder turns;
   PushRound pushes;
-  std::uint64_t turn = 0;            ///< turns taken so far
+  std::uint64_t turn = 0;  ///< turns taken so far
   std::vector<engine::ReadyChannel> ready;
-  std::vector<Client*> candidates;   ///< for the next turns, while they are put in order
+  std::vector<Client*> candidates;  ///< for the next turns, while they are put in order
   ReservedOrder reserved;
   std::size_t reserved_count = 0;                            ///< connections that serve only stops, in `reserved` or not
   std::size_t refused = 0;                                   ///< connections over the limit that are being sent a 503

@@ -71,9 +71,9 @@ class TlsStream {
   std::unique_ptr<ssl_st, End> ssl_;
   const int descriptor_;
   std::string& scratch_;
-  std::string out_;               ///< encrypted, not taken by the socket
-  std::size_t encrypted_ = 0;     ///< bytes at the front of what send() gets that are in out_, or were
-  bool drained_ = false;          ///< the socket had fewer bytes than the buffer takes
+  std::string out_;            ///< encrypted, not taken by the socket
+  std::size_t encrypted_ = 0;  ///< bytes at the front of what send() gets that are in out_, or were
+  bool drained_ = false;       ///< the socket had fewer bytes than the buffer takes
   bool begun_ = false;
   bool open_ = false;
   bool plain_ = false;

@@ -37,8 +37,8 @@ struct Loopback::Impl {
     StreamClient client;
     std::optional<engine::Ticket> ticket;    ///< of the response
     std::optional<engine::Channel> channel;  ///< once it streams
-    bool taking = false;   ///< client.message is being called
-    bool resumed = false;  ///< meanwhile
+    bool taking = false;                     ///< client.message is being called
+    bool resumed = false;                    ///< meanwhile
     bool paused = false;
   };
 
@@ -240,13 +240,14 @@ void Loopback::stop() {
 }
 
 void Loopback::submit(const http::Request& request, std::function<void(http::Response)> done) {
-  impl_->handle(request,
-                [this, done = std::move(done)](engine::Reply reply) {
-                  if (!reply.channel) return done(std::move(reply.response));
-                  impl_->handler->closed(*reply.channel);
-                  done(problem(500, "there are no WebSockets and event streams here"));
-                },
-                nullptr);
+  impl_->handle(
+      request,
+      [this, done = std::move(done)](engine::Reply reply) {
+        if (!reply.channel) return done(std::move(reply.response));
+        impl_->handler->closed(*reply.channel);
+        done(problem(500, "there are no WebSockets and event streams here"));
+      },
+      nullptr);
 }
 
 Loopback::StreamId Loopback::submit(const http::Request& request, StreamClient client) {
@@ -255,7 +256,8 @@ Loopback::StreamId Loopback::submit(const http::Request& request, StreamClient c
   http::Request streamable = request;
   streamable.can_stream = true;
   std::optional<engine::Ticket> ticket;
-  impl_->handle(streamable, [this, id](engine::Reply reply) { impl_->begin(id, std::move(reply)); }, &ticket);
+  impl_->handle(
+      streamable, [this, id](engine::Reply reply) { impl_->begin(id, std::move(reply)); }, &ticket);
   const auto found = impl_->streams.find(static_cast<std::uint64_t>(id));
   if (found != impl_->streams.end()) found->second.ticket = ticket;
   return id;

@@ -198,11 +198,11 @@ class KeepingSlot : public SlotBase {
   };
   static constexpr std::size_t any = static_cast<std::size_t>(-1);
 
-  std::uint64_t taken_ = 0;                           // used by the reader
-  std::unique_ptr<std::shared_ptr<const T>> held_;    // used by the reader; null without hold()
-  std::size_t wanted_ = any;                          // by keep()
-  std::atomic<Ring*> ring_{nullptr};                  // made by the engine, owned; used by writer and reader
-  std::atomic<bool> first_{false};                    // the next value is the first since start_keeping()
+  std::uint64_t taken_ = 0;                         // used by the reader
+  std::unique_ptr<std::shared_ptr<const T>> held_;  // used by the reader; null without hold()
+  std::size_t wanted_ = any;                        // by keep()
+  std::atomic<Ring*> ring_{nullptr};                // made by the engine, owned; used by writer and reader
+  std::atomic<bool> first_{false};                  // the next value is the first since start_keeping()
 };
 
 /// For types that own no memory: numbers, structs and arrays of such types, fixed sizes of Eigen. The criterion is a trivial destructor,
