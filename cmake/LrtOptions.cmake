@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What a host can choose. A guest (add_subdirectory) builds the library and nothing else.
 option(LRT_BUILD_TESTS "Build the tests" ${PROJECT_IS_TOP_LEVEL})
 option(LRT_BUILD_EXAMPLES "Build the examples" ${PROJECT_IS_TOP_LEVEL})

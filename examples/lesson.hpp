@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // Common code of the lessons, so that a lesson shows only lrt. Your program does not need it.

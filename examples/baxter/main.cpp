@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Baxter's right arm as Linked Robotic Things: a 1 kHz control loop that also polls the server. right_arm.urdf describes the arm.
 // /world has what it sees, a table and two boxes, and a list of tasks that clients may change.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A fleet: N simulated robots in one program, each with its own server and its own connection to one MQTT broker.
 //
 //   ex_fleet --mqtt HOST:PORT [--robots N] [--properties N] [--rate HZ] [--first-port PORT] [--seconds N]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A program that has an httplib::Server already serves its robot there, below /robot: on the same port, with the same threads, beside its own
 // routes.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A mobile base that exists already (mobile_base.hpp) as a Linked Robotic Thing, without a change to its classes. Their getters are fields of
 // records, their callbacks answer commands, lrt logs to their logger, and the emergency stop works while everything else is busy.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A joint on a custom transport: epoll_transport.cpp implements the HTTP server for lrt on an epoll loop.
 //
 //   ex_own_transport [--port N]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A node of ROS 1 that makes joints web resources: each joint that a topic names becomes a Thing with its position, velocity and effort, and an
 // action that sends a target to another topic.
 //

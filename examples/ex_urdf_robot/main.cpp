@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Any robot with a URDF as Linked Robotic Things, moved by a recording of its joints or by clients.
 //
 //   ex_urdf_robot [URDF] [CSV] [--port N] [--bind ADDRESS] [--public-base URL] [--allowed-host HOST]... [--cors ORIGIN]... [--argument NAME=VALUE]...

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "examples/ex_urdf_robot/trajectory.hpp"
 
 #include <algorithm>

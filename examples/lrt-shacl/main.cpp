@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Validates an RDF file against the shapes of another. Needs no server.
 //
 //   lrt-shacl [--format turtle|n-triples|rdf-xml|text] DATA SHAPES [BASE-IRI]

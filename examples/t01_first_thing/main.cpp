@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One joint of a robot on the web: a property with its angle and an action that moves it.
 #include <lrt/lrt.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A property that clients may write: on_write. The unit and the bounds are checked before the lambda is called. The lambda may refuse a value
 // for reasons that only the robot knows.
 #include <lrt/lrt.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A collection: a container. Clients create members by POST and remove them by DELETE. lrt stores and shows the members. It calls a lambda
 // before each change, and the lambda may refuse.
 #include <map>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Describing more: types and predicates of your domain, a title, any triple in C++ or in Turtle, and a thing within a thing. This is optional.
 // It lets clients find out what the thing is.
 #include <lrt/lrt.hpp>

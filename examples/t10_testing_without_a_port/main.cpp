@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Testing your robot's things without a port, threads or waiting: with the transport Loopback, a clock that the test sets, and ids that the
 // test chooses. Everything runs in poll(), so every run has the same result.
 #include <chrono>

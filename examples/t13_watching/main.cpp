@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A client opens a WebSocket on the URI of a resource and is notified of each change. The robot's code needs nothing for it.
 #include <lrt/lrt.hpp>
 

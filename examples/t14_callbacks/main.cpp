@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A client that cannot keep a connection open gives a URL, and lrt posts notifications to it. The integrator defines the allowed receivers.
 #include <lrt/lrt.hpp>
 

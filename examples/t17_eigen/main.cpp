@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Values of Eigen's types: include lrt/eigen.hpp. Vectors, rotations and poses are represented in the terms of the paper's Figure 3, other
 // vectors and matrices as lists. An invalid rotation is refused.
 #include <cstdio>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Further formats of a value: JSON, text and CBOR are built in. Pictures, tables or raw numbers need encoders of your own. The RDF lists each
 // format with its size, so that a client finds the bytes and their meaning.
 #include <array>

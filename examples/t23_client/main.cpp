@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The other side: a program that uses a robot. It is given one URL, finds the rest by links and types, reads and writes C++ values, and invokes an
 // action by what it changes. Inputs are judged by the robot's own shapes before they are sent.
 #include <atomic>

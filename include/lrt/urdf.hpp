@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // A robot with a URDF description as Linked Robotic Things. Needs the target lrt::urdf; not part of lrt.hpp.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/exchange/http_authentication.hpp"
 
 #include <openssl/evp.h>

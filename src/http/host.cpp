@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/http/host.hpp"
 
 #include <arpa/inet.h>

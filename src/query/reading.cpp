@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/query/reading.hpp"
 
 #include <lrt/rdf/lexical.hpp>

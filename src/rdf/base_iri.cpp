@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/base_iri.hpp"
 
 #include <lrt/base/iri.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/json_ld_context.hpp"
 
 #include <algorithm>

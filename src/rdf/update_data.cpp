@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/update_data.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/security/authentication.hpp"
 
 #include <sys/stat.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/security/failed_logins.hpp"
 
 #include <iterator>

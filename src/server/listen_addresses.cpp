@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/server/listen_addresses.hpp"
 
 #include <arpa/inet.h>

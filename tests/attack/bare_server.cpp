@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the machine itself costs, beside robot.cpp: as much of HTTP as large_bodies.py needs, and nothing else. Bodies are read and thrown away.
 //
 //   bare_server [--in-poll]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Clients that send bodies and never finish them. LRT_ATTACK_CLIENTS says how many there are; the figures are printed.
 
 #include <arpa/inet.h>

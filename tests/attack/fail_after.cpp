@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory runs out once, at the n-th allocation of a request, for each n: the request gets a response, what it did is whole or undone, and the
 // next request is served as if nothing had been.
 

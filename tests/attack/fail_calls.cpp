@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A system call of the server fails once, at each place: each function with each error. Requests get their response, or their connection is closed,
 // and the next one is served.
 

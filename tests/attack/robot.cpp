@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A robot to be attacked: its control loop runs at 1 kHz and measures how late each step begins.
 //
 //   attacked_robot [--in-poll] [--transport NAME] [--body-threads N] [--callbacks] [--fifo PRIORITY --cpu N [--inherit]]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a byte of a hostile request costs: for each parser of bytes from the network, the inputs that took most CPU time for their size.
 //
 //   worst_inputs [KIB]       prints a Markdown table; KIB: the size of each input, 64 by default

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One client and many robots; and the way of a value from one robot to another.
 //
 //   client_bench [--robots 100] [--seconds 5] [--json]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The yardstick for push_load: a bare epoll program that sends a number to every WebSocket, each in a system call of its own.
 //
 //   epoll_broadcast [--payload 600 (bytes)] [--period 1000 (us)]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What lrt does to a control loop that has it in its own thread (Io::in_poll): a 1 kHz loop that works 50 us, publishes 40 properties and
 // polls. Printed: how late it wakes up, how long poll() takes, and how much of that it was on a CPU: the rest is the system's doing,
 // unless poll() slept.

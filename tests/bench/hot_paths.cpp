@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One hot path of lrt at a time, as often as asked, for counting its instructions (instructions.py).
 //
 //   hot_paths [PATH COUNT]     without arguments: the paths, each with a fitting count

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A bounded HTTP client for tests/bench: so many keep-alive connections, one request at a time on each.
 //
 //   http_load --port N [--path /] [--connections 8] [--requests 100000] [--seconds 0] [--warm-up 0] [--pid SERVER] [--spread N]

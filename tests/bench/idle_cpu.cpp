@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What lrt costs a host at 1 kHz that nobody talks to: in each step the loop publishes and polls, and sleeps until the next.
 //
 //   idle_cpu [--properties 1] [--in-poll] [--seconds 5] [--json]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What an idle connection costs the server in resident memory, and what stays when all have left.
 //
 //   idle_memory --port N --pid SERVER [--path /] [--connections 1000] [--tls] [--websocket]

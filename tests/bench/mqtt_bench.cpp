@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A robot, and a fleet, on a Mosquitto that this program starts on loopback.
 //
 //   mqtt_bench watchers [--watchers N]... [--properties N] [--rate HZ] [--seconds N]

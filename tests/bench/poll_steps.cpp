@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The longest single steps of Server::poll() with Io::in_poll: what it cannot divide, whatever its budget.
 //
 //   poll_steps [--transport http|libwebsockets] [--budget 200] [--rounds 100] [--p256 DIR] [--rsa DIR]

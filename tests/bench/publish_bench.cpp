@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What publish() costs the control loop while 0, 10 and 1,000 WebSockets observe the property: each call timed, allocations and system
 // calls of the publishing thread counted.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The server under tests/bench/http_load: one pushed property, optionally among many things and published at 1 kHz.
 //
 //   pushed_server [--things 1] [--publish] [--period 1000 (us) | --irregular] [--keep N] [--tick] [--in-poll] [--urgent]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // CPU times of lrt::query.   query_bench [Things, default 10000]
 
 #include <algorithm>

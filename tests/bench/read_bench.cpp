@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Timings of rdf::read: bodies of a few triples, documents of 1 MiB, and documents made to be slow.
 //
 //   read_bench                            the bodies and documents

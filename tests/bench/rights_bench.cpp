@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // CPU times of who may do what: a decision of a policy with many rules, and a token's principal among many.
 //
 //   rights_bench [rules, default 100]

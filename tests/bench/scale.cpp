@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What many Things cost: the time until a server has them, and the memory of each.
 //
 //   scale [--things 1000] [--properties 3] [--at-once] [--pulled] [--serve] [--json]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // CPU times of lrt::shacl.   shacl_bench [largest number of focus nodes, default 100000]
 
 #include <algorithm>

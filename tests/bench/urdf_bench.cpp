@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a robot of a URDF costs: reading its description, the memory of its Things, and publish() of all joints and link poses at 1 kHz on
 // the control thread, with its allocations.
 //

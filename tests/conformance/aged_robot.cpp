@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A robot for tests of caches: it counts how often it is read.
 //
 //   aged_robot [--port 0] [--public-base URL] [--token TOKEN] [--age SECONDS] [--more SECONDS]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A target for external HTTP probes: lrt's transport with a handler of its own, no engine.
 //
 //   http_echo [--port 8080] [--bind 127.0.0.1] [--transport http|libwebsockets] [--tls DIR]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every MUST of LDP 1.0 that ldp_musts.txt says we pass, as a check of that name, and the file against the W3C suite's own list.
 
 #include <lrt/engine/engine.hpp>

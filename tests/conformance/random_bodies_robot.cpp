@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A Thing with an input of each kind that the examples have not. Run by random_bodies_test.py.
 #include <array>
 #include <chrono>

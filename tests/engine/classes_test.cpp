@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Classes as they are, seen by clients: maps, optional records, views of text, read-only fields.
 #include <lrt/engine/engine.hpp>
 

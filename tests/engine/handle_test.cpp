@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Compiled twice: with NDEBUG (misuse of a handle is logged) and without (it is also a failed assertion).
 #include <lrt/thing.hpp>
 

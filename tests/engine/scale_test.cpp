@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What many Things cost, in bytes of the allocator and in allocations, which do not depend on the machine.
 
 #include <lrt/engine/engine.hpp>

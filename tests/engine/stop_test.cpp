@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Action::stop(): what is served when nothing else is.
 
 #include <optional>

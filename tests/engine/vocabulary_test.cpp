@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The server's own terms: of C++ types and properties without predicates (SPEC 3.12, R1.5, R1.6).
 #include "src/engine/vocabulary.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Any bytes as the header section of a request: what the parser accepts must be unambiguous, and every field parser must survive every value.
 #include <cstddef>
 #include <cstdint>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Servers on loopback, one for each transport of the build, and clients that do what an input says: the conformance cases and the recorded
 // exchanges, mutated as bytes and in their structure. Whatever comes in, each response is whole and well framed, there are no more responses than
 // requests, 500 comes only after a lambda has thrown, and a new client is served.

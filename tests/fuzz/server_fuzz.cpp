@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The whole server without a socket: bytes in chunks -> HTTP session -> engine -> a robot -> responses. Whatever comes in, each is a whole HTTP
 // response with a definite status, nothing is left waiting, and a refused write has not reached the robot.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Classes as they are: fields by getters, setters and lambdas, C arrays, maps.
 #include <lrt/rdf/traits.hpp>
 

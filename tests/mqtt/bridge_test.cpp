@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A server, its bridge, a Mosquitto and clients of it.
 #include <lrt/mqtt.hpp>
 

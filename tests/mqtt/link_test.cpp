@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // libmosquitto as a link: TLS, credentials, and brokers that are none.
 #include "src/mqtt/link.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A robot that has one of everything, for the page to show: structs, lists, enums, booleans, a picture, a collection, and a property that
 // fails; and a gantry, four joints and the links between them, that is seen as a skeleton.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SPARQL end to end: a server, the HTTP transport, clients' sockets.
 
 #include <lrt/query.hpp>

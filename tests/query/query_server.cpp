@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A robot with a SPARQL endpoint, for programs that test one.
 //   query_server [--graph PATH FILE]... [--joints N | --things N] [--publish-hz N] [--limit-ms N] [--threads N]
 // Prints "listening on URL", and serves until its input ends. --graph adds FILE (N-Triples) as the graph PATH of the World /world. --joints: an

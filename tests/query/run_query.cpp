@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs queries for w3c_test.py. Each line of the input is a query: tab-separated, its file, the base of its IRIs, and then `default=FILE` and
 // `named=FILE=IRI` for its graphs. The graphs of FROM and FROM NAMED are files, too. Each answer is a line with its kind and size, and then
 // that many bytes: `json`, `nt`, or `error` with a message.

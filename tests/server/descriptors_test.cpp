@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a process that the host starts inherits of a server: nothing.
 
 #include <lrt/server.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Event streams end to end: a server, the HTTP transport, a client's socket.
 
 #include <lrt/server.hpp>

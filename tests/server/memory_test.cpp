@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What clients leave behind in memory. The bytes in use are those of the allocator (mallinfo2): resident memory also has what the allocator
 // keeps for later.
 

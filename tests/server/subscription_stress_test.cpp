@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Subscriptions with everything busy: for the thread sanitizer, and as a soak for the address sanitizer (LRT_SOAK_SECONDS, default 3).
 
 #include <lrt/server.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A client subscribes what one robot does to what another one says: the receiver of a web callback is an action or a Property of another server.
 
 #include <lrt/server.hpp>

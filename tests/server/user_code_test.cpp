@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // User code never runs under a lock of lrt: whatever the user hands to a server may call that server, or wait for a thread that does.
 
 #include <lrt/server.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // The client's side of TLS for tests, on memory: what it has to say is taken from it and what comes is given to it, by whoever drives it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 // What the transport tests share: a handler that defers on demand, a clock that is moved by hand, a raw client, and a parser of responses.

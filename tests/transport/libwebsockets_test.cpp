@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #if LRT_HAS_LIBWEBSOCKETS
 
 #include <lrt/transport/libwebsockets.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The command lrt: robots that are Linked Robotic Things, from a shell. docs/command.md has a tour, lrt.1 all options.
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // R0.1 and R0.2: what the bytes of a connection show.
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // R1.2 to R1.12: representations in RDF.
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // R0.3 to R0.6 and R0.9 to R0.11: what each resource shows to GET, HEAD and OPTIONS.
 
 #include <algorithm>

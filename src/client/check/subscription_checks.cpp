@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // R0.12 to R0.17: WebSockets and web callbacks.
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // R0.5 to R0.8 and R0.11: requests that change something, for resources that the user has named.
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/rdf/codecs.hpp"
 
 // Builds without Redland (LRT_REDLAND=OFF) have no RDF/XML.

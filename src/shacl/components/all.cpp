@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/shacl/components/all.hpp"
 
 #include <lrt/base/immortal.hpp>

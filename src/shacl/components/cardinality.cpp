@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SHACL 4.2 Cardinality Constraint Components
 
 #include <lrt/rdf/vocab.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SHACL 4.6 Logical Constraint Components
 
 #include <lrt/rdf/vocab.hpp>

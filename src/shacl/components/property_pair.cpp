@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SHACL 4.5 Property Pair Constraint Components
 
 #include <lrt/rdf/vocab.hpp>

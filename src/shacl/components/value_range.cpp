@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SHACL 4.3 Value Range Constraint Components
 
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SHACL 4.1 Value Type Constraint Components
 
 #include <lrt/rdf/lexical.hpp>

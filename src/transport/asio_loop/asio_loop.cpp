@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/transport/asio_loop.hpp>
 
 #include <fcntl.h>

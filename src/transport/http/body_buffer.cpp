@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <lrt/transport/detail/body_buffer.hpp>
 
 #include <sys/mman.h>

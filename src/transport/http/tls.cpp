@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "src/transport/http/tls.hpp"
 
 #include <openssl/bio.h>
