@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/model/detail/spec.hpp>
 #include <lrt/model/resource_handle.hpp>
 #include <lrt/property.hpp>
@@ -17,6 +18,7 @@
 #include <lrt/responder.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// In Action::effect(): the value that the invocation was given.
 struct FromInput {};
@@ -26,7 +28,7 @@ inline constexpr FromInput from_input{};
 /// the thing is removed.
 ///
 /// @par Threads  Set-up: one at a time, before Server::add(). available: any.
-class Action : public model::ResourceHandle<Action, model::ActionSpec> {
+class LRT_API Action : public model::ResourceHandle<Action, model::ActionSpec> {
  public:
   /// An empty handle, to be assigned later.
   Action() noexcept = default;
@@ -153,7 +155,11 @@ class Action : public model::ResourceHandle<Action, model::ActionSpec> {
   Action& add_effect(std::string_view property, bool input);
 };
 
-namespace model {
+}  // namespace v0
+}  // namespace lrt
+
+namespace lrt::model {
+inline namespace v0 {
 
 /// The parameters and the result of a callable. `known` is false for generic lambdas, std::bind and what is no callable.
 template <class F, class = void>
@@ -289,5 +295,5 @@ auto erase_action(F f) {
   };
 }
 
-}  // namespace model
-}  // namespace lrt
+}  // namespace v0
+}  // namespace lrt::model

@@ -11,6 +11,7 @@
 #include <lrt/rdf/traits.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// Handle to a collection of a Thing: a container of values (way-points, tasks, saved poses). Clients create members by POST and remove
 /// them by DELETE. The server stores the members. It calls your lambda before each change, and the lambda may refuse it.
@@ -89,4 +90,5 @@ class Collection : public model::ResourceHandle<Collection<T>, model::Collection
   explicit Collection(std::shared_ptr<model::CollectionSpec> spec) noexcept : Base(std::move(spec)) {}
 };
 
+}  // namespace v0
 }  // namespace lrt

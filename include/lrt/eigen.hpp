@@ -59,6 +59,7 @@
 ///   the RDF. If the number of columns or rows is fixed (Matrix<double, Dynamic, 3>, one point for each row), PUT accepts octets too.
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 namespace detail::eigen {
 
@@ -432,4 +433,5 @@ struct traits<Eigen::Transform<S, 3, Mode, Options>, std::enable_if_t<Mode == in
   static bool same(const T& a, const T& b) noexcept { return detail::eigen::same_transform(a, b); }
 };
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/base/waker.hpp>
 #include <lrt/engine/feed.hpp>
@@ -15,6 +16,7 @@
 #include <lrt/security.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 class Server;
 
@@ -27,7 +29,7 @@ class Server;
 /// It must not outlive its server. After Server::stop() it has nothing more.
 ///
 /// @par Threads  One at a time, any; not a lambda of the server. wake() of waker(): any.
-class Feed {
+class LRT_API Feed {
  public:
   using Channel = subscription::Channel;
 
@@ -97,4 +99,5 @@ class Feed {
   std::shared_ptr<State> state_;
 };
 
+}  // namespace v0
 }  // namespace lrt

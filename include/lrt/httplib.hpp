@@ -22,6 +22,7 @@
 #include <lrt/transport/transport.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// Bounds of what a mounted server uses of its host. The host's own settings (connections, times, payload length) hold as well.
 struct MountOptions {
@@ -31,7 +32,11 @@ struct MountOptions {
   std::chrono::milliseconds ping_interval{15'000};  ///< an event stream without an event for so long gets a comment
 };
 
-namespace detail {
+}  // namespace v0
+}  // namespace lrt
+
+namespace lrt::detail {
+inline namespace v0 {
 
 class Mount {
  public:
@@ -260,7 +265,11 @@ class Mount {
   const std::shared_ptr<std::atomic<std::size_t>> streams_ = std::make_shared<std::atomic<std::size_t>>(0);
 };
 
-}  // namespace detail
+}  // namespace v0
+}  // namespace lrt::detail
+
+namespace lrt {
+inline namespace v0 {
 
 /// Mounts a server's Things into a host's cpp-httplib server (0.11.4 or later), below a prefix: `/robot` is the server's root, and its
 /// representations have the base `http://HOST/robot`. The host's threads, TLS and other routes stay. Its default fields, error handler and
@@ -302,4 +311,5 @@ inline void mount(httplib::Server& http_server, Server& server, std::string pref
   }
 }
 
+}  // namespace v0
 }  // namespace lrt

@@ -10,17 +10,21 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/base/thread_options.hpp>
 #include <lrt/security.hpp>
 
 namespace lrt {
+inline namespace v0 {
 class Server;
-}
+}  // namespace v0
+}  // namespace lrt
 
 /// Robots on an MQTT broker, by libmosquitto. A library of its own: lrt::mqtt. docs/mqtt.md is the guide.
 namespace lrt::mqtt {
+inline namespace v0 {
 
 /// What a resource is, for Publication::kinds.
 enum class Kind : std::uint8_t {
@@ -49,7 +53,7 @@ struct Publication {
 
 /// Properties and states with QoS 0, newest value, retained; invocations with QoS 1, each change, not retained. All in JSON. Actions, Things and others are
 /// not published: Description has them.
-std::vector<Publication> default_publications();
+LRT_API std::vector<Publication> default_publications();
 
 /// TLS to the broker. Files are PEM.
 struct Tls {
@@ -161,7 +165,7 @@ struct Counters {
 /// It must not outlive its server. The robot's program never waits for it.
 ///
 /// @par Threads  After start(): any. Before: one at a time. Not a lambda of the server.
-class Bridge {
+class LRT_API Bridge {
  public:
   /// Connects with the first turn, not here.
   /// @par Errors  invalid_option; insecure_address: commands that nothing restricts (Commands::allow_unprotected); closed; io_error
@@ -193,4 +197,5 @@ class Bridge {
   std::unique_ptr<Impl> impl_;
 };
 
+}  // namespace v0
 }  // namespace lrt::mqtt

@@ -23,6 +23,7 @@
 #include <lrt/transport/transport.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// Which thread does the I/O (SPEC 3.10).
 enum class Io : std::uint8_t {
@@ -158,4 +159,5 @@ struct Options {
   std::shared_ptr<const engine::PageSource> page;  ///< HTML for people; nullptr: the page of lrt
 };
 
+}  // namespace v0
 }  // namespace lrt

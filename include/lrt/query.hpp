@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/engine/query_service.hpp>
 
 /// SPARQL 1.1 on a robot: a library of its own, lrt::query.
@@ -18,6 +19,7 @@
 /// The same GET with `Upgrade: websocket`, `Upgrade: callback` or `Accept: text/event-stream` leaves the query standing: the subscriber gets the answer,
 /// and again whenever it has changed, at most each `minimumInterval` seconds; with `changes=true` the rows that are new and those that are gone.
 namespace lrt::query {
+inline namespace v0 {
 
 /// Limits of an endpoint. What reaches one of them is refused with the limit and what was reached.
 struct EndpointOptions : engine::QueryService::Limits {
@@ -35,6 +37,7 @@ struct EndpointOptions : engine::QueryService::Limits {
 ///
 /// @par Time        100 us for a query over 50 joints, 1 us for each triple that has changed.
 /// @par Implements  SPARQL 1.1 Query, SPARQL 1.1 Protocol 2.1
-std::shared_ptr<const engine::QueryService> endpoint(EndpointOptions options = {});
+LRT_API std::shared_ptr<const engine::QueryService> endpoint(EndpointOptions options = {});
 
+}  // namespace v0
 }  // namespace lrt::query

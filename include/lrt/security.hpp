@@ -13,12 +13,14 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/http/message.hpp>
 
 /// Who sends a request, and what they may do: the values of lrt::Security.
 namespace lrt::security {
+inline namespace v0 {
 
 /// What a request does to a resource.
 enum class Right : std::uint8_t {
@@ -58,7 +60,7 @@ struct Principal {
 using Roles = std::map<std::string, Rights, std::less<>>;
 
 /// `reader`: read and subscribe. `operator`: all rights but manage. `administrator`: all rights.
-Roles default_roles();
+LRT_API Roles default_roles();
 
 /// Which part of the tree a Rule is for.
 enum class Scope : std::uint8_t {
@@ -97,10 +99,10 @@ class View;
 /// acl:agent (`<#anna>`, the principal of that name; any other IRI is a name as a whole), acl:agentGroup (`<#operator>`, the role) or
 /// acl:agentClass (foaf:Agent, acl:AuthenticatedAgent), and acl:mode: acl:Read, acl:Write, acl:Control (Right::manage), lrt:Invoke, lrt:Subscribe.
 /// @par Errors  expected_rdf; invalid_option: names the authorization and what is wrong with it
-Result<std::vector<Rule>> parse_rules(std::string_view turtle);
+LRT_API Result<std::vector<Rule>> parse_rules(std::string_view turtle);
 /// The same from a file of at most 1 MiB.
 /// @par Errors  io_error, and those above
-Result<std::vector<Rule>> load_rules(const std::string& file);
+LRT_API Result<std::vector<Rule>> load_rules(const std::string& file);
 
 /// Finds out who sends a request from its header section; nullopt: nobody that this function knows. Called on the thread that serves the request,
 /// without a lock of lrt. The body has not been received.
@@ -122,7 +124,7 @@ struct SessionOptions {
 /// Bearer tokens (RFC 6750) of principals. Kept as SHA-256 digests: neither memory nor a core file shows a token.
 ///
 /// @par Threads  find(): any, concurrently.
-class Tokens {
+class LRT_API Tokens {
  public:
   /// Reads lines `NAME ROLE[,ROLE]... TOKEN [EXPIRES]`, separated by spaces or tabs. `#` begins a comment, and empty lines are skipped. TOKEN is the
   /// token, of 16 to 512 characters of RFC 6750 (letters, digits, `-._~+/` and `=` at the end), or `sha256:` and the 64 hexadecimal digits of its
@@ -198,4 +200,5 @@ struct Audit {
   std::size_t max_waiting_lines = 4'096;
 };
 
+}  // namespace v0
 }  // namespace lrt::security

@@ -8,11 +8,13 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/server.hpp>
 #include <lrt/thing.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// How long something takes, of all times since the server was created. [s]
 struct TimeCounts {
@@ -44,7 +46,7 @@ struct ServerCounters {
 };
 
 /// The counters in the text format 0.0.4 of Prometheus, `text/plain;version=0.0.4;charset=utf-8`. The names begin with `lrt_`.
-std::string prometheus_text(const ServerCounters& counters);
+LRT_API std::string prometheus_text(const ServerCounters& counters);
 
 /// A Thing with the counters of a server, to be added to it: who may read it, sees them. Its property `metrics` is the text of prometheus_text():
 ///
@@ -53,6 +55,7 @@ std::string prometheus_text(const ServerCounters& counters);
 /// Its lambdas run on the thread that does I/O and do not wait for the host.
 ///
 /// @param server  must exist as long as the Thing is served
-Thing server_thing(const Server& server, std::string_view path = "server");
+LRT_API Thing server_thing(const Server& server, std::string_view path = "server");
 
+}  // namespace v0
 }  // namespace lrt

@@ -12,6 +12,7 @@
 #include <type_traits>
 #include <utility>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/model/detail/slot.hpp>
 #include <lrt/model/detail/spec.hpp>
@@ -20,12 +21,15 @@
 #include <lrt/rdf/traits.hpp>
 #include <lrt/thing.hpp>
 
-namespace lrt {
-
-namespace model {
+namespace lrt::model {
+inline namespace v0 {
 class GraphEdit;
 class GraphState;
-}  // namespace model
+}  // namespace v0
+}  // namespace lrt::model
+
+namespace lrt {
+inline namespace v0 {
 
 /// What one graph of a World is like.
 struct GraphOptions {
@@ -66,7 +70,7 @@ struct PublishedOptions {
 ///
 /// A subject is an IRI. A relative one is resolved against the graph's IRI: "#cup" in the graph "map" of the World "world" is
 /// </world/map#cup>. IRIs of this server's own resources stand below World::base.
-class GraphUpdate {
+class LRT_API GraphUpdate {
  public:
   GraphUpdate& add(std::string_view subject, Iri predicate, const Object& object);
   /// Terms as they are; relative IRIs are resolved, too. Blank nodes are those of the graph, see graph().
@@ -129,7 +133,7 @@ class PublishedObject {
 /// Server::add(), and goes on working, unseen, when the World is removed.
 ///
 /// @par Threads  Any, also several at once, but not the control loop: all functions lock. publish() of what published() returns does not.
-class WorldGraph {
+class LRT_API WorldGraph {
  public:
   /// An empty handle, to be assigned later.
   WorldGraph() noexcept = default;
@@ -202,7 +206,7 @@ class WorldGraph {
 ///
 /// @par Threads  Set-up only, one thread at a time.
 /// @par Implements  SPARQL 1.1 Graph Store HTTP Protocol; of SPARQL 1.1 Update INSERT DATA and DELETE DATA
-class World final : public Thing {
+class LRT_API World final : public Thing {
  public:
   /// Stands for the server in IRIs of graphs that code reads and writes: representations have the base of their request instead.
   static constexpr std::string_view base = "http://lrt.invalid";
@@ -215,4 +219,5 @@ class World final : public Thing {
   WorldGraph graph(std::string_view path, GraphOptions options = {});
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -8,6 +8,7 @@
 #include <lrt/base/utf8.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 namespace {
 
@@ -40,4 +41,5 @@ Result<std::string> canonical_path(std::string_view path) {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 namespace lrt::detail {
+inline namespace v0 {
 
 /// A UTC instant in the proleptic Gregorian calendar.
 struct Civil {
@@ -53,4 +54,5 @@ inline char* put_digits(char* out, unsigned value, int width) noexcept {
   return out + width;
 }
 
+}  // namespace v0
 }  // namespace lrt::detail

@@ -6,6 +6,7 @@
 #include <utility>
 
 namespace lrt {
+inline namespace v0 {
 
 template <class Signature>
 class FunctionRef;
@@ -26,4 +27,5 @@ class FunctionRef<R(Args...)> {
   R (*call_)(void*, Args...);
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -4,6 +4,7 @@
 #include "src/base/random.hpp"
 
 namespace lrt {
+inline namespace v0 {
 
 std::string RandomIds::next() {
   unsigned char bytes[16];
@@ -21,4 +22,5 @@ std::string RandomIds::next() {
   return result;
 }
 
+}  // namespace v0
 }  // namespace lrt

@@ -6,6 +6,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::iri {
+inline namespace v0 {
 namespace {
 
 using detail::is;
@@ -215,4 +216,5 @@ Result<std::string> decode(std::string_view text) {
   return result;
 }
 
+}  // namespace v0
 }  // namespace lrt::iri

@@ -6,6 +6,7 @@
 #include <utility>
 
 namespace lrt {
+inline namespace v0 {
 
 /// A lock-free queue with many writers and one reader.
 ///
@@ -64,4 +65,5 @@ class Mailbox {
   std::atomic<Node*> newest_{nullptr};
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -6,6 +6,7 @@
 #include <atomic>
 
 namespace lrt {
+inline namespace v0 {
 namespace {
 std::atomic<std::uint32_t> forks{0};
 }
@@ -15,4 +16,5 @@ std::uint32_t OwnProcess::generation() noexcept {
   return forks.load(std::memory_order_relaxed);
 }
 
+}  // namespace v0
 }  // namespace lrt

@@ -17,6 +17,7 @@
 #include "src/base/blocked_signals.hpp"
 
 namespace lrt {
+inline namespace v0 {
 namespace {
 
 /// What the operator gave to the process: read when lrt is loaded, because the host may change it for its own threads later.
@@ -156,4 +157,5 @@ Result<Thread> start_thread(const char* name, const ThreadOptions& options, Uniq
   return thread;
 }
 
+}  // namespace v0
 }  // namespace lrt

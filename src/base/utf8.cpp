@@ -5,6 +5,7 @@
 #include <cstring>
 
 namespace lrt::utf8 {
+inline namespace v0 {
 namespace {
 
 unsigned byte(std::string_view text, std::size_t at) noexcept { return static_cast<unsigned char>(text[at]); }
@@ -95,4 +96,5 @@ char32_t decode(std::string_view text, std::size_t& offset) noexcept {
   return result;
 }
 
+}  // namespace v0
 }  // namespace lrt::utf8

@@ -19,6 +19,7 @@
 #include "src/client/session.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 using rdf::Graph;
 using rdf::TermId;
@@ -315,4 +316,5 @@ Result<void> conforms(const Graph& graph, TermId focus, const Shape& shape) {
                                               (more > 0 ? " (and " + std::to_string(more) + " more)" : ""));
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -18,6 +18,7 @@
 #include "src/exchange/tls.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t name_bytes = 32;  // of hex
@@ -251,4 +252,5 @@ Result<std::shared_ptr<CallbackReceiver>> CallbackReceiver::create(CallbackRecei
   return std::shared_ptr<CallbackReceiver>(std::make_shared<Receiver>(std::move(state)));
 }
 
+}  // namespace v0
 }  // namespace lrt::client

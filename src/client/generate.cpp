@@ -17,6 +17,7 @@
 #include "src/client/value_lines.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 using rdf::Facets;
@@ -487,4 +488,5 @@ Result<Generated> generate(const Description& robot, const GenerateOptions& opti
   } catch (const Refused& refused) { return unexpected(refused.error); }
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -12,6 +12,7 @@
 #include "src/http/host.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 constexpr std::string_view place_of_graph = "{graph}";
@@ -149,4 +150,5 @@ Result<GraphStore::Answer> GraphStore::send(Request request) {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::client

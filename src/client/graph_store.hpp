@@ -15,6 +15,7 @@
 #include "src/exchange/http_authentication.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// Puts and deletes graphs by the SPARQL 1.1 Graph Store HTTP Protocol, and logs in as the store asks.
 /// @par Threads  Any. Functions wait for the store, at most StoreOptions::response_time for each of at most three exchanges.
@@ -58,4 +59,5 @@ class GraphStore {
   std::uint32_t digest_count_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -10,6 +10,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 using lrt::detail::iequals_ascii;
@@ -167,4 +168,5 @@ std::vector<Link> links(const http::Fields& fields, std::string_view base, std::
   return result;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -24,6 +24,7 @@
 #include "src/http/host.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 using exchange::Instant;
@@ -288,4 +289,5 @@ Result<std::shared_ptr<HttpClient>> HttpClient::create(const Options& options) {
   return std::shared_ptr<HttpClient>(std::move(client));
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -24,6 +24,7 @@
 #include "src/client/tasks.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 using std::chrono::milliseconds;
@@ -790,4 +791,5 @@ MirrorCounts Mirror::counts() const { return impl_->counts(); }
 std::optional<Error> Mirror::failure() const { return impl_->failure(); }
 void Mirror::stop() noexcept { impl_->stop(); }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -14,6 +14,7 @@
 #include "src/exchange/http_authentication.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 using rdf::TermView;
 using rdf::Triple;
@@ -125,4 +126,5 @@ Result<bool> read_robot(Session& session, const std::string& url, const std::fun
   return is_complete;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

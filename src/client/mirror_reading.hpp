@@ -10,6 +10,7 @@
 #include "src/client/session.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// What a mirror needs of a representation.
 struct MirroredGraph {
@@ -38,4 +39,5 @@ Result<bool> read_robot(Session& session, const std::string& url, const std::fun
 /// Whether an error says that the server is not there now, rather than what it thinks of the request.
 bool is_away(const Error& error) noexcept;
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -16,6 +16,7 @@
 #include "src/base/read_file.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 constexpr std::string_view begin_of_header = "lrt mirror 1\t";
@@ -173,4 +174,5 @@ Result<void> MirrorState::write_unknown(const StoredGraph& graph, bool durably) 
 
 Result<void> MirrorState::write_forgotten(const std::string& graph) { return write("forgotten\t" + field(graph) + "\n"); }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -11,6 +11,7 @@
 #include <lrt/base/result.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// What a mirror knows of a graph in the store.
 struct StoredGraph {
@@ -62,4 +63,5 @@ class MirrorState {
   std::vector<StoredGraph> graphs_;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

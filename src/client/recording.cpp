@@ -12,6 +12,7 @@
 #include "src/rdf/json_parse.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 using rdf::json::Document;
 
@@ -156,4 +157,5 @@ Result<Recording> Recording::parse(std::string_view text, const RecordingLimits&
   return recording;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

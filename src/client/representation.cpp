@@ -13,6 +13,7 @@
 #include "src/client/representation.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 using rdf::Graph;
 using rdf::TermId;
@@ -130,4 +131,5 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -16,6 +16,7 @@
 #include "src/client/session.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 using rdf::Graph;
 using rdf::TermId;
@@ -647,4 +648,5 @@ Result<std::vector<Action>> Robot::actions(const ActionQuery& query) const {
 
 Result<Robot> Robot::refresh() const { return session_->open(url_); }
 
+}  // namespace v0
 }  // namespace lrt::client

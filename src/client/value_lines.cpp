@@ -10,6 +10,7 @@
 #include <lrt/rdf/value_codec.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 using rdf::Facets;
 using rdf::FieldType;
@@ -104,4 +105,5 @@ std::string ValueLines::range_of(const Type& t, const Facets& f) const {
   return text;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

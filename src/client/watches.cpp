@@ -30,6 +30,7 @@
 #include "src/client/websockets.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 using std::chrono::milliseconds;
@@ -1135,4 +1136,5 @@ void Watches::stop() noexcept {
   context->tasks.stop();
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -13,6 +13,7 @@
 #include "src/exchange/resolve.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 struct WatchContext;
 
@@ -58,4 +59,5 @@ class Watches {
   std::shared_ptr<WatchContext> context_;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

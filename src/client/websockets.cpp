@@ -23,6 +23,7 @@
 #include "src/transport/libwebsockets/log.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 namespace {
 
 using std::chrono::milliseconds;
@@ -619,4 +620,5 @@ int WebSockets::Impl::write(Connection& c) {
   return lws_write(c.wsi, frame.data() + LWS_PRE, 0, LWS_WRITE_PING) < 0 ? -1 : 0;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

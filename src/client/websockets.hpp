@@ -16,6 +16,7 @@
 #include "src/exchange/resolve.hpp"
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// Why a WebSocket has ended.
 struct WebSocketEnd {
@@ -73,4 +74,5 @@ class WebSockets {
   std::shared_ptr<Impl> impl_;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

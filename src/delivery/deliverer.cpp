@@ -21,6 +21,7 @@
 #include "src/exchange/idle_wires.hpp"
 
 namespace lrt::delivery {
+inline namespace v0 {
 namespace {
 
 using exchange::Address;
@@ -613,4 +614,5 @@ Result<std::unique_ptr<Deliverer>> make_deliverer(Source& source, const subscrip
   return make_httplib_deliverer(source, options, std::move(log), Details{});
 }
 
+}  // namespace v0
 }  // namespace lrt::delivery

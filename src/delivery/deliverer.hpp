@@ -6,6 +6,7 @@
 #include "src/exchange/resolve.hpp"
 
 namespace lrt::delivery {
+inline namespace v0 {
 
 /// Parameters that tests replace.
 struct Details {
@@ -19,4 +20,5 @@ struct Details {
 Result<std::unique_ptr<Deliverer>> make_httplib_deliverer(Source& source, const subscription::CallbackOptions& options, LogCallback log,
                                                           Details details);
 
+}  // namespace v0
 }  // namespace lrt::delivery

@@ -15,6 +15,7 @@
 #include <lrt/subscription/allowed_hosts.hpp>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// The base IRIs of representations and the hosts that requests may name (SPEC 3.7).
 class Bases {
@@ -77,4 +78,5 @@ class Bases {
   std::vector<std::uint16_t> guest_ports_;  ///< of hosts' own HTTP servers that have handed requests over
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -14,6 +14,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -310,4 +311,5 @@ bool requests_other_model(std::string_view field) {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -13,6 +13,7 @@
 #include "src/rdf/plain_names.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -222,4 +223,5 @@ std::string json_of(const std::vector<BodyError>& errors) {
   return out + "]";
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -12,6 +12,7 @@
 #include "src/rdf/plain_schema.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -202,4 +203,5 @@ class Judge {
 
 JudgedBody BodyTask::judge() const { return Judge(*this).run(); }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -20,10 +20,13 @@
 #include "src/engine/body_errors.hpp"
 
 namespace lrt::model {
+inline namespace v0 {
 class GraphState;
-}
+}  // namespace v0
+}  // namespace lrt::model
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// A body that was accepted.
 struct Body {
@@ -82,4 +85,5 @@ struct BodyTask {
   JudgedBody judge() const;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -10,6 +10,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -190,4 +191,5 @@ std::optional<ChangeScanner::Instant> ChangeScanner::next_deadline() const {
   return first;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

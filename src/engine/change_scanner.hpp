@@ -18,6 +18,7 @@
 #include "src/engine/registry.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 class InvocationResource;
 
@@ -93,4 +94,5 @@ class ChangeScanner {
   unsigned idle_scans_ = 0;  ///< without a change that came at an irregular time
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -7,6 +7,7 @@
 #include <utility>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// How many objects of one kind each client has at a time.
 class ClientCounts {
@@ -48,4 +49,5 @@ class ClientCounts {
   Counts counts_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -18,6 +18,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Page number of a container without its members (LDP 7.2.2, PreferMinimalContainer).
 inline constexpr std::size_t minimal_page = 0;
@@ -80,4 +81,5 @@ std::string_view vary_of(const Resource& resource, const Audience& audience) noe
 /// A parameter of a target's query, decoded; the first of that name counts. nullopt: there is none, or it is not well-formed.
 std::optional<std::string> query_parameter(std::string_view target, std::string_view name);
 
+}  // namespace v0
 }  // namespace lrt::engine

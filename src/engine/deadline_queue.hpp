@@ -7,6 +7,7 @@
 #include <utility>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Things by the time at which they are due.
 template <class T>
@@ -37,4 +38,5 @@ class DeadlineQueue {
   std::multimap<Instant, T> by_time_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -9,6 +9,7 @@
 #include "src/engine/vocabulary.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 About& About::statements(const std::vector<Statement>& statements, const std::string& base) {
   for (const Statement& s : statements) {
@@ -87,4 +88,5 @@ Iri frame_predicate(const rdf::Type& type) noexcept {
   return vocab::lrt_::frame;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

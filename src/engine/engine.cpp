@@ -17,6 +17,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -681,4 +682,5 @@ void Engine::stop() {
   impl_->parts.pending.end_all([&](Context& context) { return parts.responses.stopping(context); }, parts.clock.now());
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

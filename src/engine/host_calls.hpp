@@ -19,6 +19,7 @@
 #include "src/base/mailbox.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// The Error of an exception. It has no memory of its own to need: if there is none, the message is short.
 inline Error thrown(const char* what) noexcept {
@@ -142,4 +143,5 @@ class HostCalls {
   std::vector<Job> jobs_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -5,6 +5,7 @@
 #include <cmath>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 void InvocationControl::finish(Result<rdf::Value> result) noexcept {
   if (!result && result.error().code == Errc::dropped) {
@@ -51,4 +52,5 @@ UniqueFunction<void()> InvocationControl::cancel() noexcept {
   return std::move(hook_);
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

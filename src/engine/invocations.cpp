@@ -14,6 +14,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -381,4 +382,5 @@ void Invocations::removed(ActionResource& action, TimePoint now) {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

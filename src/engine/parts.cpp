@@ -16,6 +16,7 @@
 #include "src/engine/resources/world.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -165,4 +166,5 @@ PendingRequests::Timeout Parts::timed_out() {
   };
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -34,6 +34,7 @@
 #include "src/engine/vocabulary.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// The parts of an engine. Each has its own state and knows only parts that stand before it.
 struct Parts {
@@ -86,4 +87,5 @@ struct Parts {
   std::vector<std::shared_ptr<const void>> discarded;  ///< Engine::take_discarded()
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -5,6 +5,7 @@
 #include <utility>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 Outcome PendingSaves::respond_when_saved(Context& context, const std::function<Change()>& make) {
   if (!max_time_) {
@@ -60,4 +61,5 @@ http::Response PendingSaves::not_saved(const Context& context) const {
   return response;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

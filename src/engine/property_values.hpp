@@ -19,6 +19,7 @@
 #include "src/engine/variants.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 class PropertyResource;
 
@@ -115,4 +116,5 @@ class PropertyValues {
   const Clock& clock_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

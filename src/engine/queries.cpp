@@ -19,6 +19,7 @@
 #include "src/http/form.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -481,4 +482,5 @@ std::optional<Queries::Instant> Queries::next_deadline() const {
   return first;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -29,6 +29,7 @@
 #include "src/engine/subscriptions.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Queries of clients, asked once or standing. The engine reads the request, brings the values and the graphs up to date, and leaves a job that
 /// evaluates the query without its lock.
@@ -126,4 +127,5 @@ class Queries {
   std::vector<std::weak_ptr<std::atomic<bool>>> cancels_;  ///< of evaluations that may run
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

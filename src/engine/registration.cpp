@@ -20,6 +20,7 @@
 #include "src/engine/variants.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -232,4 +233,5 @@ Result<std::unique_ptr<ThingNode>> build_thing(std::unique_ptr<model::ThingSpec>
   return node;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

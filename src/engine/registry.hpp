@@ -17,6 +17,7 @@
 #include "src/engine/resource_index.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// A reference to a resource that may be gone by the time it is used.
 template <class R>
@@ -90,4 +91,5 @@ class Registry {
   std::vector<ResourceId> new_;  ///< while it is followed
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

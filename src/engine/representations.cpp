@@ -17,6 +17,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -525,4 +526,5 @@ std::string_view Representations::upgrade_of(const Context& context) const {
   return callback ? "callback" : "";
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

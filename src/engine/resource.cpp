@@ -12,6 +12,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -147,4 +148,5 @@ bool fits(const rdf::Value& value, std::size_t& left) {
   return true;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -29,10 +29,13 @@
 #include "src/subscription/backlog.hpp"
 
 namespace lrt::model {
+inline namespace v0 {
 struct ResourceSpec;
-}
+}  // namespace v0
+}  // namespace lrt::model
 
 namespace lrt::engine {
+inline namespace v0 {
 
 struct Description;
 struct Parts;
@@ -352,4 +355,5 @@ rdf::Graph unplaced(const rdf::Graph& graph, const std::string& base);
 /// Whether a value has more numbers, texts and so on than `left`, which is counted down. An empty list is one.
 bool fits(const rdf::Value& value, std::size_t& left);
 
+}  // namespace v0
 }  // namespace lrt::engine

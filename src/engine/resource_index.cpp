@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -94,4 +95,5 @@ void IdIndex::clear() noexcept {
   free_.clear();
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

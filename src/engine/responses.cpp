@@ -15,6 +15,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -192,4 +193,5 @@ void Responses::log(LogLevel level, const std::string& message) const {
   if (options_.log) options_.log(level, message);
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -11,6 +11,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -220,4 +221,5 @@ void SavedSubscriptions::resume() {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -17,6 +17,7 @@
 #include "src/engine/subscriptions.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Web callbacks as text that survives a restart: Turtle, one blank node each, with the terms by which they are made and the base of the
 /// request that made them (SPEC 3.7). A restored callback waits until its resource is there.
@@ -63,4 +64,5 @@ class SavedSubscriptions {
   std::uint64_t taken_revision_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

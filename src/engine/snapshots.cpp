@@ -14,6 +14,7 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -126,4 +127,5 @@ void Snapshots::visit(Snapshot& snapshot, Resource& resource, std::vector<NamedG
 
 std::uint32_t Snapshots::hash_of(std::string_view predicate) noexcept { return rdf::to_32_bits(rdf::hash_bytes(predicate, rdf::hash_seeds().bytes)); }
 
+}  // namespace v0
 }  // namespace lrt::engine

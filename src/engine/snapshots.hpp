@@ -20,6 +20,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// The graphs of all resources for one base and one audience: what queries are asked of. Only what has changed is described again.
 struct Snapshot {
@@ -74,4 +75,5 @@ class Snapshots {
   std::list<std::shared_ptr<Snapshot>> kept_;  ///< the one that was used last comes first
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

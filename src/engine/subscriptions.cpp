@@ -17,6 +17,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -903,4 +904,5 @@ void Subscriptions::delivered(Channel channel, const subscription::DeliveryResul
   if (!s->backlog.empty()) next_notifications_.set(s->next_notification, s->backlog.due(), s->channel);
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -27,6 +27,7 @@
 #include "src/engine/resources/subscription.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// The name of a server in its notifications: `<id of the process>; base="<base IRI>"`. A server refuses notifications as commands: a robot
 /// that obeyed them could be moved by any subscriber of another one, and by its own notifications without end.
@@ -166,4 +167,5 @@ bool names_event_stream(const http::Request& request);
 /// A number of seconds from 0 to max_interval; nullopt: it is something else.
 std::optional<std::chrono::milliseconds> interval_of(std::string_view seconds);
 
+}  // namespace v0
 }  // namespace lrt::engine

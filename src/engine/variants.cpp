@@ -8,6 +8,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -125,4 +126,5 @@ std::string variant_iri(const std::string& resource, std::string_view media_type
   return resource + first + (page > 1 ? "page=" + std::to_string(page) + "&" : "") + "accept=" + escaped(media_type);
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -18,6 +18,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -158,4 +159,5 @@ void Vocabulary::describe(const Description& d) const {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -14,6 +14,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 struct ThingNode;
 
@@ -55,4 +56,5 @@ class VocabularyResource final : public Resource {
   const Vocabulary& vocabulary_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

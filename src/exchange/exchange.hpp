@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/http/message.hpp>
 
 #include "src/exchange/wire.hpp"
@@ -54,6 +55,6 @@ struct Receiver {
 /// A response counts only if it is complete, within the limits and HTTP/1.x, if its length is stated once, and if its status is final. If
 /// `limit.idle` is set, it is the longest wait for the next bytes, and `limit.until` bounds the request and the header section only.
 /// @par Threads  distinct wires: any
-Outcome exchange(Wire& wire, const Request& request, const Limits& limits, WaitLimit limit, const Receiver& receiver = {});
+LRT_INTERNAL_API Outcome exchange(Wire& wire, const Request& request, const Limits& limits, WaitLimit limit, const Receiver& receiver = {});
 
 }  // namespace lrt::exchange

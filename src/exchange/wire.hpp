@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 
 #include "src/exchange/tls.hpp"
@@ -34,7 +35,7 @@ struct Address {
 /// The sockets of cpp-httplib are not used: they restart their time limit with each byte, hold a mutex while they connect, so that a
 /// connection attempt cannot be cancelled, and resolve names again without the check of addresses.
 /// @par Threads  distinct objects: any; one object: one at a time, with SIGPIPE blocked (OpenSSL writes without MSG_NOSIGNAL)
-class Wire {
+class LRT_INTERNAL_API Wire {
  public:
   static Result<std::unique_ptr<Wire>> open(const Address& address, std::uint16_t port, WaitLimit limit);
   ~Wire();

@@ -7,6 +7,7 @@
 #include <lrt/base/utf8.hpp>
 
 namespace lrt::http {
+inline namespace v0 {
 
 namespace {
 
@@ -34,4 +35,5 @@ std::optional<std::vector<std::pair<std::string, std::string>>> parse_form(std::
   return all;
 }
 
+}  // namespace v0
 }  // namespace lrt::http

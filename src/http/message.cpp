@@ -9,6 +9,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::http {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t npos = std::string_view::npos;
@@ -271,4 +272,5 @@ void write_response_header(std::string& out, const Response& response, std::stri
   out.append(line.text()).append(block).append("\r\n", 2);
 }
 
+}  // namespace v0
 }  // namespace lrt::http

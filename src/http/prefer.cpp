@@ -9,6 +9,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::http {
+inline namespace v0 {
 namespace {
 
 using namespace detail;
@@ -128,4 +129,5 @@ Preferences parse_prefer(std::string_view prefer) {
   return result;
 }
 
+}  // namespace v0
 }  // namespace lrt::http

@@ -9,6 +9,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::http {
+inline namespace v0 {
 namespace {
 
 using namespace detail;
@@ -352,4 +353,5 @@ std::optional<Refusal> check_request(const Request& request, Framing& framing) {
   return std::nullopt;
 }
 
+}  // namespace v0
 }  // namespace lrt::http

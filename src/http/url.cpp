@@ -10,6 +10,7 @@
 #include "src/http/host.hpp"
 
 namespace lrt::http {
+inline namespace v0 {
 
 using lrt::detail::is;
 
@@ -52,4 +53,5 @@ Result<Url> parse_url(std::string_view url, std::size_t longest) {
   return result;
 }
 
+}  // namespace v0
 }  // namespace lrt::http

@@ -11,6 +11,7 @@
 #include "src/base/base64.hpp"
 
 namespace lrt::http {
+inline namespace v0 {
 namespace {
 
 /// Whether a member of a comma-separated list (RFC 9110 5.6.1) in any of the fields of that name has `name` before the first `end`.
@@ -107,4 +108,5 @@ bool is_close_payload(std::string_view payload) noexcept {
   return may_be_sent && !utf8::find_invalid(payload.substr(2));
 }
 
+}  // namespace v0
 }  // namespace lrt::http

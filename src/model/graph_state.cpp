@@ -11,6 +11,7 @@
 #include <lrt/shacl/validator.hpp>
 
 namespace lrt::model {
+inline namespace v0 {
 
 namespace {
 
@@ -386,4 +387,5 @@ void GraphState::notify() noexcept {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::model

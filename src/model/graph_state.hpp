@@ -25,6 +25,7 @@
 #include "src/rdf/update_data.hpp"
 
 namespace lrt::model {
+inline namespace v0 {
 
 /// Changes to a copy of a graph, in the order in which they are made.
 class GraphEdit {
@@ -175,4 +176,5 @@ struct WorldSpec {
   std::shared_ptr<GraphState> created;  ///< the rules of graphs that clients create; nullptr: they may not
 };
 
+}  // namespace v0
 }  // namespace lrt::model

@@ -12,12 +12,17 @@
 #include "src/base/read_file.hpp"
 
 namespace lrt {
+inline namespace v0 {
 
 Object::Object(double number) : Object(rdf::lexical::format(number), std::string(vocab::xsd::double_.text), std::string()) {}
 Object Object::truth(bool value) { return typed(value ? "true" : "false", vocab::xsd::boolean); }
 Object Object::whole(std::int64_t value) { return typed(std::to_string(value), vocab::xsd::integer); }
 
-namespace model {
+}  // namespace v0
+}  // namespace lrt
+
+namespace lrt::model {
+inline namespace v0 {
 
 namespace {
 
@@ -104,7 +109,11 @@ void ResourceSpec::report(const char* call, const char* what) const noexcept {
   }
 }
 
-}  // namespace model
+}  // namespace v0
+}  // namespace lrt::model
+
+namespace lrt {
+inline namespace v0 {
 
 Thing::Thing(std::string_view path) : spec_(std::make_unique<model::ThingSpec>()) {
   if (Result<std::string> encoded = model::encode_path_from_root(path)) {
@@ -183,4 +192,5 @@ std::shared_ptr<model::CollectionSpec> Thing::new_collection(std::string_view pa
   return spec;
 }
 
+}  // namespace v0
 }  // namespace lrt

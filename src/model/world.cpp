@@ -10,6 +10,7 @@
 #include "src/model/graph_state.hpp"
 
 namespace lrt {
+inline namespace v0 {
 
 // ---------------------------------------------------------------------------------------------------------------- update
 
@@ -141,4 +142,5 @@ WorldGraph World::graph(std::string_view path, GraphOptions options) {
   return WorldGraph(*std::move(state));
 }
 
+}  // namespace v0
 }  // namespace lrt

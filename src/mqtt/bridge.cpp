@@ -15,6 +15,7 @@
 #include "src/base/thread.hpp"
 
 namespace lrt::mqtt {
+inline namespace v0 {
 
 namespace {
 
@@ -148,4 +149,5 @@ void Bridge::stop() noexcept { impl_->stop(); }
 Counters Bridge::counters() const noexcept { return impl_->counters(); }
 std::string Bridge::topic(std::string_view path) const { return impl_->core().topics().of(path); }
 
+}  // namespace v0
 }  // namespace lrt::mqtt

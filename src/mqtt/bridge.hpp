@@ -21,6 +21,7 @@
 #include "src/mqtt/topics.hpp"
 
 namespace lrt::mqtt {
+inline namespace v0 {
 
 /// What a bridge does, as a function of its feed, its link and the time. Without threads and descriptors.
 ///
@@ -127,4 +128,5 @@ class BridgeCore final : private Link::Events {
   AtomicCounters counters_;
 };
 
+}  // namespace v0
 }  // namespace lrt::mqtt

@@ -13,6 +13,7 @@
 #include "src/mqtt/bridge.hpp"
 
 namespace lrt::mqtt {
+inline namespace v0 {
 
 namespace {
 
@@ -558,4 +559,5 @@ void BridgeCore::answer(std::uint64_t number, const http::Response& response) {
   waiting_.erase(found);
 }
 
+}  // namespace v0
 }  // namespace lrt::mqtt

@@ -22,6 +22,7 @@
 #include "src/mqtt/topics.hpp"
 
 namespace lrt::mqtt {
+inline namespace v0 {
 
 namespace {
 
@@ -398,4 +399,5 @@ Result<std::unique_ptr<Link>> make_mosquitto_link(LinkOptions options) {
   return std::unique_ptr<Link>(std::move(link));
 }
 
+}  // namespace v0
 }  // namespace lrt::mqtt

@@ -7,6 +7,7 @@
 #include <lrt/base/utf8.hpp>
 
 namespace lrt::mqtt {
+inline namespace v0 {
 
 namespace {
 
@@ -106,4 +107,5 @@ bool Topics::may_respond_to(std::string_view topic) const {
   return true;
 }
 
+}  // namespace v0
 }  // namespace lrt::mqtt

@@ -13,6 +13,7 @@
 
 /// A query as SPARQL 1.1 Query 18.2 translates it: the parser makes it, the evaluator runs it, and nothing changes it in between.
 namespace lrt::query {
+inline namespace v0 {
 
 struct Query;
 
@@ -223,4 +224,5 @@ struct Query {
   std::string base;        ///< what IRI() resolves against: that of BASE or of the options; may be empty
 };
 
+}  // namespace v0
 }  // namespace lrt::query

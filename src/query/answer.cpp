@@ -2,6 +2,7 @@
 #include <lrt/query/answer.hpp>
 
 namespace lrt::query {
+inline namespace v0 {
 
 std::string_view media_type(ResultFormat format) noexcept {
   switch (format) {
@@ -13,4 +14,5 @@ std::string_view media_type(ResultFormat format) noexcept {
   return {};
 }
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -8,6 +8,7 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 // Below these nothing is compacted.
@@ -505,4 +506,5 @@ const NumberedTriple* Dataset::Matches::next(bool& fit) noexcept {
   return &d.triples_[triple].triple;
 }
 
+}  // namespace v0
 }  // namespace lrt::query

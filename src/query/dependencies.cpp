@@ -5,6 +5,7 @@
 #include <set>
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 class Finder {
@@ -143,4 +144,5 @@ class Finder {
 
 Dependencies dependencies_of(const Query& query) { return Finder(query).find(); }
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -20,6 +20,7 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 
 namespace {
 
@@ -296,4 +297,5 @@ class Endpoint final : public engine::QueryService {
 
 std::shared_ptr<const engine::QueryService> endpoint(EndpointOptions options) { return std::make_shared<Endpoint>(std::move(options)); }
 
+}  // namespace v0
 }  // namespace lrt::query

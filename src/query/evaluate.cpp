@@ -10,6 +10,7 @@
 #include "src/query/solver.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 std::uint32_t number(Variable v) noexcept { return static_cast<std::uint32_t>(v); }
@@ -248,4 +249,5 @@ Result<Answer> evaluate(const Query& query, const Dataset& dataset, const Bounds
   return unexpected(Errc::failed, "the query has no form");
 }
 
+}  // namespace v0
 }  // namespace lrt::query

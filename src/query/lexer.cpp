@@ -4,6 +4,7 @@
 #include <algorithm>
 
 namespace lrt::query {
+inline namespace v0 {
 namespace terminal = rdf::terminal;
 namespace {
 
@@ -167,4 +168,5 @@ void Lexer::read_variable() {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::query

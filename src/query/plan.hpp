@@ -11,6 +11,7 @@
 #include "src/query/stages.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 
 /// Some variables of a query.
 class VariableSet {
@@ -123,4 +124,5 @@ class Planner {
   std::unordered_map<const Pattern*, Facts> facts_;
 };
 
+}  // namespace v0
 }  // namespace lrt::query

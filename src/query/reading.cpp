@@ -4,6 +4,7 @@
 #include <lrt/rdf/lexical.hpp>
 
 namespace lrt::query {
+inline namespace v0 {
 
 Reading read_value(const rdf::TermView& term) noexcept {
   using rdf::lexical::Datatype;
@@ -50,4 +51,5 @@ Reading read_value(const rdf::TermView& term) noexcept {
   return reading;
 }
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -11,6 +11,7 @@
 #include "src/rdf/n_triples.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 namespace {
 
 using rdf::append_quoted;
@@ -228,4 +229,5 @@ Result<std::string> write(bool yes, ResultFormat format) {
   return unexpected(Errc::unsupported_syntax, std::string(media_type(format)) + " has no answer to ASK; JSON and XML have one");
 }
 
+}  // namespace v0
 }  // namespace lrt::query

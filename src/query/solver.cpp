@@ -5,6 +5,7 @@
 #include <numeric>
 
 namespace lrt::query {
+inline namespace v0 {
 
 /// DISTINCT, ORDER BY, OFFSET and LIMIT.
 class Solver::Output {
@@ -306,4 +307,5 @@ void Solver::solve_groups(Output& output) {
   run_.budget.give(taken);
 }
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -14,6 +14,7 @@
 #include "src/query/terms.hpp"
 
 namespace lrt::query {
+inline namespace v0 {
 
 /// What an expression gives: an error, a term, or a literal that has no number yet. Numbers are computed without their lexical forms.
 struct Value {
@@ -81,4 +82,5 @@ class Operators {
   Budget& budget_;
 };
 
+}  // namespace v0
 }  // namespace lrt::query

@@ -11,6 +11,7 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 // Enough for the graph of a typical property.
@@ -336,4 +337,5 @@ std::optional<std::vector<TermId>> Graph::list(TermId head) const {
   return members;
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -9,6 +9,7 @@
 #include "src/rdf/n_triples.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 constexpr bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
@@ -173,4 +174,5 @@ void GraphWriter::label(TermId id, std::string_view text) {
   out_.append(std::to_string(n.label - 1));
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

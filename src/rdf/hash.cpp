@@ -10,6 +10,7 @@
 #endif
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 /// Does not wait for entropy, as it is early in the boot of a machine.
@@ -39,4 +40,5 @@ const HashSeeds& hash_seeds() noexcept {
   return seeds;
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -8,6 +8,7 @@
 #include "src/rdf/hash.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 constexpr std::uint32_t none = 0xFFFFFFFF;
@@ -173,4 +174,5 @@ class Matcher {
 
 bool isomorphic(const Graph& a, const Graph& b) { return Matcher(a, b).run(); }
 
+}  // namespace v0
 }  // namespace lrt::rdf

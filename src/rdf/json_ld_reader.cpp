@@ -26,6 +26,7 @@
 // the document and without intermediate documents.
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 using json::Children;
@@ -828,4 +829,5 @@ Result<Graph> read_json_ld(std::string_view text, const ReadOptions& options) {
   } catch (const Refused& refused) { return unexpected(refused.error); }
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -13,6 +13,7 @@
 // Compacted JSON-LD 1.1, written directly from the graph, as Turtle is: this code is on the path from the control loop to the wire.
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 using json_ld::Coercion;
@@ -355,4 +356,5 @@ std::string json_ld_context(const Prefixes& prefixes) {
   return "{\n  \"@context\": {" + json_ld::members(table, nullptr, 4) + "\n  }\n}\n";
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

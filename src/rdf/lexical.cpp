@@ -12,6 +12,7 @@
 #include "src/base/civil.hpp"
 
 namespace lrt::rdf::lexical {
+inline namespace v0 {
 namespace {
 
 constexpr bool digit(char c) noexcept { return c >= '0' && c <= '9'; }
@@ -683,4 +684,5 @@ std::optional<Duration> parse_full_duration(std::string_view text, Datatype data
   return d;
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf::lexical

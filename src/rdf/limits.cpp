@@ -2,6 +2,7 @@
 #include "src/rdf/limits.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 Unexpected misread(std::string_view text, std::size_t offset, const std::string& sentence, Errc code) {
   Error error{code, {}};
@@ -19,4 +20,5 @@ Unexpected misread(std::string_view text, std::size_t offset, const std::string&
   return unexpected(std::move(error));
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

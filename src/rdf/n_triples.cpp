@@ -10,6 +10,7 @@
 #include "src/rdf/limits.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 constexpr std::array<bool, 256> escaped_bytes() {
@@ -103,4 +104,5 @@ std::string_view fault_of(const TermView& term) noexcept {
   return iri::is_absolute(term.datatype) ? std::string_view() : "expected a datatype that is an absolute IRI";
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

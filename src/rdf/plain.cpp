@@ -20,6 +20,7 @@
 #include "src/rdf/value_writer.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 using Kind = Type::Kind;
@@ -703,4 +704,5 @@ Result<void> read_plain(std::string_view body, Plain format, const Type& type, c
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

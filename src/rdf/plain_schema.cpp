@@ -11,6 +11,7 @@
 #include "src/rdf/plain_names.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 using Kind = Type::Kind;
@@ -130,4 +131,5 @@ std::string write_schema(const Type& type, const Facets& facets) {
   return writer.take();
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

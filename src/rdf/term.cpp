@@ -6,6 +6,7 @@
 #include "src/rdf/n_triples.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 TermView literal(std::string_view lexical) noexcept { return {TermKind::literal, lexical, vocab::xsd::string.text}; }
 
@@ -19,4 +20,5 @@ std::string to_string(const TermView& term) {
   return out;
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -18,6 +18,7 @@
 #include "src/rdf/limits.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace terminal {
 
 using detail::is_alpha;
@@ -356,4 +357,5 @@ class Terminals {
   }
 };
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -16,6 +16,7 @@
 #include "src/rdf/terminals.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 using detail::is_digit;
@@ -465,4 +466,5 @@ Result<Graph> read_turtle(std::string_view text, const ReadOptions& options) { r
 
 Result<Graph> read_n_triples(std::string_view text, const ReadOptions& options) { return Parser(text, options).n_triples(); }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -8,7 +8,9 @@
 
 #include <lrt/base/immortal.hpp>
 
-namespace lrt::rdf::detail {
+namespace lrt::rdf {
+inline namespace v0 {
+namespace detail {
 
 namespace {
 
@@ -45,4 +47,6 @@ const Unit& kept_unit(const Unit& unit) {
   return known != units->all.end() ? known->unit : units->all.emplace_back(unit).unit;
 }
 
-}  // namespace lrt::rdf::detail
+}  // namespace detail
+}  // namespace v0
+}  // namespace lrt::rdf

@@ -17,6 +17,7 @@
 #include "src/rdf/value_writer.hpp"
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 using Kind = Type::Kind;
@@ -767,4 +768,5 @@ std::string abbreviate(std::string_view text) {
   return "<" + std::string(text) + ">";
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -10,6 +10,7 @@
 #include <lrt/rdf/value.hpp>
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 /// Writes the triples of values for all formats (lrt/rdf/value_codec.hpp).
 class ValueWriter {
@@ -42,4 +43,5 @@ class ValueWriter {
 /// The lexical form of a scalar. In a text, invalid UTF-8 and U+0000 are replaced by U+FFFD.
 std::string lexical_form(const Type& type, const Value& value);
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -10,6 +10,7 @@
 #include <unordered_map>
 
 namespace lrt::security {
+inline namespace v0 {
 
 /// Counts what failed at each address, within a minute from the first.
 ///
@@ -38,4 +39,5 @@ class FailedLogins {
   std::unordered_map<std::string, Count> counts_;
 };
 
+}  // namespace v0
 }  // namespace lrt::security

@@ -14,6 +14,7 @@
 #include "src/base/read_file.hpp"
 
 namespace lrt::security {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t max_file_bytes = 1024 * 1024;
@@ -222,4 +223,5 @@ std::shared_ptr<const View> Policy::view(const Principal* principal) {
   return made;
 }
 
+}  // namespace v0
 }  // namespace lrt::security

@@ -14,6 +14,7 @@
 #include <lrt/security.hpp>
 
 namespace lrt::security {
+inline namespace v0 {
 
 /// What one caller may do to each resource. Equal callers share one.
 ///
@@ -75,4 +76,5 @@ class Policy {
   std::vector<std::pair<std::vector<View::Granted>, std::weak_ptr<const View>>> views_;  ///< those in use
 };
 
+}  // namespace v0
 }  // namespace lrt::security

@@ -9,6 +9,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::security {
+inline namespace v0 {
 namespace {
 
 constexpr std::string_view attributes = "; Path=/; HttpOnly; SameSite=Strict";
@@ -105,4 +106,5 @@ std::optional<std::string> Sessions::make_ticket(std::string_view owner, std::st
 
 std::optional<std::string> Sessions::take_ticket(std::string_view ticket, TimePoint now) { return tickets_.take(ticket, any_purpose, now.steady); }
 
+}  // namespace v0
 }  // namespace lrt::security

@@ -14,6 +14,7 @@
 #include "src/security/sealed_tokens.hpp"
 
 namespace lrt::security {
+inline namespace v0 {
 
 /// Who has logged in: sessions of browsers, and tickets of scripts. Both stand for a bearer token, which whoever finds the caller judges anew at each request,
 /// so that they end with it.
@@ -63,4 +64,5 @@ class Sessions {
   FailedLogins failed_logins_;
 };
 
+}  // namespace v0
 }  // namespace lrt::security

@@ -13,6 +13,7 @@
 #include "src/security/digest.hpp"
 
 namespace lrt::security {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t max_file_bytes = 1024 * 1024;
@@ -154,4 +155,5 @@ std::optional<std::chrono::system_clock::time_point> Tokens::next_expiry(std::ch
   return next;
 }
 
+}  // namespace v0
 }  // namespace lrt::security

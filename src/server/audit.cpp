@@ -8,6 +8,7 @@
 #include <lrt/http/target.hpp>
 
 namespace lrt {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t max_text_bytes = 1024;
@@ -222,4 +223,5 @@ void Audit::changed(const std::vector<engine::SubscriptionEvent>& events, TimePo
   }
 }
 
+}  // namespace v0
 }  // namespace lrt

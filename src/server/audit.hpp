@@ -23,6 +23,7 @@
 #include "src/base/mailbox.hpp"
 
 namespace lrt {
+inline namespace v0 {
 
 /// Gives lines to the sink of an audit, on a thread of its own. Writers neither lock nor wait.
 ///
@@ -106,4 +107,5 @@ class Audit {
   AuditWriter writer_;
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -5,6 +5,7 @@
 #include <utility>
 
 namespace lrt {
+inline namespace v0 {
 
 void BodyQueue::put(engine::BodyJob job) {
   Client& client = clients_[job.client];
@@ -74,4 +75,5 @@ void BodyPool::stop() noexcept {
   for (Thread& thread : threads) thread.join();
 }
 
+}  // namespace v0
 }  // namespace lrt

@@ -11,6 +11,7 @@
 #include "src/engine/subscriptions.hpp"
 
 namespace lrt {
+inline namespace v0 {
 namespace {
 
 std::map<std::string, std::shared_ptr<const security::Principal>> shared(const std::map<std::string, security::Principal>& certificates) {
@@ -199,4 +200,5 @@ std::string Callers::challenge_for(const http::Request& request, bool refused) c
   return challenge;
 }
 
+}  // namespace v0
 }  // namespace lrt

@@ -20,6 +20,7 @@
 #include "src/security/sessions.hpp"
 
 namespace lrt {
+inline namespace v0 {
 
 /// Finds out who sends a request, and which rights that gives, as lrt::Security says.
 ///
@@ -80,4 +81,5 @@ class Callers {
   std::chrono::steady_clock::time_point next_look_{};
 };
 
+}  // namespace v0
 }  // namespace lrt

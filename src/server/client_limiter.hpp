@@ -17,6 +17,7 @@
 #include <lrt/security.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// When each client may go on, of a bounded number of clients.
 ///
@@ -66,4 +67,5 @@ class ClientLimiter {
   RateTable addresses_, principals_;  ///< apart: addresses, which are free of charge, displace no principal
 };
 
+}  // namespace v0
 }  // namespace lrt

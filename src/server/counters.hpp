@@ -12,6 +12,7 @@
 #include <lrt/server_thing.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// TimeCounts that one thread at a time writes and any reads.
 class AtomicTimeCounts {
@@ -83,4 +84,5 @@ class Counters {
   std::chrono::steady_clock::time_point last_poll_{};
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -9,6 +9,7 @@
 #include "src/server/feeds.hpp"
 
 namespace lrt {
+inline namespace v0 {
 
 Feed::Feed(std::shared_ptr<State> state) : state_(std::move(state)) {}
 Feed::Feed(Feed&&) noexcept = default;
@@ -42,4 +43,5 @@ std::shared_ptr<Waker> Feed::waker() const { return state_->waker; }
 std::string Feed::base() const { return state_->host.feed_base(); }
 bool Feed::is_protected() const { return state_->host.is_protected(); }
 
+}  // namespace v0
 }  // namespace lrt

@@ -17,6 +17,7 @@
 #include "src/base/event_waker.hpp"
 
 namespace lrt {
+inline namespace v0 {
 
 /// What a feed calls: the server.
 class FeedHost {
@@ -124,4 +125,5 @@ class Feeds {
   std::unordered_map<std::uint64_t, std::pair<Feed::State*, std::uint64_t>> by_ticket_;  ///< with the number of the request
 };
 
+}  // namespace v0
 }  // namespace lrt

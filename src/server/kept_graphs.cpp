@@ -9,6 +9,7 @@
 #include <lrt/rdf/codec.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 namespace {
 
@@ -92,4 +93,5 @@ void KeptGraphs::clear() {
   gone.swap(all_);
 }
 
+}  // namespace v0
 }  // namespace lrt

@@ -12,6 +12,7 @@
 #include <system_error>
 
 namespace lrt {
+inline namespace v0 {
 namespace {
 
 bool is_numeric(const std::string& address) noexcept {
@@ -52,4 +53,5 @@ Result<std::vector<std::string>> listen_addresses(const std::string& address) {
 
 bool is_loopback(const std::string& address) noexcept { return address == "::1" || address.compare(0, 4, "127.") == 0; }
 
+}  // namespace v0
 }  // namespace lrt

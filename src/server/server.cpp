@@ -32,6 +32,7 @@
 #include "src/server/saved_file.hpp"
 
 namespace lrt {
+inline namespace v0 {
 
 namespace {
 
@@ -1002,4 +1003,5 @@ FeedHost& Server::feed_host() noexcept { return *impl_; }
 std::uint16_t Server::port() const noexcept { return impl_->port(); }
 std::string Server::url() const { return impl_->url(); }
 
+}  // namespace v0
 }  // namespace lrt

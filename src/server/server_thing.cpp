@@ -9,6 +9,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 namespace lrt {
+inline namespace v0 {
 namespace {
 
 constexpr std::string_view metrics_type = "text/plain;version=0.0.4;charset=utf-8";
@@ -138,4 +139,5 @@ Thing server_thing(const Server& server, std::string_view path) {
   return thing;
 }
 
+}  // namespace v0
 }  // namespace lrt

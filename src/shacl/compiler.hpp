@@ -16,6 +16,7 @@
 #include "src/shacl/plan.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 
 class Compiler;
 
@@ -94,4 +95,5 @@ class Compiler {
   std::optional<Error> fault_;
 };
 
+}  // namespace v0
 }  // namespace lrt::shacl

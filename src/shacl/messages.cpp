@@ -12,6 +12,7 @@
 #include "src/shacl/run.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace {
 
 namespace sh = vocab::sh;
@@ -182,4 +183,5 @@ std::string shown_shape(const Plan& plan, std::uint32_t shape) {
 
 std::string counted(std::size_t n, const char* one, const char* many) { return std::to_string(n) + " " + (n == 1 ? one : many); }
 
+}  // namespace v0
 }  // namespace lrt::shacl

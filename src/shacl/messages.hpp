@@ -8,6 +8,7 @@
 #include <lrt/rdf/term.hpp>
 
 namespace lrt::shacl {
+inline namespace v0 {
 
 struct Plan;
 struct Scene;
@@ -40,4 +41,5 @@ std::string shown_shape(const Plan& plan, std::uint32_t shape);
 /// "1 value", "2 values".
 std::string counted(std::size_t n, const char* one, const char* many);
 
+}  // namespace v0
 }  // namespace lrt::shacl

@@ -4,6 +4,7 @@
 #include <lrt/rdf/vocab.hpp>
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace {
 
 using rdf::lexical::Datatype;
@@ -133,4 +134,5 @@ Order compare(const Comparable& a, const Comparable& b) noexcept {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::shacl

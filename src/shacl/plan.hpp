@@ -10,6 +10,7 @@
 #include <lrt/rdf/graph.hpp>
 
 namespace lrt::shacl {
+inline namespace v0 {
 
 class Run;
 struct Scene;
@@ -74,4 +75,5 @@ struct Plan {
   }
 };
 
+}  // namespace v0
 }  // namespace lrt::shacl

@@ -12,6 +12,7 @@
 #include "src/base/ascii.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace {
 
 // Limits of PCRE2, which counts anew at each start of a match, and only places where it may backtrack: not the characters that a repeated
@@ -368,4 +369,5 @@ std::string to_case(std::string_view text, bool upper) {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::shacl

@@ -10,6 +10,7 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace {
 
 namespace sh = vocab::sh;
@@ -154,4 +155,5 @@ std::string Report::to_text() const {
   return out;
 }
 
+}  // namespace v0
 }  // namespace lrt::shacl

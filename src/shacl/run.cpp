@@ -8,6 +8,7 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace {
 constexpr std::size_t few = 16;  // up to this size a set is searched linearly
 }
@@ -397,4 +398,5 @@ Result<Report> validate(const Shapes& shapes, const rdf::Graph& data, const rdf:
   return Run(shapes, data, options).one(focus, index);
 }
 
+}  // namespace v0
 }  // namespace lrt::shacl

@@ -17,6 +17,7 @@
 #include "src/shacl/regex.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 
 /// The number of a term. Terms of the data graph keep their numbers there. Larger numbers are terms of the shapes graph that the data graph
 /// does not have. `outsider` is a focus node that neither graph has. Equal numbers are equal terms.
@@ -212,4 +213,5 @@ class Run {
   std::size_t result_count_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::shacl

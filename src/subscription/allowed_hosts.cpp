@@ -7,6 +7,7 @@
 #include "src/http/host.hpp"
 
 namespace lrt::subscription {
+inline namespace v0 {
 namespace {
 
 using http::is_host_name;
@@ -168,4 +169,5 @@ Result<CallbackUrl> parse_callback_url(std::string_view url) {
   return unexpected(std::move(error));
 }
 
+}  // namespace v0
 }  // namespace lrt::subscription

@@ -9,6 +9,7 @@
 #endif
 
 namespace lrt::transport {
+inline namespace v0 {
 
 std::vector<std::string_view> names() {
   return {
@@ -27,4 +28,5 @@ std::unique_ptr<Transport> make_named(std::string_view name, TransportOptions op
   return nullptr;
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

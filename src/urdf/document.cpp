@@ -20,6 +20,7 @@
 #include <lrt/rdf/lexical.hpp>
 
 namespace lrt::urdf {
+inline namespace v0 {
 namespace {
 
 using tinyxml2::XMLElement;
@@ -758,4 +759,5 @@ Result<Document> check(std::string_view text, const ParseOptions& options) {
   } catch (Refusal& refusal) { return unexpected(std::move(refusal.error)); }
 }
 
+}  // namespace v0
 }  // namespace lrt::urdf

@@ -12,6 +12,7 @@
 #include <lrt/urdf.hpp>
 
 namespace lrt::urdf {
+inline namespace v0 {
 
 /// A checked URDF: the text for liburdfdom, and values that liburdfdom does not keep.
 struct Document {
@@ -42,4 +43,5 @@ struct Document {
 /// @par Errors  as parse()
 Result<Document> check(std::string_view text, const ParseOptions& options);
 
+}  // namespace v0
 }  // namespace lrt::urdf

@@ -14,6 +14,7 @@
 #include "src/base/read_file.hpp"
 
 namespace lrt::urdf {
+inline namespace v0 {
 namespace {
 
 namespace fs = std::filesystem;
@@ -103,4 +104,5 @@ Result<Bytes> read_file(const FileState& file, std::size_t max_bytes) {
   return std::make_shared<const std::string>(*std::move(bytes));
 }
 
+}  // namespace v0
 }  // namespace lrt::urdf

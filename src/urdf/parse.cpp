@@ -17,6 +17,7 @@
 #include "src/urdf/document.hpp"
 
 namespace lrt::urdf {
+inline namespace v0 {
 namespace {
 
 /// Captures the messages that liburdfdom logs on this thread during its lifetime. Messages of other threads go to the previous handler. The
@@ -198,4 +199,5 @@ Result<Model> parse(std::string_view text, const ParseOptions& options) {
   return model;
 }
 
+}  // namespace v0
 }  // namespace lrt::urdf

@@ -16,6 +16,7 @@
 #include "src/urdf/packages.hpp"
 
 namespace lrt::urdf {
+inline namespace v0 {
 namespace {
 
 /// A field with a name of its own in JSON.
@@ -26,6 +27,7 @@ rdf::FieldName named(std::string_view name, Iri term) {
 }
 
 }  // namespace
+}  // namespace v0
 }  // namespace lrt::urdf
 
 template <>
@@ -38,6 +40,7 @@ struct lrt::rdf::traits<lrt::urdf::FileState> : lrt::rdf::Record<lrt::urdf::File
 };
 
 namespace lrt::urdf {
+inline namespace v0 {
 namespace {
 
 constexpr Unit newton_metre_second_per_radian{Iri{"http://qudt.org/vocab/unit/N-M-SEC-PER-RAD"}, {}, "N.m.s/rad"};
@@ -88,9 +91,11 @@ struct Appearance {
 };
 
 }  // namespace
+}  // namespace v0
 }  // namespace lrt::urdf
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 template <bool angular>
 struct traits<urdf::LimitsOf<angular>> : Record<urdf::LimitsOf<angular>> {
@@ -178,9 +183,11 @@ struct traits<urdf::Appearance> : Record<urdf::Appearance> {
   }
 };
 
+}  // namespace v0
 }  // namespace lrt::rdf
 
 namespace lrt::urdf {
+inline namespace v0 {
 namespace {
 
 Isometry isometry(const Pose& pose) {
@@ -611,4 +618,5 @@ Result<Robot> load(const std::string& file, const ParseOptions& options) {
   return Robot(*std::move(model), options.path);
 }
 
+}  // namespace v0
 }  // namespace lrt::urdf

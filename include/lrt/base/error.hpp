@@ -7,9 +7,11 @@
 #include <string>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// The kind of an error. Its name says what was expected or refused.
 enum class Errc : std::uint8_t {
@@ -36,7 +38,7 @@ enum class Errc : std::uint8_t {
 };
 
 /// The enumerator's name, "expected_iri".
-std::string_view to_string(Errc code) noexcept;
+LRT_API std::string_view to_string(Errc code) noexcept;
 
 /// A code, a sentence (what was found, where, what was expected) and, for errors in a text, the position.
 struct Error {
@@ -47,4 +49,5 @@ struct Error {
   std::uint32_t column = 0;             ///< 1-based, in bytes; 0: unknown
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -10,6 +10,7 @@
 #include <lrt/base/immortal.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// A vector that is one pointer, and owns no memory while it is empty. For members of which most objects have none.
 template <class T>
@@ -55,4 +56,5 @@ class ThinVector {
   std::unique_ptr<std::vector<T>> items_;  // null: empty
 };
 
+}  // namespace v0
 }  // namespace lrt

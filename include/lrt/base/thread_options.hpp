@@ -6,6 +6,7 @@
 #include <vector>
 
 namespace lrt {
+inline namespace v0 {
 
 /// Scheduling policies of threads (sched(7)).
 enum class Scheduling : std::uint8_t {
@@ -28,4 +29,5 @@ struct ThreadOptions {
   std::size_t stack_bytes = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt

@@ -5,16 +5,20 @@
 #include <type_traits>
 #include <utility>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
-namespace lrt {
-
-namespace detail {
+namespace lrt::detail {
+inline namespace v0 {
 /// Owns the callable of a UniqueFunction of any signature.
-struct Callable {
+struct LRT_API Callable {
   virtual ~Callable() = default;
 };
-}  // namespace detail
+}  // namespace v0
+}  // namespace lrt::detail
+
+namespace lrt {
+inline namespace v0 {
 
 template <class Signature>
 class UniqueFunction;
@@ -49,4 +53,5 @@ class UniqueFunction<R(Args...)> {
   std::unique_ptr<detail::Callable> impl_;
 };
 
+}  // namespace v0
 }  // namespace lrt

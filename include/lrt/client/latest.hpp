@@ -13,6 +13,7 @@
 #include <lrt/client/watch.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// The newest value of a watched resource, for a control loop: a joint that follows a joint of another robot.
 ///
@@ -126,4 +127,5 @@ class Latest {
   Watch watch_;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -10,11 +10,13 @@
 #include <string>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/client/options.hpp>
 
 /// Copies of the graphs of robots in an RDF store.
 namespace lrt::client {
+inline namespace v0 {
 
 /// A store that has the SPARQL 1.1 Graph Store HTTP Protocol.
 struct StoreOptions {
@@ -98,7 +100,7 @@ struct MirrorCounts {
 ///     mirror.start().value();
 ///
 /// @par Threads  Any; stop() and the destructor: not in a callback.
-class Mirror {
+class LRT_API Mirror {
  public:
   /// @par Errors  invalid_option: also a state file of another store, or one that another mirror uses; expected_iri: of a robot; io_error
   static Result<Mirror> create(MirrorOptions options);
@@ -129,6 +131,7 @@ class Mirror {
 };
 
 /// The name of the graph that marks a robot: its URL with the fragment "mirror".
-std::string mirror_mark_of(const std::string& robot);
+LRT_API std::string mirror_mark_of(const std::string& robot);
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -11,6 +11,7 @@
 #include <lrt/base/thread_options.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 /// As whom a client sends requests. Only the origins that the program itself names get it: those of Client::open(), and trusted_origins. A link or a
 /// redirect to another origin is followed without it.
@@ -61,4 +62,5 @@ struct Options {
   LogCallback log;        ///< debug: each request with its status, "GET http://robot/arm: 200"
 };
 
+}  // namespace v0
 }  // namespace lrt::client

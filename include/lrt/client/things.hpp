@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/client/latest.hpp>
 #include <lrt/client/representation.hpp>
@@ -19,10 +20,13 @@
 #include <lrt/rdf/value_codec.hpp>
 
 namespace lrt {
+inline namespace v0 {
 class Client;
-}
+}  // namespace v0
+}  // namespace lrt
 
 namespace lrt::client {
+inline namespace v0 {
 
 class Session;
 
@@ -45,7 +49,7 @@ struct Names {
 
 /// A Property of a Thing (R1.9): a resource of its own, or a node in the graph of its Thing.
 /// @par Threads  Any. Functions that return a Result wait for the server, at most the times of Limits. Not for a control loop; see latest().
-class Property {
+class LRT_API Property {
  public:
   const std::string& url() const noexcept { return url_; }
   const Names& names() const noexcept { return names_; }
@@ -128,7 +132,7 @@ class Property {
 };
 
 /// One run of an action (SPEC 3.1).
-class Invocation {
+class LRT_API Invocation {
  public:
   enum class Status : unsigned char { pending, running, succeeded, failed, cancelled, unknown };
   struct State {
@@ -181,7 +185,7 @@ struct InvokeOptions {
 };
 
 /// An Action of a Thing (R1.10).
-class Action {
+class LRT_API Action {
  public:
   const std::string& url() const noexcept { return url_; }
   const Names& names() const noexcept { return names_; }
@@ -229,7 +233,7 @@ class Action {
 };
 
 /// A Thing as Client::open() has found it. Its links and types are those of that moment; see Robot::refresh().
-class Thing {
+class LRT_API Thing {
  public:
   const std::string& url() const noexcept { return representation_->url; }
   const Names& names() const noexcept { return names_; }
@@ -272,7 +276,7 @@ struct ActionQuery {
 };
 
 /// All that Client::open() has found from one URL.
-class Robot {
+class LRT_API Robot {
  public:
   const std::string& url() const noexcept { return url_; }
   const std::vector<Thing>& things() const noexcept { return *things_; }
@@ -304,9 +308,10 @@ class Robot {
   std::size_t requests_ = 0;
 };
 
-std::string_view to_string(Invocation::Status status) noexcept;
+LRT_API std::string_view to_string(Invocation::Status status) noexcept;
 inline bool has_ended(Invocation::Status status) noexcept {
   return status == Invocation::Status::succeeded || status == Invocation::Status::failed || status == Invocation::Status::cancelled;
 }
 
+}  // namespace v0
 }  // namespace lrt::client

@@ -9,10 +9,12 @@
 #include <optional>
 #include <string>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/graph.hpp>
 
 namespace lrt::client {
+inline namespace v0 {
 
 class CallbackReceiver;
 
@@ -48,7 +50,7 @@ struct WatchOptions {
 };
 
 /// What a watch reports.
-struct Change {
+struct LRT_API Change {
   enum class Kind : unsigned char {
     value,  ///< a representation, the same as GET would have received
     gap,    ///< connected again: changes since the last value may be missing. The next value is the present one
@@ -75,7 +77,7 @@ using OnChange = std::function<void(const Change&)>;
 /// After stop() or destruction the callback is not called again: they wait for one that runs, unless they are called in it. So the caller must not
 /// hold a lock that the callback needs.
 /// @par Threads  Any.
-class Watch {
+class LRT_API Watch {
  public:
   struct Counts {
     std::uint64_t values = 0;  ///< received
@@ -105,4 +107,5 @@ class Watch {
   std::shared_ptr<Impl> impl_;
 };
 
+}  // namespace v0
 }  // namespace lrt::client

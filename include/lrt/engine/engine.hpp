@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/clock.hpp>
 #include <lrt/base/ids.hpp>
 #include <lrt/base/log.hpp>
@@ -30,10 +31,13 @@
 #include <lrt/thing.hpp>
 
 namespace lrt::security {
+inline namespace v0 {
 class Sessions;
-}
+}  // namespace v0
+}  // namespace lrt::security
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// The verdict of an authorizer.
 enum class Access : std::uint8_t {
@@ -171,7 +175,7 @@ struct BodyJob {
 ///
 /// @par Threads  One at a time. Jobs may run on any thread, and Responders and publish() work from any. authorize(): any.
 /// @par Implements  R0.3-R0.17, R1.1-R1.12
-class Engine final : public Handler {
+class LRT_API Engine final : public Handler {
  public:
   explicit Engine(EngineOptions options = {});
   ~Engine() override;
@@ -278,4 +282,5 @@ class Engine final : public Handler {
   std::unique_ptr<Impl> impl_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

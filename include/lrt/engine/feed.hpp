@@ -15,6 +15,7 @@
 #include <lrt/subscription/channel.hpp>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// A resource that can be observed, as a feed finds it.
 struct ObservableResource {
@@ -55,4 +56,5 @@ struct FeedMessage {
   std::uint64_t missed = 0;                   ///< changes between the message before and this one that had no place in the queue, or were superseded
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -12,11 +12,13 @@
 #include <variant>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/clock.hpp>
 #include <lrt/http/message.hpp>
 #include <lrt/subscription/channel.hpp>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// Names a request whose response is deferred. Never 0, never used twice by one handler.
 enum class Ticket : std::uint64_t {};
@@ -88,7 +90,7 @@ struct PushRequest {
 /// transport has taken for it, which is one message or a few short ones, and nothing else.
 ///
 /// @par Threads  all functions are called by the transport, from one thread at a time.
-class Handler {
+class LRT_API Handler {
  public:
   virtual ~Handler() = default;
 
@@ -160,4 +162,5 @@ class Handler {
   virtual void closed(Channel channel) noexcept { (void)channel; }
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

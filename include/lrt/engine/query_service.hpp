@@ -11,11 +11,13 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/clock.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/graph.hpp>
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// A graph of a snapshot: the representation of a resource, by its URI.
 struct NamedGraph {
@@ -35,7 +37,7 @@ struct QueryDependencies {
 /// A query that was parsed. Immutable.
 ///
 /// @par Threads  any
-class PreparedQuery {
+class LRT_API PreparedQuery {
  public:
   virtual ~PreparedQuery() = default;
   /// The media types that its answers can have, best first, as http::negotiate() takes them. They live as long as the program.
@@ -48,7 +50,7 @@ class PreparedQuery {
 /// The answer to a query. Immutable.
 ///
 /// @par Threads  any
-class QueryAnswer {
+class LRT_API QueryAnswer {
  public:
   virtual ~QueryAnswer() = default;
   /// @param type  an index into PreparedQuery::types()
@@ -63,7 +65,7 @@ class QueryAnswer {
 };
 
 /// The graphs that one audience sees, with what makes them fast to query.
-class QueryData {
+class LRT_API QueryData {
  public:
   virtual ~QueryData() = default;
   /// Takes note of graphs that were made or replaced, or are gone. Cheap: the work is done by the next evaluation.
@@ -74,7 +76,7 @@ class QueryData {
 /// What an engine needs to answer queries: lrt::query::endpoint() makes one.
 ///
 /// @par Threads  const: any
-class QueryService {
+class LRT_API QueryService {
  public:
   struct Limits {
     std::string path = "/sparql";                 ///< of the endpoint: "/" and one or more segments that are unreserved characters (RFC 3986)
@@ -105,4 +107,5 @@ class QueryService {
                                                               TimePoint now, std::optional<std::size_t> max_rows) const = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -7,9 +7,11 @@
 #include <string_view>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
 namespace lrt::http {
+inline namespace v0 {
 
 /// The preferences of a Prefer field that lrt knows (RFC 7240, LDP 7.2). Unknown and malformed ones are ignored, the first of a
 /// repeated one counts.
@@ -21,6 +23,7 @@ struct Preferences {
   std::vector<std::string> include, omit;    ///< IRIs of `return=representation; include="..."`
 };
 /// @param prefer  the joined Prefer fields
-Preferences parse_prefer(std::string_view prefer);
+LRT_API Preferences parse_prefer(std::string_view prefer);
 
+}  // namespace v0
 }  // namespace lrt::http

@@ -4,9 +4,11 @@
 #include <cstddef>
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/language.hpp>
 
 namespace lrt::http {
+inline namespace v0 {
 
 /// What a Range field requests of a representation (RFC 9110 14.1.2, 14.2).
 struct ByteRange {
@@ -21,6 +23,7 @@ struct ByteRange {
 };
 
 /// Reads `bytes=first-last`, `bytes=first-` and `bytes=-suffix` against a representation of `size` bytes.
-ByteRange parse_range(std::string_view field, std::size_t size) noexcept;
+LRT_API ByteRange parse_range(std::string_view field, std::size_t size) noexcept;
 
+}  // namespace v0
 }  // namespace lrt::http

@@ -15,6 +15,7 @@
 #include <lrt/rdf/unit.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// Immutable bytes, shared by all clients without a copy. Null: no bytes.
 using Bytes = std::shared_ptr<const std::string>;
@@ -29,7 +30,11 @@ struct Layout {
   Unit unit{};  ///< of the numbers; empty: as the property
 };
 
-namespace model {
+}  // namespace v0
+}  // namespace lrt
+
+namespace lrt::model {
+inline namespace v0 {
 
 /// A representation that a user's encoder makes of a property's values.
 struct RepresentationSpec {
@@ -58,5 +63,5 @@ Result<Bytes> to_bytes(Encoded&& encoded) {
   }
 }
 
-}  // namespace model
-}  // namespace lrt
+}  // namespace v0
+}  // namespace lrt::model

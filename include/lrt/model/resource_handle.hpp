@@ -11,10 +11,13 @@
 #include <lrt/model/detail/spec.hpp>
 
 namespace lrt {
+inline namespace v0 {
 class Action;
-}
+}  // namespace v0
+}  // namespace lrt
 
 namespace lrt::model {
+inline namespace v0 {
 
 /// Whether a callable that returns R can refuse by it, or never refuses.
 template <class R>
@@ -127,4 +130,5 @@ class ResourceHandle {
   friend class ::lrt::Action;  // reads the properties that it changes
 };
 
+}  // namespace v0
 }  // namespace lrt::model

@@ -8,12 +8,14 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/iri.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// The object of a statement: an IRI, a literal, or another resource of the same server.
-class Object {
+class LRT_API Object {
  public:
   enum class Kind : std::uint8_t { iri, literal, resource };
 
@@ -56,4 +58,5 @@ struct Statement {
   Object object;
 };
 
+}  // namespace v0
 }  // namespace lrt

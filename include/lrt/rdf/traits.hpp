@@ -20,12 +20,14 @@
 #include <variant>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/immortal.hpp>
 #include <lrt/base/result.hpp>
 #include <lrt/rdf/type.hpp>
 #include <lrt/rdf/value.hpp>
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 namespace detail {
 template <class... T>
@@ -95,22 +97,22 @@ struct NoTraits {
   static bool same(const T& a, const T& b) noexcept;
 };
 
-const Type& boolean_type() noexcept;
-const Type& text_type() noexcept;
-const Type& float_type() noexcept;
-const Type& double_type() noexcept;
-const Type& duration_type() noexcept;
-const Type& instant_type() noexcept;
-Type integer_type(std::int64_t lowest, std::uint64_t highest, std::size_t bytes);
-Type list_type(const Type& element, std::size_t shortest, std::size_t longest);
-Type optional_type(const Type& element);
-Type map_type(const Type& element);
+LRT_API const Type& boolean_type() noexcept;
+LRT_API const Type& text_type() noexcept;
+LRT_API const Type& float_type() noexcept;
+LRT_API const Type& double_type() noexcept;
+LRT_API const Type& duration_type() noexcept;
+LRT_API const Type& instant_type() noexcept;
+LRT_API Type integer_type(std::int64_t lowest, std::uint64_t highest, std::size_t bytes);
+LRT_API Type list_type(const Type& element, std::size_t shortest, std::size_t longest);
+LRT_API Type optional_type(const Type& element);
+LRT_API Type map_type(const Type& element);
 /// True if traits<T>::encode is code of the user. Specialisations of lrt say so by a fifth member, runs_user_code().
 template <class T>
 bool runs_user_code() noexcept;
-Unexpected not_a_value_of(const char* what);
-Unexpected does_not_fit(const char* what);
-Unexpected read_only();
+LRT_API Unexpected not_a_value_of(const char* what);
+LRT_API Unexpected does_not_fit(const char* what);
+LRT_API Unexpected read_only();
 }  // namespace detail
 
 /// Maps a C++ type to RDF and to every other representation. lrt provides it for bool, integers, float, double, std::string, durations,
@@ -503,9 +505,9 @@ constexpr std::string_view type_name() noexcept {
   return text;
 }
 /// The name with '-' for each run of characters that a term does not have: "LimitsOf-true".
-std::string term_name(std::string_view name);
+LRT_API std::string term_name(std::string_view name);
 /// Puts "#name" predicates below the type's name, and gives a record without classes its own.
-void place_terms(Type& record);
+LRT_API void place_terms(Type& record);
 }  // namespace detail
 
 /// Base of `traits` for a struct or class. The user lists its fields:
@@ -805,4 +807,5 @@ bool runs_user_code() noexcept {
 }
 }  // namespace detail
 
+}  // namespace v0
 }  // namespace lrt::rdf

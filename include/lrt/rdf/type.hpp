@@ -14,6 +14,7 @@
 #include <lrt/rdf/unit.hpp>
 
 namespace lrt::rdf {
+inline namespace v0 {
 
 /// The unit of a value and restrictions beyond its type. Bounds are compared as numbers.
 ///
@@ -114,8 +115,11 @@ inline Facets field_facets(const FieldType& field, const Facets& record) {
   return field.takes_unit ? Facets(field.facets).unit_of(record) : field.facets;
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf
 
 namespace lrt {
+inline namespace v0 {
 using rdf::Facets;
-}
+}  // namespace v0
+}  // namespace lrt

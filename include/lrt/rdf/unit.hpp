@@ -3,9 +3,11 @@
 
 #include <string_view>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// A unit of measurement with its names in three vocabularies. It documents the meaning of a number; numbers are never converted.
 struct Unit {
@@ -38,11 +40,17 @@ inline constexpr Unit percent{vocab::unit_::PERCENT, {}, "%"};
 inline constexpr Unit one{vocab::unit_::UNITLESS, {}, "1"};
 }  // namespace unit
 
-namespace rdf::detail {
+}  // namespace v0
+}  // namespace lrt
+
+namespace lrt::rdf {
+inline namespace v0 {
+namespace detail {
 
 /// The one copy of a unit that the process keeps, with its texts. It is never destroyed.
 /// @par Threads  Any. Locks and may allocate.
-const Unit& kept_unit(const Unit& unit);
+LRT_API const Unit& kept_unit(const Unit& unit);
 
-}  // namespace rdf::detail
-}  // namespace lrt
+}  // namespace detail
+}  // namespace v0
+}  // namespace lrt::rdf

@@ -8,6 +8,7 @@
 #include <lrt/subscription/channel.hpp>
 
 namespace lrt::subscription {
+inline namespace v0 {
 
 /// A web callback that has a notification to post.
 struct ReadyCallback {
@@ -34,4 +35,5 @@ struct DeliveryResult {
   bool confirmed = false;  ///< the body of the response is the challenge
 };
 
+}  // namespace v0
 }  // namespace lrt::subscription

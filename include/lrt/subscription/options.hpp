@@ -10,6 +10,7 @@
 #include <lrt/base/thread_options.hpp>
 
 namespace lrt::subscription {
+inline namespace v0 {
 
 /// Which receivers of web callbacks must confirm that they want a subscription, before its first notification.
 enum class Confirmation : unsigned char {
@@ -84,4 +85,5 @@ struct SubscriptionOptions {
   std::size_t max_feed_subscriptions = 20'000;  ///< of all feeds (lrt::Feed), besides max_subscriptions, so that neither can exhaust the other
 };
 
+}  // namespace v0
 }  // namespace lrt::subscription

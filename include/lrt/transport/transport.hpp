@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/clock.hpp>
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
@@ -16,6 +17,7 @@
 #include <lrt/engine/handler.hpp>
 
 namespace lrt::transport {
+inline namespace v0 {
 
 /// Bounds of what a client can use: memory, connections and time. The same on every transport that has them.
 struct Limits {
@@ -90,7 +92,7 @@ struct Capabilities {
 /// shows how. The handler calls none of these functions.
 ///
 /// @par Threads  One thread at a time; waker() and what it returns: any.
-class Transport {
+class LRT_API Transport {
  public:
   virtual ~Transport() = default;
 
@@ -122,4 +124,5 @@ class Transport {
   virtual std::uint16_t port() const noexcept = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::transport

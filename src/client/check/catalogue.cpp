@@ -5,6 +5,7 @@
 #include <cassert>
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t max_evidence = 2;
@@ -347,4 +348,5 @@ std::vector<Requirement> summarise(const std::vector<Finding>& findings) {
   return all;
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

@@ -7,6 +7,7 @@
 #include "src/exchange/no_sigpipe.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 
 std::string_view to_string(Outcome outcome) noexcept {
   switch (outcome) {
@@ -82,4 +83,5 @@ int exit_status(const Result<Report>& report, bool strict) noexcept {
   return failed ? 1 : 0;
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

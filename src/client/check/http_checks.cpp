@@ -8,6 +8,7 @@
 #include "src/exchange/resolve.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 namespace {
 
 constexpr const char* hidden_target = "/lrt-check-hidden-request";
@@ -305,4 +306,5 @@ void check_http(Context& context) {
   check_responses(context);
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

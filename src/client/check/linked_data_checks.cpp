@@ -13,6 +13,7 @@
 #include "src/client/representation.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 namespace {
 
 constexpr std::string_view turtle = "text/turtle";
@@ -275,4 +276,5 @@ void check_linked_data(Context& context) {
   check_blueprints(context);
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

@@ -20,6 +20,7 @@
 #include "src/exchange/resolve.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 namespace {
 
 using Instant = std::chrono::steady_clock::time_point;
@@ -210,4 +211,5 @@ std::optional<Receiver::Notification> Receiver::wait(Instant until) {
   return std::exchange(notification_, std::nullopt);
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

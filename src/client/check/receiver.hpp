@@ -15,6 +15,7 @@
 #include "src/base/thread.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 
 /// Receives web callbacks on a port of its own: one connection after the other, within limits. A request for confirmation (WebSub 5.3) is confirmed.
 /// @par Threads  Any.
@@ -52,4 +53,5 @@ class Receiver {
   Thread thread_;
 };
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

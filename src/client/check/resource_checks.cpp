@@ -10,6 +10,7 @@
 #include "src/client/check/survey.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 namespace {
 
 using lrt::detail::trim;
@@ -264,4 +265,5 @@ void check_resources(Context& context) {
     context.verdicts.otherwise(id, Outcome::not_testable, "no two responses show it");
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

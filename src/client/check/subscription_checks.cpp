@@ -13,6 +13,7 @@
 #include "src/client/check/websocket.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t max_candidates = 4;
@@ -340,4 +341,5 @@ void check_subscriptions(Context& context) {
   check_callback(context);
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

@@ -10,6 +10,7 @@
 #include "src/client/check/survey.hpp"
 
 namespace lrt::client::conformance {
+inline namespace v0 {
 namespace {
 
 constexpr const char* turtle = "text/turtle";
@@ -190,4 +191,5 @@ void check_writes(Context& context) {
                                context.options.invoke.empty() ? "nothing may be invoked: no action was named for it" : "no response shows it");
 }
 
+}  // namespace v0
 }  // namespace lrt::client::conformance

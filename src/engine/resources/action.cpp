@@ -23,6 +23,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -329,4 +330,5 @@ void ActionResource::link_related(http::LinkWriter& links, const std::string& ba
   for (const auto& i : invocations) links.add(base + i->path, "related");
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -20,6 +20,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 class ActionResource;
 
@@ -121,4 +122,5 @@ class ActionResource final : public Resource {
   void describe_effects(About& about, const Description& d) const;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

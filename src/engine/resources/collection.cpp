@@ -12,6 +12,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 void describe_container_types(About& about) { about.a(vocab::ldp::BasicContainer).a(vocab::ldp::Container).a(vocab::ldp::RDFSource); }
 
@@ -200,4 +201,5 @@ std::vector<Resource*> CollectionResource::members() const {
   return all;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

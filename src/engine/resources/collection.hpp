@@ -14,6 +14,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 class CollectionResource;
 
@@ -82,4 +83,5 @@ class CollectionResource final : public Resource {
 void describe_container(About& about, const Resource& container, const Description& d);
 void describe_container_types(About& about);
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -26,6 +26,7 @@
 #include "src/engine/vocabulary.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -445,4 +446,5 @@ void Kinds::leave(ThingNode& thing) {
   kinds_.erase(kinds_.find(kind.signature));
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

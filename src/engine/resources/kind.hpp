@@ -17,6 +17,7 @@
 #include "src/engine/resources/blueprint.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 struct ThingNode;
 
@@ -104,4 +105,5 @@ class Kinds {
   std::map<std::string, unsigned> first_free_;                  ///< by name: no lower number is free; absent: 1 may be
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -18,6 +18,7 @@
 #include "src/engine/resource.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 /// A Property: its value with time, unit and frame, readable, observable, and writable if the user says so (R1.9, paper 5.2).
 class PropertyResource final : public Resource {
@@ -128,4 +129,5 @@ class PropertyResource final : public Resource {
   std::unique_ptr<Writes> writes_;                ///< nullptr: there are none
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -9,6 +9,7 @@
 #include "src/engine/parts.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -98,4 +99,5 @@ void StandingQuery::Watch::resource_changed() { owner_.mark_dirty(); }
 void StandingQuery::Watch::resource_removed() { owner_.unwatch(*this); }
 void StandingQuery::unwatch(Watch& watch) { owner_.unwatch(*this, watch); }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -18,6 +18,7 @@
 #include "src/engine/snapshots.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 class Queries;
 class StandingQuery;
@@ -120,4 +121,5 @@ class StandingQuery final : public Resource {
   Variants variants_;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

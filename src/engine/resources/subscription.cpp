@@ -13,6 +13,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -208,4 +209,5 @@ void describe_subscription_shape(rdf::Graph& graph, const std::string& iri, cons
       .add(vocab::sh::maxLength, rdf::literal(integer(max_secret), vocab::xsd::integer));
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -18,6 +18,7 @@
 #include "src/subscription/retry_policy.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 class Subscriptions;
 
@@ -153,4 +154,5 @@ void describe_subscription_shape(rdf::Graph& graph, const std::string& shape, co
 inline constexpr std::chrono::seconds max_interval{86'400};
 inline constexpr std::size_t max_secret = 200;
 
+}  // namespace v0
 }  // namespace lrt::engine

@@ -19,6 +19,7 @@
 #include "src/engine/vocabulary.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 // ------------------------------------------------------------------------------------------------------------- the Thing
 
@@ -252,4 +253,5 @@ std::vector<Resource*> ThingNode::resources() {
   return all;
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

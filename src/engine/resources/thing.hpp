@@ -19,6 +19,7 @@
 #include "src/engine/resources/tree.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 class ActionResource;
 class CollectionResource;
@@ -154,4 +155,5 @@ struct ThingNode {
   ThinVector<ThingNode*> children;  ///< in the order of registration
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

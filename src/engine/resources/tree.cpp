@@ -12,6 +12,7 @@
 #include "src/engine/resources/thing.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -116,4 +117,5 @@ void TreeResource::for_each_property(FunctionRef<void(PropertyResource&)> visit)
   });
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

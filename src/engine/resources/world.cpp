@@ -16,6 +16,7 @@
 #include "src/engine/resources/collection.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 namespace {
 
@@ -445,4 +446,5 @@ void WorldResource::link_related(http::LinkWriter& links, const std::string& bas
   links.add(base + all_.path, "related");
 }
 
+}  // namespace v0
 }  // namespace lrt::engine

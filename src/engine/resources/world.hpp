@@ -12,6 +12,7 @@
 #include "src/model/graph_state.hpp"
 
 namespace lrt::engine {
+inline namespace v0 {
 
 class WorldResource;
 
@@ -169,4 +170,5 @@ class WorldResource final : public ThingResource {
   std::size_t created_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::engine

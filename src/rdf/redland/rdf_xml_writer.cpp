@@ -12,6 +12,7 @@
 // RDF/XML is written by Raptor. It does not notice what XML cannot carry, so that is judged before, and its text is read back.
 
 namespace lrt::rdf {
+inline namespace v0 {
 namespace {
 
 constexpr std::string_view rdf_namespace = "http://www.w3.org/1999/02/22-rdf-syntax-ns#";  // Raptor declares it itself
@@ -94,4 +95,5 @@ Result<std::string> write_rdf_xml(const Graph& graph, const Prefixes& prefixes) 
   return unexpected(Errc::unsupported_syntax, "RDF/XML cannot carry this graph");
 }
 
+}  // namespace v0
 }  // namespace lrt::rdf

@@ -10,6 +10,7 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
@@ -130,4 +131,5 @@ const Component components::qualified_value_shape{
     true,
     &Qualified::build};
 
+}  // namespace v0
 }  // namespace lrt::shacl

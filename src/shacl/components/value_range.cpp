@@ -13,6 +13,7 @@
 #include "src/shacl/messages.hpp"
 
 namespace lrt::shacl {
+inline namespace v0 {
 namespace sh = vocab::sh;
 namespace {
 
@@ -98,4 +99,5 @@ const Component components::min_inclusive{{{sh::minInclusive, true}}, false, &Mi
 const Component components::max_exclusive{{{sh::maxExclusive, true}}, false, &MaxExclusive::build};
 const Component components::max_inclusive{{{sh::maxInclusive, true}}, false, &MaxInclusive::build};
 
+}  // namespace v0
 }  // namespace lrt::shacl

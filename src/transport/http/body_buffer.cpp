@@ -14,6 +14,7 @@
 #include "src/base/client_key.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 /// Only pages that have been written to use memory.
@@ -105,4 +106,5 @@ void BodyBuffer::clear() noexcept {
   size_ = capacity_ = 0;
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -6,6 +6,7 @@
 #include <lrt/http/message.hpp>
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 constexpr std::size_t max_size_digits = 15;
@@ -182,4 +183,5 @@ ChunkDecoder::Status ChunkDecoder::fail(std::string_view problem) noexcept {
   return Status::bad;
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -9,6 +9,7 @@
 #include <utility>
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 /// A client that does not read costs so much, or one message.
@@ -87,4 +88,5 @@ void PushRound::add(Client& client) {
   clients.push_back(&client);
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -12,6 +12,7 @@
 #include "src/transport/http/websocket.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 /// Reads of one turn: a fast sender must not delay the others.
@@ -340,4 +341,5 @@ void Connection::watch() {
   close();
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

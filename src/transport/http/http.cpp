@@ -19,6 +19,7 @@
 #include "src/transport/http/websocket.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 using std::chrono::milliseconds;
@@ -310,4 +311,5 @@ void HttpTransport::close_all() {
 
 std::unique_ptr<Transport> make_http(TransportOptions options) { return std::make_unique<HttpTransport>(std::move(options)); }
 
+}  // namespace v0
 }  // namespace lrt::transport

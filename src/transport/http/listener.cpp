@@ -18,6 +18,7 @@
 #include "src/transport/http/connection.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 constexpr int backlog = 4096;  // the system has a limit of its own
@@ -245,4 +246,5 @@ bool Listener::accept_with_reserve() {
   return descriptor >= 0;
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

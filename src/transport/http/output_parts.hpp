@@ -7,6 +7,7 @@
 #include <string_view>
 
 namespace lrt::transport {
+inline namespace v0 {
 
 /// Bytes for one writing system call, in this order.
 class OutputParts {
@@ -27,4 +28,5 @@ class OutputParts {
   iovec parts_[max_parts];  // those that are not used are not set: this is made for each call
 };
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -14,6 +14,7 @@
 #include <lrt/transport/detail/chunks.hpp>
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 /// RFC 9112 2.2 requires to ignore "at least one" empty line before a request line.
@@ -700,4 +701,5 @@ void Session::expire(TimePoint now) {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

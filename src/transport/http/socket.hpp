@@ -7,6 +7,7 @@
 #include <utility>
 
 namespace lrt::transport {
+inline namespace v0 {
 
 class Watched;
 
@@ -38,4 +39,5 @@ class Socket {
   std::uint32_t events_ = 0;
 };
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -17,6 +17,7 @@
 #include "src/base/third_party_call.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 /// A connection is closed when more than this is owed to a client that does not read.
@@ -382,4 +383,5 @@ std::unique_ptr<TlsStream> TlsContext::make(int descriptor) {
   } catch (const std::bad_alloc&) { return nullptr; }
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

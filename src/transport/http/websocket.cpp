@@ -11,6 +11,7 @@
 #include <lrt/http/websocket.hpp>
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 constexpr int reads_per_turn = 4;
@@ -326,4 +327,5 @@ void WebSocket::update(TimePoint) {
   close();
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

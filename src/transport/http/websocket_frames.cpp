@@ -9,6 +9,7 @@
 #include <lrt/http/websocket.hpp>
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 /// RFC 6455 5.2
@@ -264,4 +265,5 @@ void WebSocketFrames::end() noexcept {
   used_ = 0;
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

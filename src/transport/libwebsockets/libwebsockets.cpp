@@ -17,6 +17,7 @@
 #include "src/transport/libwebsockets/vhost.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 using libwebsockets::to_seconds;
@@ -286,4 +287,5 @@ std::unique_ptr<Transport> make_libwebsockets(TransportOptions options, lws_cont
   return std::make_unique<HostContext>(std::move(options), context);
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -14,6 +14,7 @@
 #include "src/base/event_waker.hpp"
 
 namespace lrt::transport {
+inline namespace v0 {
 namespace {
 
 using std::chrono::milliseconds;
@@ -286,4 +287,5 @@ void Loopback::cancel(StreamId stream) {
   }
 }
 
+}  // namespace v0
 }  // namespace lrt::transport

@@ -11,15 +11,17 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/clock.hpp>
 #include <lrt/model/detail/wake_signal.hpp>
 #include <lrt/rdf/traits.hpp>
 #include <lrt/rdf/value.hpp>
 
 namespace lrt::model {
+inline namespace v0 {
 
 /// Passes the latest value of a pushed property from the control loop to the engine. One writer, one reader.
-class SlotBase : public ChangeSource {
+class LRT_API SlotBase : public ChangeSource {
  public:
   using Utc = std::chrono::system_clock::time_point;
 
@@ -301,4 +303,5 @@ class Slot<T, false> final : public KeepingSlot<T> {
   std::atomic<Sample<T>*> newest_{nullptr};
 };
 
+}  // namespace v0
 }  // namespace lrt::model

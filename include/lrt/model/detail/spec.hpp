@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/error.hpp>
 #include <lrt/base/log.hpp>
 #include <lrt/base/result.hpp>
@@ -28,6 +29,7 @@
 #include <lrt/responder.hpp>
 
 namespace lrt {
+inline namespace v0 {
 
 /// Where user lambdas run.
 enum class Dispatch : std::uint8_t {
@@ -49,11 +51,15 @@ struct ActionPolicy {
   static constexpr ActionPolicy parallel(std::size_t n) noexcept { return {Kind::parallel, n}; }
 };
 
-namespace model {
+}  // namespace v0
+}  // namespace lrt
+
+namespace lrt::model {
+inline namespace v0 {
 
 /// Passes messages about the use of handles to the server's log callback, as long as the server exists.
 /// @par Threads  Any.
-class HandleLog {
+class LRT_API HandleLog {
  public:
   explicit HandleLog(LogCallback log) : log_(std::move(log)) {}
   void write(std::string_view message) noexcept;
@@ -72,7 +78,7 @@ struct HandleContext {
 };
 
 /// What all registered resources have in common.
-struct ResourceSpec {
+struct LRT_API ResourceSpec {
   enum class Kind : std::uint8_t { property, action, collection };
 
   explicit ResourceSpec(Kind its_kind) noexcept : kind(its_kind) {}
@@ -173,13 +179,13 @@ struct ThingSpec {
 };
 
 /// The value of Cache-Control (RFC 9111 5.2.2, RFC 5861 3), in whole seconds; null for less than one second.
-std::unique_ptr<const std::string> cache_control_of(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating);
+LRT_API std::unique_ptr<const std::string> cache_control_of(std::chrono::milliseconds age, std::chrono::milliseconds while_revalidating);
 
 /// Percent-encodes each segment of a path.
 /// @par Errors  expected_iri: empty, an empty segment, "." or ".."; the message says what to write
-Result<std::string> encode_path(std::string_view path);
+LRT_API Result<std::string> encode_path(std::string_view path);
 /// The same of a path below the server's root, which may begin with a '/'.
-Result<std::string> encode_path_from_root(std::string_view path);
+LRT_API Result<std::string> encode_path_from_root(std::string_view path);
 
-}  // namespace model
-}  // namespace lrt
+}  // namespace v0
+}  // namespace lrt::model
