@@ -8,12 +8,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include <lrt/base/abi.hpp>
 #include <lrt/engine/handler.hpp>
 #include <lrt/http/message.hpp>
-#include <lrt/transport/detail/body_buffer.hpp>
 #include <lrt/transport/transport.hpp>
 
 namespace lrt::transport {
@@ -27,8 +25,7 @@ struct Output {
   bool empty() const noexcept { return first.empty() && second.empty(); }
 };
 
-/// A request that is being received and the response to it, with their buffers.
-struct Exchange;
+class BodyBudget;
 
 /// What the sessions of one transport share.
 class LRT_API SessionContext {
@@ -38,9 +35,9 @@ class LRT_API SessionContext {
   SessionContext(const SessionContext&) = delete;
   SessionContext& operator=(const SessionContext&) = delete;
 
-  const Limits& limits() const noexcept { return limits_; }
+  const Limits& limits() const noexcept;
   /// Of the bodies that the sessions receive.
-  BodyBudget& bodies() noexcept { return bodies_; }
+  BodyBudget& bodies() noexcept;
   engine::Handler* handler = nullptr;
   bool websockets = false;  ///< the owner carries WebSockets
   bool streams = false;     ///< the owner carries event streams: it calls push() for channel()
@@ -51,14 +48,8 @@ class LRT_API SessionContext {
 
  private:
   friend class Session;
-  std::unique_ptr<Exchange> take_exchange();
-  void give_back(std::unique_ptr<Exchange> exchange) noexcept;
-
-  const Limits limits_;
-  BodyBudget bodies_;
-  std::vector<std::unique_ptr<Exchange>> spare_;  ///< of sessions that are idle now
-  std::chrono::seconds date_second_{-1};
-  std::string date_;
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 /// The server's side of one HTTP/1.1 connection (RFC 9112) without I/O: bytes in, requests to the handler, bytes out. Requests are handled
@@ -99,6 +90,8 @@ class LRT_API Session {
 
   Session(SessionContext& context, std::string peer);
   ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
 
   void receive(std::string_view bytes, TimePoint now);
   /// The client has ended its sending. It still gets the response to what it has sent.
@@ -118,12 +111,12 @@ class LRT_API Session {
   /// The same with this response.
   void refuse(http::Response response, TimePoint now);
   /// Lingers without a response: there was no request and cannot be one.
-  void hang_up() noexcept { enter(input_ended_ ? Phase::closed : Phase::lingering); }
+  void hang_up() noexcept;
   /// Requests come over TLS.
   /// @param client_certificate  subject of the client's verified certificate; empty: it has none
   void set_secure(std::string client_certificate);
   /// From now on only a request that Handler::is_stop() is served, and it is the last one; others get 503.
-  void serve_only_stops() noexcept { only_stops_ = true; }
+  void serve_only_stops() noexcept;
   /// The time of the phase is over.
   void expire(TimePoint now);
 
@@ -134,68 +127,23 @@ class LRT_API Session {
   bool wants_input() const noexcept;
   /// Wanted is the rest of a large body, or what is only discarded: the owner serves others first.
   bool expects_much() const noexcept;
-  Phase phase() const noexcept { return phase_; }
+  Phase phase() const noexcept;
   /// The phase whose limit applies: the header section of the first request must be complete within limits.header_timeout from the beginning.
-  Phase timed_phase() const noexcept { return phase_ == Phase::idle && requests_ == 0 ? Phase::header : phase_; }
+  Phase timed_phase() const noexcept;
   /// How long timed_phase() may last; nullopt: no limit.
   std::optional<std::chrono::milliseconds> time() const noexcept;
   /// Changes whenever the time of timed_phase() begins again.
-  std::uint32_t epoch() const noexcept { return epoch_; }
+  std::uint32_t epoch() const noexcept;
   /// Of the deferred response.
-  std::optional<engine::Ticket> ticket() const noexcept { return ticket_; }
+  std::optional<engine::Ticket> ticket() const noexcept;
   /// Of the open event stream.
-  std::optional<engine::Channel> channel() const noexcept { return channel_; }
-  bool wants_message() const noexcept { return phase_ == Phase::streaming; }
-  bool input_ended() const noexcept { return input_ended_; }
+  std::optional<engine::Channel> channel() const noexcept;
+  bool wants_message() const noexcept;
+  bool input_ended() const noexcept;
 
  private:
-  void run(TimePoint now);
-  void drop_consumed() noexcept;
-  bool take_header(TimePoint now);
-  bool take_body(TimePoint now);
-  void begin_body(std::string_view header, TimePoint now);
-  bool judge_header(TimePoint now);
-  void refuse_size(const std::string& found, TimePoint now);
-  void refuse_for_memory(TimePoint now);
-  bool take_sized_body(TimePoint now);
-  bool take_chunked_body(TimePoint now);
-  std::optional<std::size_t> parse_at_once();
-  std::optional<std::size_t> find_header_end(TimePoint now);
-  bool is_line_too_long(std::string_view line, TimePoint now);
-  void keep_header(std::string_view header);
-  void remove_framing_fields();
-  void dispatch(TimePoint now);
-  void respond(http::Response response, TimePoint now);
-  void finish_response(TimePoint now);
-  void keep_handshake();
-  void accept_upgrade(engine::Channel channel, http::Response response, TimePoint now);
-  void accept_stream(engine::Channel channel, http::Response response, TimePoint now);
-  void write_chunk(std::string_view text);
-  void write_chunk(std::shared_ptr<const std::string> message);
-  bool must_end_stream() const noexcept { return input_ended_ || context_.stopping; }
-  void finish_stream(TimePoint now);
-  void check_end(TimePoint now);
-  void enter(Phase phase) noexcept;
-  void need_exchange();
-  void rest() noexcept;
-
-  SessionContext& context_;
-  const std::string peer_;
-  std::string client_certificate_;
-  std::unique_ptr<Exchange> exchange_;  ///< nullptr: there is nothing to read or write
-  std::uint32_t epoch_ = 0;
-  Phase phase_ = Phase::idle;
-  bool secure_ = false;
-  bool input_ended_ = false;
-  bool only_stops_ = false;
-  bool keep_alive_ = true;
-  bool header_only_ = false;
-  std::uint8_t version_ = 11;     ///< of the request
-  std::uint8_t empty_lines_ = 0;  ///< before the request
-  std::size_t discarded_ = 0;     ///< while lingering
-  std::size_t requests_ = 0;
-  std::optional<engine::Ticket> ticket_;
-  std::optional<engine::Channel> channel_;  ///< of the open event stream
+  class State;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace v0
