@@ -33,8 +33,8 @@ set(CPACK_DEBIAN_DEBUGINFO_PACKAGE ON)
 set(CPACK_COMPONENTS_GROUPING ONE_PER_GROUP)
 
 set(lrt_this_version "(= ${PROJECT_VERSION}-${LRT_DEBIAN_REVISION})")
-set(lrt_about " lrt exposes the joints, sensors and actions of a robot as resources on the Web:
- RDF over HTTP, with SHACL shapes for what clients may send, and subscriptions.")
+set(lrt_about "lrt exposes the joints, sensors and actions of a robot as resources on the Web:
+RDF over HTTP, with SHACL shapes for what clients may send, and subscriptions.")
 
 # lrt_debian_binary(COMPONENT NAME SECTION SYNOPSIS TEXT [DEPENDS])
 macro(lrt_debian_binary component name section synopsis text)
@@ -42,34 +42,34 @@ macro(lrt_debian_binary component name section synopsis text)
   list(APPEND CPACK_COMPONENTS_ALL ${component})
   set(CPACK_DEBIAN_${lrt_upper}_PACKAGE_NAME ${name})
   set(CPACK_DEBIAN_${lrt_upper}_PACKAGE_SECTION ${section})
-  set(CPACK_DEBIAN_${lrt_upper}_DESCRIPTION "${synopsis}\n${lrt_about}\n .\n${text}")
+  set(CPACK_DEBIAN_${lrt_upper}_DESCRIPTION "${synopsis}\n${lrt_about}\n\n${text}")
   set(CPACK_DEBIAN_${lrt_upper}_PACKAGE_DEPENDS "${ARGN}")
 endmacro()
 
 set(CPACK_COMPONENTS_ALL)
 set(lrt_runtimes "liblrt${LRT_ABI} ${lrt_this_version}")
 lrt_debian_binary(lrt_runtime liblrt${LRT_ABI} libs "robots as Linked Robotic Things (shared libraries)"
-                  " This package has the libraries for servers, clients and SPARQL queries.")
+                  "This package has the libraries for servers, clients and SPARQL queries.")
 set(CPACK_DEBIAN_LRT_RUNTIME_PACKAGE_RECOMMENDS libraptor2-0)  # loaded with the first document in RDF/XML
 if(NOT LRT_REDLAND OR LRT_LINKS_RAPTOR)
   set(CPACK_DEBIAN_LRT_RUNTIME_PACKAGE_RECOMMENDS "")
 endif()
 if(TARGET lrt_urdf)
   lrt_debian_binary(lrt_urdf_runtime liblrt-urdf${LRT_ABI} libs "robots as Linked Robotic Things (URDF)"
-                    " This package has the library for robot descriptions." "liblrt${LRT_ABI} ${lrt_this_version}")
+                    "This package has the library for robot descriptions." "liblrt${LRT_ABI} ${lrt_this_version}")
   string(APPEND lrt_runtimes ", liblrt-urdf${LRT_ABI} ${lrt_this_version}")
 endif()
 if(TARGET lrt_mqtt)
   lrt_debian_binary(lrt_mqtt_runtime liblrt-mqtt${LRT_ABI} libs "robots as Linked Robotic Things (MQTT)"
-                    " This package has the library for MQTT brokers." "liblrt${LRT_ABI} ${lrt_this_version}")
+                    "This package has the library for MQTT brokers." "liblrt${LRT_ABI} ${lrt_this_version}")
   string(APPEND lrt_runtimes ", liblrt-mqtt${LRT_ABI} ${lrt_this_version}")
 endif()
 lrt_debian_binary(lrt_dev liblrt-dev libdevel "robots as Linked Robotic Things (development files)"
-                  " This package has the headers and the files for CMake and pkg-config." "${lrt_runtimes}")
+                  "This package has the headers and the files for CMake and pkg-config." "${lrt_runtimes}")
 set(CPACK_DEBIAN_LRT_DEV_DEBUGINFO_PACKAGE OFF)
 if(TARGET lrt_command)
   lrt_debian_binary(lrt_tools lrt-tools utils "robots as Linked Robotic Things (command lrt)"
-                    " This package has the command lrt, which lists, reads, commands, watches and\n checks Linked Robotic Things."
+                    "This package has the command lrt, which lists, reads, commands, watches and\nchecks Linked Robotic Things."
                     "liblrt${LRT_ABI} ${lrt_this_version}")
 endif()
 # dpkg-shlibdeps finds the libraries of one package, which is not installed, for another one.

@@ -85,7 +85,9 @@ for library in "${libraries[@]}"; do
     echo "$name: LRT_ABI is $abi and was another one in the last release: nothing to keep"
     continue
   fi
-  if abidiff --exported-interfaces-only --no-added-syms --headers-dir2 "$root/include" --suppressions "$work/internal.suppr" "$work/$name.abi" "$library" >"$work/$name.diff"; then
+  # Not abidiff with the library: with --headers-dir2 it overlooks new members, and without it sees the private types.
+  describe "$library" "$root" "$work/$name.now.abi"
+  if abidiff --no-added-syms "$work/$name.abi" "$work/$name.now.abi" >"$work/$name.diff"; then
     echo "$name: programs that were linked with the last release still work"
   else
     status=1
