@@ -51,12 +51,13 @@ elseif(KIND STREQUAL "find_package")
   set(names CppHttplib=libcpp-httplib-dev Libwebsockets=libwebsockets-dev Mosquitto=libmosquitto-dev PCRE2=libpcre2-dev Redland=librdf0-dev
       Tinyxml2=libtinyxml2-dev Urdfdom=liburdfdom-dev)
   foreach(name ${names})
-    string(REGEX MATCH "^(.*)=(.*)$" all ${name})
+    string(REGEX REPLACE "=.*" "" package ${name})
+    string(REGEX REPLACE ".*=" "" debian ${name})
     execute_process(COMMAND ${CMAKE_COMMAND} -E env PKG_CONFIG_LIBDIR=${WORK_DIR} PKG_CONFIG_PATH=
-                            ${CMAKE_COMMAND} -D "CMAKE_MODULE_PATH=${PREFIX}/${LIBDIR}/cmake/lrt" -D PACKAGE=${CMAKE_MATCH_1}
+                            ${CMAKE_COMMAND} -D "CMAKE_MODULE_PATH=${PREFIX}/${LIBDIR}/cmake/lrt" -D PACKAGE=${package}
                             -P ${CMAKE_CURRENT_LIST_DIR}/find_one.cmake ERROR_VARIABLE said OUTPUT_QUIET RESULT_VARIABLE result)
     string(REGEX REPLACE "[ \n]+" " " said "${said}")
-    if(result EQUAL 0 OR NOT said MATCHES "install ${CMAKE_MATCH_2}, or run vendor/install.sh")
+    if(result EQUAL 0 OR NOT said MATCHES "install ${debian}, or run vendor/install.sh")
       message(FATAL_ERROR "find_package(${name} REQUIRED) does not name the Debian package:\n${said}")
     endif()
   endforeach()
