@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Every lesson is run and compared with the output that its main.cpp states, and README's first program with the first lesson.
 # Included from examples/CMakeLists.txt when tests are built.
 enable_testing()

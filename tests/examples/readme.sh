@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The first C++ program of README.md is the first lesson: each of its lines is in main.cpp, in this order, and what main.cpp has besides
 # is its title, its output and lines that say "lesson".
 #
