@@ -5,7 +5,7 @@
     citations.py ROOT
 
 - Each section ("SPEC 3.3") and requirement ("R0.9") that the tree cites is a heading of docs/specification.md, which has R0.1-R0.17 and R1.1-R1.12.
-- Each `R0.9` of docs/specification.md has a test that carries it as a tag.
+- Each requirement there has a test that carries it as a tag, and so has each test file that its section names.
 - Each link to a file, and to a heading, in the documents for developers leads somewhere, and each path in backticks exists.
 - Each name in backticks in the specification, maps and recipes occurs in the sources.
 - docs/decisions/README.md lists each record, and records have the four parts that it promises. So does docs/recipes/README.md list each recipe.
@@ -89,6 +89,14 @@ def check_citations(root, fault):
                     tags.add(found.group(0))
     for untested in sorted(requirements - tags):
         fault(f"docs/specification.md: no test has the tag [{untested}]")
+    for section in re.split(r"^### ", specification, flags=re.M):
+        requirement = section.split(None, 1)[0]
+        named = re.findall(r"`(tests/[\w/]+\.cpp)`", section.partition("Tests:")[2]) if requirement in requirements else []
+        if requirement in requirements and "Tests:" not in section:
+            fault(f"docs/specification.md: {requirement} names no tests")
+        for path in named:
+            if os.path.exists(os.path.join(root, path)) and f"[{requirement}]" not in read(os.path.join(root, path)):
+                fault(f"docs/specification.md: {path} has no test with the tag [{requirement}]")
     return citations
 
 
