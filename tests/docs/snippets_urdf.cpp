@@ -1,0 +1,28 @@
+// Code of the guide's pages about poses and URDF. It is compiled, not run.
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include <lrt/eigen.hpp>
+#include <lrt/lrt.hpp>
+#include <lrt/urdf.hpp>
+
+namespace docs {
+
+lrt::Result<void> serve_robot(lrt::Server& server) {
+  auto loaded = lrt::urdf::load("robot.urdf");
+  if (!loaded) return lrt::Unexpected{loaded.error()};  // one sentence with the element and its line
+  lrt::urdf::Robot& robot = *loaded;
+  if (auto added = robot.add_to(server); !added) return added;
+  std::vector<double> positions(robot.model().variables.size());  // in the order of the document; mimic joints follow
+  robot.publish(positions);                                       // in each period: joints and the poses of all links
+  return {};
+}
+
+void tool_pose(lrt::Thing& arm) {
+  arm.property<Eigen::Isometry3d>("tool", lrt::unit::metre)
+      .frame(lrt::Object::resource("arm/base"))                                                     // spatial:sourceCoordinateSystem
+      .add(lrt::vocab::spatial::targetCoordinateSystem, lrt::Object::resource("arm/flange"));
+}
+
+}  // namespace docs
