@@ -198,15 +198,4 @@ void ages(lrt::Thing& joint) {
   joint.max_age(std::chrono::seconds(1));   // the Thing and its state
 }
 
-// modelling.md
-
-lrt::Thing make_sensor(double& force) {
-  lrt::Thing sensor{"arm/force"};
-  sensor.type(lrt::Iri{"http://www.w3.org/ns/sosa/Sensor"});
-  sensor.property("force", [&] { return force; }, lrt::unit::newton)
-      .predicate(lrt::Iri{"http://www.w3.org/ns/sosa/observes"})         // the Property is what the sensor observes
-      .type(lrt::Iri{"http://www.w3.org/ns/sosa/ObservableProperty"});
-  return sensor;
-}
-
 }  // namespace docs

@@ -1,9 +1,6 @@
-// Code of the guide's pages about poses and URDF. It is compiled, not run.
+// Code of the guide's pages about URDF. It is compiled, not run.
 #include <vector>
 
-#include <Eigen/Geometry>
-
-#include <lrt/eigen.hpp>
 #include <lrt/lrt.hpp>
 #include <lrt/urdf.hpp>
 
@@ -17,12 +14,6 @@ lrt::Result<void> serve_robot(lrt::Server& server) {
   std::vector<double> positions(robot.model().variables.size());  // in the order of the document; mimic joints follow
   robot.publish(positions);                                       // in each period: joints and the poses of all links
   return {};
-}
-
-void tool_pose(lrt::Thing& arm) {
-  arm.property<Eigen::Isometry3d>("tool", lrt::unit::metre)
-      .frame(lrt::Object::resource("arm/base"))                                                     // spatial:sourceCoordinateSystem
-      .add(lrt::vocab::spatial::targetCoordinateSystem, lrt::Object::resource("arm/flange"));
 }
 
 }  // namespace docs
