@@ -166,6 +166,15 @@ lrt::Options by_name() {
   return options;
 }
 
+// examples/reverse_proxy/README.md
+
+lrt::Options behind_proxy() {
+  lrt::Options options;
+  options.listen.public_base = "https://robot.example";   // base of all IRIs, Links and Locations, with the scheme and port that clients use
+  options.security.allowed_hosts = {"alias.example"};     // further names by which the proxy is known
+  return options;
+}
+
 // errors.md
 
 void limits() {
